@@ -1,9 +1,9 @@
 //! One frame of W3 at rest from the geometry to detected cells, and one direction of W1, on each engine.
 //! `CATSEYE_BENCH_DEVICE` as in `stages`.
 
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::units::DEFAULT_FREQUENCY_HZ;
 use catseye::engine::Engine;
-use catseye::units::DEFAULT_FREQUENCY_HZ;
 use catseye_papers::bench::cross_section::{Sweep, trihedral};
 use catseye_papers::bench::frame::Frame;
 use criterion::{BenchmarkId, Criterion};

@@ -1,7 +1,7 @@
 //! Each stage of the chain on its own, on each engine. `CATSEYE_BENCH_DEVICE` names the device (as
 //! `--device` does); without it the cpu engine runs, and Mesa's software adapter where there is one.
 
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
 use catseye::dsp::PowerMap;
 use catseye::dsp::transform::Transform;
 use catseye::dsp::{self, cpu};

@@ -1,10 +1,11 @@
 //! Power of road and rain clutter against range, a frame of the simulator beside its closed form, as a picture:
 //! `cargo run --release --example clutter -- docs/images/clutter.png`
 
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::frames::{Pose, Sensor, World};
+use catseye::base::units::{C0, dbm_from_w, power_from_db, w_from_dbm, wavenumber};
 use catseye::em::weather::{RainBackscatter, rain_attenuation_db_per_m};
 use catseye::engine::{AnyCube, Engine, Precision};
-use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
 use catseye::road::objects::ground;
 use catseye::scene::backscatter::Backscatter;
@@ -13,7 +14,6 @@ use catseye::scene::weather::Weather;
 use catseye::scene::{Material, Scene, material, radar_toml};
 use catseye::trace::TraceOptions;
 use catseye::trace::air::Air;
-use catseye::units::{C0, dbm_from_w, power_from_db, w_from_dbm, wavenumber};
 use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use glam::{DQuat, DVec2, DVec3};
 use num_complex::Complex64;

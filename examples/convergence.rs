@@ -3,13 +3,13 @@
 //! that is named, or into the present one.
 
 use catseye::adc::budget::Budget;
+use catseye::base::units::wavenumber;
 use catseye::engine::{Engine, Precision};
 use catseye::geom::Geometry;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
 use catseye::trace::TraceOptions;
-use catseye::units::wavenumber;
 use catseye_papers::bench::frame::Frame;
 use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use num_complex::Complex64;

@@ -2,17 +2,17 @@
 //! (Feng 2019, figure 3.1): received power at its cell against distance, with noise, with what the asphalt returns, and between the two
 //! envelopes of the two-ray field. Corner and asphalt are meshes of one scene, traced and processed as any. Writes `corner_drive.png`, or the file that is named.
 
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::frames::{Pose, Sensor, World};
+use catseye::base::units::{db_from_power, dbm_from_w, power_from_db, w_from_dbm, wavenumber};
 use catseye::em::fresnel::{rayleigh_factor, reflection};
 use catseye::engine::{Engine, Precision};
-use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
 use catseye::road::objects::ground;
 use catseye::road::reflector::Reflector;
 use catseye::scene::radar::{Radar, Window};
 use catseye::scene::{Scene, material, radar_toml};
 use catseye::trace::{Echoes, TraceOptions};
-use catseye::units::{db_from_power, dbm_from_w, power_from_db, w_from_dbm, wavenumber};
 use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;

@@ -1,13 +1,13 @@
 //! Error of faceted spheres against Mie in 50 directions, over the number of facets: as they are, and with the normals
 //! of the sphere, by which they are cut. Writes `curved_spheres.png`, or the file that is named.
 
+use catseye::base::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude, wavenumber};
 use catseye::engine::{Engine, Precision};
 use catseye::geom::curved::{refined_scene, sagitta_m};
 use catseye::rcs::closed_form::mie_sphere;
 use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
-use catseye::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude, wavenumber};
 use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 
 const RADIUS_M: f64 = 0.05;

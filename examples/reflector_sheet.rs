@@ -21,7 +21,7 @@ const SHOWN: [(&str, &str); 12] = [
     ("manhole-square", "manhole-square:studs=6,relief_m=0.02,pattern_m=0.01"),
 ];
 
-fn main() -> Result<(), catseye::error::Error> {
+fn main() -> Result<(), catseye::base::error::Error> {
     let out = std::env::args().nth(1).unwrap_or_else(|| "reflectors.png".into());
     let mut drawn: Vec<(String, Mesh)> = Vec::new();
     for kind in kinds() {

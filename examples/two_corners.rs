@@ -2,14 +2,14 @@
 //! the beamformer and the directions of ESPRIT, from one snapshot through the whole chain. Prints what a Bi-SVD update costs beside
 //! a full decomposition. Writes `two_corners.png`, or the file that is named.
 
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::frames::{Pose, Sensor, World};
 use catseye::dsp::cpu::doa_spectrum::spectra;
 use catseye::dsp::doa_beamform::Grid;
 use catseye::dsp::doa_bisvd::{costs, times};
 use catseye::dsp::doa_estimate::{Cells, Estimator, Method, Options, Smoothing, SourceNumber};
 use catseye::dsp::doa_manifold::Manifold;
 use catseye::engine::{Engine, Precision};
-use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material, radar_toml};

@@ -1,12 +1,12 @@
 //! A point and a corner reflector 0.35 m over a conducting plane, seen from 0.15 m: the nulls of the point are
 //! the two-ray formula's, those of the corner are split in two. Writes `two_ray.png`, or the file that is named.
 
+use catseye::base::frames::Pose;
+use catseye::base::units::{dbsm_from_amplitude, wavelength_m};
 use catseye::engine::{Engine, Precision};
-use catseye::frames::Pose;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, material};
-use catseye::units::{dbsm_from_amplitude, wavelength_m};
 use catseye_plot::{Axis, Chart, Layer, Pen, Symbol};
 use glam::DVec3;
 

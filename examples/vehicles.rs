@@ -1,8 +1,8 @@
 //! Writes every vehicle and person as `DIR/KIND.glb`, walking or driving: `cargo run --release --example vehicles DIR`.
 
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
+use catseye::base::frames::Pose;
 use catseye::formats::stage::write_file;
-use catseye::frames::Pose;
 use catseye::road::vehicle::{Kind, vehicle};
 use catseye::scene::{Scene, gltf, material};
 use std::path::PathBuf;

@@ -8,8 +8,10 @@ pub mod reach;
 pub mod sweep;
 
 use crate::adc::{self, Cube};
+use crate::base::error::{BadInput, Error, Result};
+use crate::base::matrix;
+use crate::base::units::{power_from_db, wavenumber};
 use crate::dsp;
-use crate::error::{BadInput, Error, Result};
 use crate::geom::{Geometry, curved, edges, surfaces_at};
 use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
 use crate::rcs::cpu::beam_sum::{self, FrequencyPoint};
@@ -22,8 +24,6 @@ use crate::scene::Scene;
 use crate::trace::beams::BeamOptions;
 use crate::trace::cpu::refract::Media;
 use crate::trace::{beam_ahead, beam_clip, closest, scan};
-use crate::units::{power_from_db, wavenumber};
-use num_complex::Complex64;
 
 /// The row of every shader in `shaders/`.
 pub fn all_kernels() -> Vec<&'static Kernel> {
@@ -165,7 +165,7 @@ impl Engine {
     /// # Errors
     /// No such adapter; one that fails its self-test; `f64` with a GPU; limits of memory in which no work can begin.
     pub fn open(device: &str, precision: Precision) -> Result<Engine> {
-        crate::machine::check_limits()?;
+        crate::base::machine::check_limits()?;
         let gpu = match device {
             "cpu" => None,
             "auto" if precision == Precision::F64 => None,
@@ -372,7 +372,7 @@ impl Engine {
                     return Err(not_a_number(&aspect.transmit));
                 }
                 if !options.last {
-                    s.last = [[Complex64::new(f64::NAN, f64::NAN); 2]; 2];
+                    s.last = matrix::UNKNOWN;
                 }
                 out.push(s);
             }

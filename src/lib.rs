@@ -4,14 +4,7 @@
 //! Data flows one way, and a module imports only modules that stand above it in this list.
 #![deny(unsafe_code)]
 
-pub mod error;
-pub mod frames;
-pub mod machine;
-pub mod units;
-
-pub mod rng;
-
-pub mod simd;
+pub mod base;
 
 pub mod gpu;
 
@@ -39,4 +32,4 @@ pub mod detect;
 
 pub mod simulate;
 
-pub use error::{Error, Result};
+pub use base::error::{Error, Result};

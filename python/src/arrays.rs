@@ -1,7 +1,7 @@
 //! NumPy arrays and plain Python values.
 
 use crate::errors::refuse;
-use catseye::error::BadInput;
+use catseye::base::error::BadInput;
 use glam::DVec3;
 use numpy::{Element, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;

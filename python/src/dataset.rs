@@ -4,7 +4,7 @@ use crate::arrays::{Records, array, plain};
 use crate::errors::{OrRaise, refuse};
 use crate::work::{Afterwards, run_to};
 use crate::{engine, work};
-use catseye::error::BadInput;
+use catseye::base::error::BadInput;
 use catseye_cli::draw_frame;
 use catseye_io::dataset::{DATASET, DatasetFile};
 use catseye_io::produce::{self, produce};

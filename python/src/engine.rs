@@ -3,8 +3,8 @@
 use crate::arrays::plain;
 use crate::errors::{Failed, refuse};
 use crate::work;
+use catseye::base::error::BadInput;
 use catseye::engine::{Engine as Opened, Precision};
-use catseye::error::BadInput;
 use pyo3::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -41,7 +41,7 @@ pub fn raised(py: Python<'_>, e: Error) -> PyErr {
 }
 
 /// What an argument is told that is at fault.
-pub fn refuse<T>(py: Python<'_>, b: catseye::error::BadInput) -> PyResult<T> {
+pub fn refuse<T>(py: Python<'_>, b: catseye::base::error::BadInput) -> PyResult<T> {
     Err(raised(py, b.into()))
 }
 

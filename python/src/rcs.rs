@@ -3,13 +3,14 @@
 use crate::arrays::{array, values};
 use crate::errors::OrRaise;
 use crate::{engine, scene, work};
+use catseye::base::convention::Convention;
+use catseye::base::error::{BadInput, Error};
+use catseye::base::matrix::Matrix2;
+use catseye::base::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
 use catseye::engine::sweep::{Sweep, check_size};
-use catseye::error::{BadInput, Error};
 use catseye::rcs::polarisation::Derived;
 use catseye::rcs::{Aspect, Diffraction, Distance, Ground, RcsOptions, Scattering};
 use catseye::scene::material;
-use catseye::trace::Convention;
-use catseye::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
 use num_complex::Complex64;
 use pyo3::prelude::*;
 
@@ -51,7 +52,7 @@ pub struct RcsResult {
     /// What may be wrong with the result; each was also given to `warnings.warn`.
     #[pyo3(get)]
     warnings: Vec<String>,
-    matrices: Vec<[[Complex64; 2]; 2]>,
+    matrices: Vec<Matrix2>,
     shape: Vec<usize>,
 }
 
@@ -105,7 +106,7 @@ impl RcsResult {
     }
 }
 
-fn entries(s: &[[[Complex64; 2]; 2]]) -> Vec<Complex64> {
+fn entries(s: &[Matrix2]) -> Vec<Complex64> {
     s.as_flattened().as_flattened().to_vec()
 }
 

@@ -3,9 +3,10 @@
 use crate::arrays::{array, dictionary, plain, vector};
 use crate::errors::{OrRaise, refuse};
 use crate::work;
-use catseye::error::BadInput;
+use catseye::base::error::BadInput;
+use catseye::base::frames::Pose;
+use catseye::base::units::DEFAULT_FREQUENCY_HZ;
 use catseye::formats::{check_extension, stage};
-use catseye::frames::Pose;
 use catseye::geom::validate::check_scene;
 use catseye::road::labels::RoadTruth;
 use catseye::road::reflector::Reflector;
@@ -13,7 +14,6 @@ use catseye::road::{build, glb, reflector as library, scene_toml, target, truth_
 use catseye::scene::gltf::{self, ImportOptions};
 use catseye::scene::scenario::{Label, Placement};
 use catseye::scene::{Scene as Contents, Shape, material, mesh_file};
-use catseye::units::DEFAULT_FREQUENCY_HZ;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};

@@ -1,7 +1,7 @@
 //! Long work beside the interpreter: it holds no lock of Python's, and Ctrl-C ends it.
 
 use crate::errors::{Failed, raised};
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};

@@ -1,4 +1,4 @@
-// Philox4x32-10 (Salmon et al. 2011), the same numbers as src/rng.rs.
+// Philox4x32-10 (Salmon et al. 2011), the same numbers as src/base/rng.rs.
 
 // (low, high) words of a * b, from halves of 16 bits.
 fn mul_wide(a: u32, b: u32) -> vec2<u32> {

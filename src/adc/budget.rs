@@ -1,10 +1,10 @@
 //! Which echoes of a frame may be left out: the weakest, as long as all of them together cannot show (CONVENTIONS eq. 67).
 
 use super::synthesis::{Levels, passes};
+use crate::base::units::wavenumber;
 use crate::geom::hash::FastMap;
 use crate::scene::radar::Radar;
 use crate::trace::{Echo, Echoes, MAX_BOUNCES, strength};
-use crate::units::wavenumber;
 use num_complex::Complex64;
 use rayon::prelude::*;
 

@@ -2,11 +2,11 @@
 //! mixer, saturation, quantiser (CONVENTIONS eq. 109-111).
 
 use super::DeviceCube;
+use crate::base::units::{power_from_db, w_from_dbm};
 use crate::gpu::{Access, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::front_end::{Adc, DcOffset, FrontEndSettings, IqImbalance, QuantiserKind, SaturationKind};
 use crate::scene::radar::Sampling;
-use crate::units::{power_from_db, w_from_dbm};
 use num_complex::Complex64;
 use std::f64::consts::SQRT_2;
 

@@ -6,7 +6,7 @@ use super::methods::{Method, Methods};
 use super::schedule::Schedule;
 use super::synthesis::{Plan, Set};
 use super::{DeviceCube, grid_fft, grid_lines, grid_spread};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::gpu::{Buffer, Gpu, Recorder};
 use num_complex::Complex32;
 

@@ -2,8 +2,8 @@
 //! out once, and the rest in vectors.
 
 use super::synthesis::{Plan, Polynomial, excess_change, excess_m};
+use crate::base::simd::{Vectorised, vectorised};
 use crate::scene::radar::Antenna;
-use crate::simd::{Vectorised, vectorised};
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;

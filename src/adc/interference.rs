@@ -6,11 +6,11 @@
 //! spreads over all cells.
 
 use super::synthesis::power_gain;
-use crate::error::{BadInput, Result};
-use crate::frames::{Pose, Sensor, World, polarisation_basis};
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::{Pose, Sensor, World, polarisation_basis};
+use crate::base::units::{C0, w_from_dbm};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::{Antenna, Radar};
-use crate::units::{C0, w_from_dbm};
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::PI;

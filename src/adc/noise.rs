@@ -6,10 +6,10 @@
 //! in f32, so both engines start from the same numbers. Real sampling uses the cosine alone.
 
 use super::DeviceCube;
+use crate::base::units::{BOLTZMANN, T0_K, power_from_db};
 use crate::gpu::{Access, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::{Radar, Sampling};
-use crate::units::{BOLTZMANN, T0_K, power_from_db};
 
 /// Philox stream of the thermal noise.
 pub const THERMAL_STREAM: u32 = 0;

@@ -9,11 +9,11 @@
 //! the transform. What does not move needs only the first.
 
 use super::synthesis::Plan;
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
+use crate::base::units::C0;
 use crate::scene::radar::{Radar, Sampling};
 use crate::scene::waveform::{FrequencySamples, Waveform};
 use crate::trace::Echoes;
-use crate::units::C0;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 

@@ -11,14 +11,14 @@ use super::front_end::channels;
 use super::methods::Methods;
 use super::noise::Noise;
 use super::{Cube, CubePiece, DeviceCube};
-use crate::error::{Error, Result};
-use crate::frames::angles_from_direction;
+use crate::base::error::{Error, Result};
+use crate::base::frames::angles_from_direction;
+use crate::base::units::{C0, power_from_db, w_from_dbm};
 use crate::gpu::{Access, Gpu, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::{Antenna, Radar, Sampling};
 use crate::scene::waveform::{FrequencySamples, Multiplex, Waveform};
 use crate::trace::{Echo, Echoes};
-use crate::units::{C0, power_from_db, w_from_dbm};
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -529,7 +529,7 @@ fn pair_amplitude(r: &Echo, tx: &Antenna, rx: &Antenna) -> Complex64 {
 /// Power gain over isotropic of `antenna` towards `direction` in the sensor frame.
 pub fn power_gain(antenna: &Antenna, direction: DVec3) -> f64 {
     let (azimuth, elevation) = angles_from_direction(direction);
-    crate::units::power_from_db(antenna.gain_dbi) * antenna.pattern.power_gain(azimuth, elevation)
+    crate::base::units::power_from_db(antenna.gain_dbi) * antenna.pattern.power_gain(azimuth, elevation)
 }
 
 /// Path of a channel, eq. 9: from the element to the first scatterer and from the last one back,

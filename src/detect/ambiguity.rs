@@ -1,8 +1,8 @@
 //! Range rates beyond what one burst can tell: several repetition intervals, and transmitters in turn
 //! (CONVENTIONS eq. 118).
 
-use crate::error::{BadInput, Result};
-use crate::frames::direction_from_angles;
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::direction_from_angles;
 use glam::{DMat2, DVec2, DVec3};
 use num_complex::Complex64;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -211,7 +211,7 @@ pub fn resolve_range_rates(folded: &[Folded], max_mps: f64) -> Result<ResolvedRa
     let Some(best) = answers.first() else { return Ok(unresolved) };
     if folded.len() > 1 {
         let chi = ChiSquared::new((folded.len() - 1) as f64)
-            .map_err(|e| crate::error::Error::Failed(e.to_string()))?;
+            .map_err(|e| crate::base::error::Error::Failed(e.to_string()))?;
         if best.1 > chi.inverse_cdf(AGREEMENT) {
             return Ok(unresolved);
         }
@@ -412,7 +412,7 @@ impl TdmFolds {
                 worst = worst.max(self.sharpest(&x).0);
             }
         }
-        -crate::units::db_from_power(worst.min(1.0))
+        -crate::base::units::db_from_power(worst.min(1.0))
     }
 
     /// Tests the folds of a measured rate on the snapshot of its cell, before eq. 19 takes any phase
@@ -492,7 +492,7 @@ impl TdmFolds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::Draws;
+    use crate::base::rng::Draws;
     use proptest::prelude::*;
 
     fn fold(value: f64, ambiguity: f64, std: f64) -> Folded {

@@ -4,7 +4,7 @@
 //! number clusters and give out border points in the order of their search. Here labels depend on
 //! the points alone.
 
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use std::collections::HashMap;
 
 /// Where a point lies for clustering: metres in any plane, range rate in m/s. With points of a moving
@@ -198,7 +198,7 @@ pub fn members(labels: &[Option<usize>]) -> Vec<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::philox4x32_10;
+    use crate::base::rng::philox4x32_10;
     use proptest::prelude::*;
 
     /// The definition, read off: cores by counting all pairs, components by flooding.

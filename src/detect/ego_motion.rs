@@ -1,9 +1,9 @@
 //! The radar's own motion from standing things (CONVENTIONS eq. 124; Kellner, Barjenbruch, Klappstein,
 //! Dickmann and Dietmayer, IEEE ITSC 2013, 869).
 
-use crate::error::{BadInput, Result};
-use crate::frames::direction_from_angles;
-use crate::rng::philox4x32_10;
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::direction_from_angles;
+use crate::base::rng::philox4x32_10;
 use glam::{DVec2, DVec3};
 
 /// Where a radar sits on its vehicle: origin at the rear-axle centre, x forward, y left.
@@ -284,7 +284,7 @@ pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -
                 && p.range_rate_std_mps >= 0.0
         })
         .collect();
-    let failed = |what: String| crate::error::Error::Failed(format!("ego motion: {what}"));
+    let failed = |what: String| crate::base::error::Error::Failed(format!("ego motion: {what}"));
     if usable.len() < n + 1 {
         let have = usable.len();
         return Err(failed(format!("{have} points for {n} unknowns; {} or more are needed", n + 1)));
@@ -435,7 +435,7 @@ fn check(points: &[Radial], model: &EgoModel, s: &EgoSettings) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::Draws;
+    use crate::base::rng::Draws;
 
     const STD: f64 = 0.1;
 

@@ -2,11 +2,11 @@
 
 use super::points::Point;
 use crate::adc::synthesis::Levels;
+use crate::base::frames::angles_from_direction;
+use crate::base::units::dbm_from_w;
 use crate::formats::csv::Writer;
-use crate::frames::angles_from_direction;
 use crate::scene::radar::Radar;
 use crate::trace::Echoes;
-use crate::units::dbm_from_w;
 use std::io::Write;
 
 /// Standard deviations are empty where the array cannot tell the angle, and `range_rate_modulo_mps` is where nothing folds. `ghost`,

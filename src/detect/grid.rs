@@ -1,7 +1,7 @@
 //! Points of one scan as pictures for learning: what a network sees of each cell of a grid (CONVENTIONS eq. 164).
 
 use super::points::Point;
-use crate::frames::{Pose, Sensor, World};
+use crate::base::frames::{Pose, Sensor, World};
 use crate::road::mask::{Grid, Level};
 
 /// One value a cell and plane, `[row, column]` as [`Grid`] says. Cells without a point are 0 in every plane.
@@ -68,8 +68,8 @@ impl PointGrid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::frames::direction_from_angles;
     use crate::detect::{accuracy::PointStd, ambiguity::Ambiguity};
-    use crate::frames::direction_from_angles;
     use glam::DVec3;
 
     fn point(range_m: f64, azimuth_rad: f64, power_dbm: f64) -> Point {

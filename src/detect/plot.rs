@@ -4,7 +4,7 @@
 use super::accuracy::PointStd;
 use super::cluster::members;
 use super::points::Point;
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use glam::DVec2;
 
 /// A measured place in the plane of the sensor's x and y axes, with independent errors.

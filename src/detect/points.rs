@@ -3,11 +3,11 @@
 use super::accuracy::{PointAccuracy, PointStd};
 use super::ambiguity::Ambiguity;
 use crate::adc::synthesis::power_gain;
+use crate::base::frames::direction_from_angles;
+use crate::base::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
 use crate::dsp::peaks::{Peak, place};
 use crate::dsp::{RangeDoppler, Real};
-use crate::frames::direction_from_angles;
 use crate::scene::radar::Radar;
-use crate::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
 use glam::DVec3;
 use std::f64::consts::PI;
 

@@ -2,12 +2,12 @@
 
 use super::points::Point;
 use crate::adc::front_end::spill::Spill;
+use crate::base::error::Result;
+use crate::base::frames::direction_from_angles;
+use crate::base::units::{C0, wavenumber};
 use crate::dsp::window;
-use crate::error::Result;
-use crate::frames::direction_from_angles;
 use crate::scene::radar::Radar;
 use crate::scene::waveform::Multiplex;
-use crate::units::{C0, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::TAU;

@@ -3,7 +3,7 @@
 use super::accuracy::PointAccuracy;
 use super::ambiguity::Ambiguity;
 use super::points::{Detected, range_rate_mps};
-use crate::frames::direction_from_angles;
+use crate::base::frames::direction_from_angles;
 use crate::scene::radar::Radar;
 use num_complex::Complex64;
 
@@ -157,9 +157,9 @@ fn mean(radar: &Radar, seen: &[Detected]) -> Detected {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::rng::Draws;
     use crate::detect::locate;
     use crate::detect::points::point;
-    use crate::rng::Draws;
     use crate::scene::radar_toml;
 
     fn seen(range_bin: f64, doppler_row: f64, azimuth_rad: f64, power_w: f64) -> Detected {

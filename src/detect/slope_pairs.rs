@@ -3,8 +3,8 @@
 
 use super::ambiguity::{Ambiguity, Folded};
 use super::assignment::assign;
-use crate::error::{BadInput, Result};
-use crate::units::C0;
+use crate::base::error::{BadInput, Result};
+use crate::base::units::C0;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::{PI, TAU};
 
@@ -195,7 +195,7 @@ pub fn pair_slopes(
 ) -> Result<Vec<SlopePair>> {
     check(first, second, third, limits)?;
     let quantile = |freedom: f64| -> Result<f64> {
-        let chi = ChiSquared::new(freedom).map_err(|e| crate::error::Error::Failed(e.to_string()))?;
+        let chi = ChiSquared::new(freedom).map_err(|e| crate::base::error::Error::Failed(e.to_string()))?;
         Ok(chi.inverse_cdf(SAME))
     };
     let gates = [
@@ -317,7 +317,7 @@ fn check(first: &Slope, second: &Slope, third: Option<&Slope>, limits: &PairLimi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::Draws;
+    use crate::base::rng::Draws;
 
     const CARRIER: f64 = 77e9;
     const S: f64 = 1e12;

@@ -5,7 +5,7 @@
 use super::assignment::assign;
 use super::kalman::{Estimate, Innovation, Station};
 use super::plot::Plot;
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use glam::DVec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::PI;
@@ -385,9 +385,9 @@ fn lives(t: &Track, time_s: f64, s: &TrackerSettings) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::rng::Draws;
     use crate::detect::track_table::{TRACK_COLUMNS, TrackRow, write_tracks};
     use crate::formats::csv::Table;
-    use crate::rng::Draws;
     use glam::{DVec2, DVec4};
     use proptest::prelude::*;
     use std::collections::BTreeSet;

@@ -4,7 +4,7 @@
 use super::cfar_factor::Factor;
 use super::cfar_window::{Column, Halves, Reach, Window, halves, kind_number, reach, upload_columns};
 use super::{Cell, PowerMap, Real, cfar_ca, cfar_go_so, cfar_noise, cfar_os};
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use crate::gpu::{AnyBuffer, Buffer, Recorder, Threads};
 use crate::scene::radar::{Cfar, CfarKind};
 use rayon::prelude::*;

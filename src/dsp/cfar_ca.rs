@@ -2,7 +2,7 @@
 
 use super::cfar_factor::{check_pfa, ln_series, solve_factor};
 use super::cfar_window::{DeviceColumn, Params};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::gpu::{Access, Kernel, Tolerance};
 
 /// Run by [`super::cfar::record`].

@@ -1,6 +1,6 @@
 //! Factors of the CFAR detectors by solving for the probability of false alarm, in logarithms (CONVENTIONS eq. 17).
 
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use statrs::function::gamma::ln_gamma;
 
 /// A factor on a statistic of the training cells, and what that statistic is on average on noise of unit

@@ -4,7 +4,7 @@
 use super::cfar_ca;
 use super::cfar_factor::{Factor, check_pfa, crossing, ln_lower, ln_upper, maximum, solve_factor};
 use super::cfar_window::DeviceColumn;
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::gpu::{Access, Kernel, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::CfarKind;

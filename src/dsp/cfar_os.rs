@@ -3,7 +3,7 @@
 
 use super::cfar_factor::{Factor, check_pfa, crossing, ln_lower, ln_upper, maximum, solve_factor};
 use super::cfar_window::{DeviceColumn, Params};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::gpu::{Access, Kernel, Tolerance};
 use statrs::function::gamma::ln_gamma;
 

@@ -10,7 +10,7 @@ use super::{
 };
 
 use crate::adc::{Cube, DeviceCube};
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use crate::gpu::{Buffer, Done, Gpu, Pending, Recorder};
 use crate::scene::radar::{Cfar, Radar};
 use num_complex::Complex32;

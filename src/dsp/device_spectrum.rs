@@ -1,7 +1,7 @@
 //! The spectrum on the device, in as many buffers as the adapter asks for.
 
 use super::Spectrum;
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::gpu::{Buffer, Gpu};
 use num_complex::Complex32;
 

@@ -3,12 +3,12 @@
 
 use super::peaks::parabola;
 use super::{Real, Snapshots, window};
-use crate::error::{BadInput, Result};
-use crate::frames::direction_from_angles;
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::direction_from_angles;
+use crate::base::units::wavenumber;
 use crate::gpu::{Access, Gpu, Kernel, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::{Antenna, Radar};
-use crate::units::wavenumber;
 use glam::DVec3;
 use num_complex::{Complex, Complex32, Complex64};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -222,7 +222,7 @@ impl Beamformer {
             }
         }
         tops.sort_by(|x, y| y.0.total_cmp(&x.0).then((x.1, x.2).cmp(&(y.1, y.2))));
-        let least = tops.first().map_or(0.0, |t| t.0) * crate::units::power_from_db(-below_db.max(0.0));
+        let least = tops.first().map_or(0.0, |t| t.0) * crate::base::units::power_from_db(-below_db.max(0.0));
         if below_db <= 0.0 {
             tops.truncate(1);
         }

@@ -8,7 +8,7 @@
 
 use super::doa_covariance::check_forgetting;
 use super::doa_manifold::Matrix;
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use num_complex::Complex64;
 
 /// Told what arithmetic is done. `()` tells nobody and costs nothing.
@@ -436,8 +436,8 @@ pub fn times(snapshots: &[Complex64], channels: usize, rank: usize, forgetting: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::rng::philox4x32_10;
     use crate::dsp::doa_covariance::{Forgetting, covariance, eigen, principal_angle};
-    use crate::rng::philox4x32_10;
     use proptest::prelude::*;
 
     fn gaussian(t: u32, c: u32, seed: u32) -> Complex64 {

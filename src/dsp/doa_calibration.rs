@@ -4,7 +4,7 @@
 use super::doa_covariance::{covariance, eigen};
 use super::doa_manifold::Manifold;
 use super::doa_residual::Residual;
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::formats::csv::{Table, Writer};
 use num_complex::Complex64;
 use std::collections::HashMap;

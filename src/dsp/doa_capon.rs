@@ -3,7 +3,7 @@
 
 use super::doa_covariance::Eigen;
 use super::doa_manifold::Matrix;
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use num_complex::Complex64;
 
 /// F with F F^H = R^-1, from the eigendecomposition of R.

@@ -2,7 +2,7 @@
 //! eigendecomposition.
 
 use super::doa_manifold::{Lattice, Matrix};
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use num_complex::Complex64;
 
 /// R = mean of x x^H over snapshots `[snapshot, channel]`.

@@ -2,7 +2,7 @@
 //! Trans. ASSP-37, 984, 1989).
 
 use super::doa_manifold::Matrix;
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use catseye_math::NoConvergence;
 use num_complex::Complex64;
 

@@ -19,8 +19,8 @@ use super::doa_search::{minima, refine};
 use super::doa_spectrum::{Forms, Steering, form};
 use super::doa_view::View;
 use super::{Real, doa_capon};
-use crate::error::{BadInput, Result};
-use crate::units::power_from_db;
+use crate::base::error::{BadInput, Result};
+use crate::base::units::power_from_db;
 use num_complex::Complex64;
 use rayon::prelude::*;
 

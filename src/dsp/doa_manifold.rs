@@ -2,8 +2,8 @@
 //! (CONVENTIONS eq. 90), and the lattices on which shift-invariance methods stand.
 
 use super::doa_residual::Residual;
-use crate::error::{BadInput, Result};
-use crate::frames::direction_from_angles;
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::direction_from_angles;
 use crate::scene::radar::Radar;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -356,7 +356,7 @@ impl Lattice {
         let flat = if flat.length() > 1.0 { flat.normalize() } else { flat };
         let out = n.normalize() * (1.0 - flat.length_squared()).max(0.0).sqrt();
         let out = if out.x < 0.0 { -out } else { out };
-        crate::frames::angles_from_direction(flat + out)
+        crate::base::frames::angles_from_direction(flat + out)
     }
 
     /// For a line: whether it lies nearer the horizontal plane than the vertical.

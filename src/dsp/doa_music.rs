@@ -3,7 +3,7 @@
 //! polynomial (Barabell, ICASSP 1983).
 
 use super::doa_manifold::Matrix;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use num_complex::Complex64;
 
 /// Orthonormal columns that span what the orthonormal columns of `signal` leave.

@@ -7,7 +7,7 @@
 
 use super::doa_beamform::Grid;
 use super::doa_manifold::{Manifold, Matrix};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::gpu::{Access, Gpu, Kernel, Threads, Tolerance};
 use crate::gpu_struct;
 use num_complex::{Complex32, Complex64};

@@ -6,7 +6,7 @@ use super::doa_covariance::{subarray_snapshots, subarrays, with_backward};
 use super::doa_manifold::{Lattice, Manifold};
 use super::doa_options::{Method, Options};
 use super::doa_spectrum::Steering;
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use num_complex::Complex64;
 
 /// Channels that a method works on.

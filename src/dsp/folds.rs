@@ -4,7 +4,7 @@
 use super::transform::Transform;
 use super::{RangeDoppler, Snapshots};
 use crate::adc::Cube;
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::scene::radar::{Cfar, Radar};
 use num_complex::Complex64;
 

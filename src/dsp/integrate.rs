@@ -3,7 +3,7 @@
 
 use super::{PowerMap, Real};
 use crate::adc::Cube;
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 
 /// The mean of maps, each weighted by its looks (the channels it is the mean of), and the looks of the sum:
 /// noise cells are Gamma with that number, which is what the detector has to be told.

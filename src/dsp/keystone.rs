@@ -4,7 +4,7 @@
 use super::fft::{Axis, Method, Piece, fits_workgroup};
 use super::fft_pass::{CACHE, Layout, Scratch, grid};
 use super::transform::{Keystone, Transform};
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::gpu::{Access, AnyBuffer, Buffer, Gpu, Kernel, Recorder, Tolerance};
 use crate::gpu_struct;
 use num_complex::Complex32;

@@ -2,7 +2,7 @@
 //! kernel that lists them.
 
 use super::{Cell, PowerMap, Real};
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use num_complex::Complex64;

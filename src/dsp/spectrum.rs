@@ -6,7 +6,7 @@ use super::fft_pass::{Layout, Scratch, work_length};
 use super::keystone::Warp;
 use super::transform::Transform;
 use crate::adc::{Cube, DeviceCube};
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::gpu::{Buffer, Gpu, Recorder};
 use num_complex::Complex32;
 

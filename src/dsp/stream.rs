@@ -5,7 +5,7 @@ use super::spectrum;
 use super::transform::Transform;
 use super::{PowerMap, RangeDoppler, cfar, cfar_noise, peaks, power, snapshot};
 use crate::adc::Cube;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use crate::gpu::{Buffer, Gpu, Recorder};
 use crate::scene::radar::Cfar;
 use num_complex::{Complex, Complex32};

@@ -2,7 +2,7 @@
 
 use super::window;
 use crate::adc::Cube;
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::scene::radar::{Processing, Radar, Sampling};
 use crate::scene::waveform::Multiplex;
 

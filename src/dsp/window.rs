@@ -5,7 +5,7 @@
 //! *symmetric*, because its equal side lobes exist only so (SciPy's `chebwin` with `sym=True`).
 //! Sources: Harris, Proc. IEEE 66 (1978) 51; Dolph, Proc. IRE 34 (1946) 335.
 
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::scene::radar::Window;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};

@@ -4,8 +4,8 @@
 //! get more power than comes: for a town below 2.7 degrees of grazing. Angles outside the range of a law's measurements are continued as its function
 //! says; a grazing angle above 30 degrees in Kulemin's law as constant gamma.
 
+use crate::base::units::{C0, power_from_db};
 use crate::scene::backscatter::{Backscatter, Ground, Law};
-use crate::units::{C0, power_from_db};
 use std::f64::consts::{PI, TAU};
 
 /// Backscattering coefficients, cross section over area: V along the plane of incidence, H across. `hv` is the one of VH and HV,
@@ -98,9 +98,9 @@ pub fn oh(kh: f64, front: &Front, cos_i: f64) -> Sigma0 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::units::{db_from_power, wavenumber};
     use crate::em::fresnel;
     use crate::em::roughness::Shares;
-    use crate::units::{db_from_power, wavenumber};
     use num_complex::Complex64;
 
     fn front(eps: Option<Complex64>, roughness_rms_m: f64, cos_i: f64) -> Front {

@@ -8,7 +8,7 @@
 //! reflection, which these do not spoil.
 
 use super::mixing::{grain_limit_m, independent_scattering_eps, looyenga};
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::scene::material::{Layer, Material, MaterialKind, by_name};
 use num_complex::Complex64;
 

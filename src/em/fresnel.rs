@@ -55,7 +55,8 @@ mod tests {
         let (s, p) = reflection(glass, 1e-9);
         assert!((s + 1.0).norm() < 1e-8 && (p + 1.0).norm() < 1e-7);
         // Metal is nearly a perfect conductor.
-        let metal = Some(Complex64::new(1.0, -3.56e7 / (std::f64::consts::TAU * 77e9 * crate::units::EPS0)));
+        let metal =
+            Some(Complex64::new(1.0, -3.56e7 / (std::f64::consts::TAU * 77e9 * crate::base::units::EPS0)));
         let (s, p) = reflection(metal, 0.5);
         assert!((s + 1.0).norm() < 2e-3 && (p - 1.0).norm() < 5e-3);
     }

@@ -222,8 +222,8 @@ fn normal_wavenumber(eps: Complex64, sin2: f64) -> Complex64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::units::wavenumber;
     use crate::em::fresnel;
-    use crate::units::wavenumber;
     use proptest::prelude::*;
     use std::f64::consts::PI;
 

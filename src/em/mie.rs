@@ -13,8 +13,8 @@
 //! "Improved recursive algorithm for light scattering by a multilayered sphere", *Applied Optics* 42
 //! (2003) 1710, with the ratio of ψ and ξ in two radii built from products of ξ, which has no zeros.
 
-use crate::error::{BadInput, Result};
-use crate::units::wavenumber;
+use crate::base::error::{BadInput, Result};
+use crate::base::units::wavenumber;
 use num_complex::Complex64;
 
 /// Sizes k·radius for which the series is summed.
@@ -348,7 +348,7 @@ impl Riccati {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::units::{C0, db_from_power};
+    use crate::base::units::{C0, db_from_power};
     use std::f64::consts::PI;
 
     const F: f64 = 77e9;

@@ -5,8 +5,8 @@
 //! is bounded by [`independent_scattering_eps`], which is exact for few grains and too much for packed ones.
 
 use super::mie::SphereSeries;
-use crate::error::{BadInput, Result};
-use crate::units::{wavelength_m, wavenumber};
+use crate::base::error::{BadInput, Result};
+use crate::base::units::{wavelength_m, wavenumber};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 

@@ -7,7 +7,7 @@
 //! scattering are left out, and the lobe does not depend on the correlation length.
 
 use super::fresnel::rayleigh_factor;
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn coherent_and_diffuse_power_add_up() {
         let r = Complex64::new(-0.6, 0.3);
-        let k = crate::units::wavenumber(77e9);
+        let k = crate::base::units::wavenumber(77e9);
         for rough in [0.0, 1e-4, 5e-4, 3e-3] {
             for cos_i in [0.02, 0.3, 0.7, 1.0] {
                 let shares = Shares::of(r, k, rough, cos_i);

@@ -5,8 +5,8 @@
 //! area counts; and the marking is longer than a range bin, so a bin holds a share of its balls.
 
 use super::mie::SphereSeries;
-use crate::error::{BadInput, Result};
-use crate::units::{db_from_power, wavenumber};
+use crate::base::error::{BadInput, Result};
+use crate::base::units::{db_from_power, wavenumber};
 use std::f64::consts::PI;
 
 /// A strip of road paved with balls that touch, in a square lattice.

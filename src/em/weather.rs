@@ -1,7 +1,7 @@
 //! Rain and fog: attenuation as ITU-R recommends, and what drops scatter back (CONVENTIONS eq. 151-155).
 
 use super::mie::SphereSeries;
-use crate::error::Result;
+use crate::base::error::Result;
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
@@ -160,7 +160,7 @@ impl RainBackscatter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::units::wavelength_m;
+    use crate::base::units::wavelength_m;
 
     /// Table 5 of P.838-3 at 80 GHz, and at 1, 10, 30 GHz.
     #[test]

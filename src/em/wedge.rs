@@ -205,7 +205,7 @@ fn cot(z: Complex64) -> Complex64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::polarisation_basis;
+    use crate::base::frames::polarisation_basis;
     use proptest::prelude::*;
     use statrs::function::gamma::gamma;
 

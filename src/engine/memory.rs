@@ -2,8 +2,8 @@
 
 use super::{Engine, Precision};
 use crate::adc::shaping::Shaping;
-use crate::error::{BadInput, Result};
-use crate::machine;
+use crate::base::error::{BadInput, Result};
+use crate::base::machine;
 use crate::scene::radar::Radar;
 use crate::scene::waveform::Multiplex;
 

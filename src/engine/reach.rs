@@ -1,10 +1,10 @@
 //! How far a receiver hears: what lies farther need not be traced.
 
 use crate::adc::synthesis::passes_filter;
+use crate::base::units::C0;
 use crate::geom::Geometry;
 use crate::scene::radar::Radar;
 use crate::scene::waveform::Waveform;
-use crate::units::C0;
 use glam::DVec3;
 
 /// Half the length of the longest path whose echo can pass the receiver, m, when no path changes its length faster than

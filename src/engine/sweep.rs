@@ -1,7 +1,7 @@
 //! A cross section as it is asked for: the request checked, its accuracy measured and, where it can be, reached.
 
 use super::Engine;
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::geom::{Geometry, curved};
 use crate::rcs::validity::Faces;
 use crate::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};

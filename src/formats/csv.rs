@@ -1,6 +1,6 @@
 //! Comma-separated tables (RFC 4180) with one header line and comment lines that start with `#`.
 
-use crate::error::{BadInput, Result, nearest};
+use crate::base::error::{BadInput, Result, nearest};
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::Write;

@@ -1,6 +1,6 @@
 //! Files that are read: regular files only, and none larger than it should be.
 
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use std::fs::{File, Metadata};
 use std::io::Read;
 use std::path::Path;
@@ -69,7 +69,7 @@ pub fn read(path: &Path, what: &str, most: u64) -> Result<Vec<u8>> {
     if length > most {
         return Err(too_large(length).into());
     }
-    crate::machine::require(length as f64, "its bytes").map_err(|e| e.file(path))?;
+    crate::base::machine::require(length as f64, "its bytes").map_err(|e| e.file(path))?;
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
     let mut bytes = Vec::with_capacity(length as usize);
     // It may have grown, and files of the kernel's own say that they are empty.

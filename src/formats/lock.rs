@@ -1,7 +1,7 @@
 //! A lock beside an output while it is made: the second process is told who holds it. The system frees it when its holder ends,
 //! however it ends.
 
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use std::fs::{File, TryLockError};
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};

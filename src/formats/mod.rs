@@ -9,7 +9,7 @@ pub mod parquet_table;
 pub mod rcs_csv;
 pub mod stage;
 
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use std::path::Path;
 
 /// Serialises a path as text. Where its bytes are not UTF-8, U+FFFD stands in their place, since JSON holds nothing else.

@@ -2,7 +2,7 @@
 //! Written as version 1.0, little-endian, C order. Read in versions 1 to 3, little-endian, C or
 //! Fortran order (turned into C order).
 
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use bytemuck::Pod;
 use num_complex::{Complex32, Complex64};
 use std::fs::File;

@@ -2,7 +2,7 @@
 //! metadata under `comments`, one to a line.
 
 use super::csv::Columns;
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use parquet::basic::{Compression, Repetition, Type as Physical};
 use parquet::data_type::DoubleType;
 use parquet::errors::ParquetError;

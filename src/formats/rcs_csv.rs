@@ -2,7 +2,8 @@
 //! frequency and direction, angles in degrees, amplitudes in metres (CONVENTIONS eq. 3).
 
 use super::csv::{Columns, Table};
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
+use crate::base::matrix::Matrix2;
 use num_complex::Complex64;
 use std::path::Path;
 
@@ -44,7 +45,7 @@ pub struct RawRow {
     /// VV, VH, HV, HH.
     pub dbsm: [f64; 4],
     /// S[rx][tx] in m, index 0 is V.
-    pub s: [[Complex64; 2]; 2],
+    pub s: Matrix2,
 }
 
 /// Whether a file of this name is Parquet.

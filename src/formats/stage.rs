@@ -5,7 +5,7 @@
 //! same kind and with nothing else in it, is ever replaced. While a folder is made a lock stands beside it.
 
 use super::lock::Lock;
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use serde_json::{Map, Value};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;

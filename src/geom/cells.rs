@@ -124,7 +124,7 @@ fn next_side(mesh: &Welded, (t, front): Sheet, (from, to): (u32, u32), same: imp
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
     use crate::geom::Geometry;
     use crate::geom::faces::Faces;
     use crate::road::reflector::Reflector;

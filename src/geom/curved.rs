@@ -9,7 +9,7 @@
 use super::coarser::coarser;
 pub use super::smooth::{Limit, MOST_FACETS};
 use super::smooth::{Surface, is_curved};
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use crate::scene::{Mesh, Scene, Shape};
 use glam::DVec3;
 use rayon::prelude::*;

@@ -318,7 +318,7 @@ fn join(pieces: &[([u32; 2], Edge)]) -> Vec<Edge> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
     use crate::scene::{Material, MaterialKind, Mesh, Scene};
 
     fn geometry_of(bodies: &[Vec<[DVec3; 3]>], material: Material) -> Geometry {

@@ -4,7 +4,7 @@
 use super::cells::{self, Cell, NO_CELL};
 use super::curved_facet::CurvedFacet;
 use super::welded::{NO_PLANE, Welded, sides};
-use crate::frames::{Pose, Target, World};
+use crate::base::frames::{Pose, Target, World};
 use crate::geom::hash::FastMap;
 use glam::{DVec2, DVec3, Vec3Swizzles};
 use obvhs::bvh2::{builder::build_bvh2, node::Bvh2Node};
@@ -797,7 +797,7 @@ fn halved(polygon: Vec<u32>) -> Vec<Vec<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
     use crate::geom::Geometry;
     use crate::scene::{Material, Mesh, Scene};
 

@@ -21,14 +21,15 @@ pub mod upload;
 pub mod validate;
 mod welded;
 
+use crate::base::error::{BadInput, Error, Result};
+use crate::base::frames::{Pose, Target, World, angles_from_direction, polarisation_basis};
+use crate::base::matrix::Matrix2;
+use crate::base::units::wavelength_m;
 use crate::em::layers::Backing;
-use crate::error::{BadInput, Error, Result};
-use crate::frames::{Pose, Target, World, angles_from_direction, polarisation_basis};
 use crate::geom::hash::FastMap;
 use crate::scene::motion::Moving;
-use crate::scene::scatterer::{Matrix, ScatteringTable, Stencil, turned};
+use crate::scene::scatterer::{ScatteringTable, Stencil, turned};
 use crate::scene::{Material, Object, Scene, Shape};
-use crate::units::wavelength_m;
 use bvh::Bvh;
 use faces::{FLAT, Faces};
 use glam::{DQuat, DVec3};
@@ -144,7 +145,7 @@ pub struct TableTarget {
 impl TableTarget {
     /// S at a place among the table's frequencies, towards the unit vector `u` from the object (world), with the vectors V and H of `basis` (world) for
     /// transmit and receive (CONVENTIONS eq. 43).
-    pub fn scattering(&self, band: &Stencil, u: DVec3, basis: (DVec3, DVec3)) -> Matrix {
+    pub fn scattering(&self, band: &Stencil, u: DVec3, basis: (DVec3, DVec3)) -> Matrix2 {
         let own = self.rotation.inverse() * u;
         let (azimuth, elevation) = angles_from_direction(own);
         let s = self.table.scattering(band, azimuth, elevation);

@@ -5,7 +5,7 @@
 use super::Geometry;
 use super::faces::{Face, Faces, HalfSpace, LIES_M, bounds};
 use super::validate::check_mesh;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use crate::geom::hash::FastMap;
 use crate::scene::{Scene, Shape};
 use glam::DVec3;
@@ -263,7 +263,7 @@ fn thousands(n: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
     use crate::scene::{Mesh, material};
 
     /// A sheet of n x n quadrilaterals, `size_m` long, at a height and with noise across it.

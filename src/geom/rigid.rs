@@ -7,7 +7,7 @@ use super::patches::{COPLANAR, coplanar_patches};
 use super::planes;
 use super::triangle::Triangle;
 use super::welded::{NO_PLANE, Welded, sides, weld};
-use crate::frames::{Pose, Target, World};
+use crate::base::frames::{Pose, Target, World};
 use crate::scene::Mesh;
 use glam::DVec3;
 use std::sync::{Arc, OnceLock};

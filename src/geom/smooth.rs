@@ -2,7 +2,7 @@
 //! how far they may.
 
 use super::hash::FastMap;
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::scene::Mesh;
 use glam::DVec3;
 use rayon::prelude::*;

@@ -1,10 +1,10 @@
 //! Materials at one frequency.
 
+use crate::base::error::{BadInput, Result};
 use crate::em::clutter::{self, Front, Sigma0};
 use crate::em::fresnel::{rayleigh_factor, transmission_roughness_factor};
 use crate::em::layers::{Backing, Layer, Stack};
 use crate::em::roughness::{Lobe, Shares};
-use crate::error::{BadInput, Result};
 use crate::scene::backscatter::{Backscatter, Law};
 use crate::scene::{Material, MaterialKind, Scene};
 use num_complex::Complex64;

@@ -1,9 +1,9 @@
 //! The geometry as the arrays that the shaders read.
 
 use super::{Geometry, Surface};
+use crate::base::error::{BadInput, Result};
+use crate::base::units::wavenumber;
 use crate::em::layers::Backing;
-use crate::error::{BadInput, Result};
-use crate::units::wavenumber;
 use glam::DVec3;
 use num_complex::Complex64;
 

@@ -4,9 +4,9 @@
 //! out is taken as a sheet, metal on both sides, which changes nothing. Only a dielectric needs to know
 //! its outside: one that is inside out is an error. Triangles without area are left out.
 
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
+use crate::base::units::C0;
 use crate::scene::{Mesh, Scene, Shape};
-use crate::units::C0;
 use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::f64::consts::PI;
@@ -216,8 +216,8 @@ pub fn check_scene(scene: &Scene, freq_hz: f64) -> Result<Vec<(String, MeshRepor
         if std::mem::replace(&mut seen[m], true) {
             continue;
         }
-        let named = |e: crate::error::Error| match e {
-            crate::error::Error::Input(b) => {
+        let named = |e: crate::base::error::Error| match e {
+            crate::base::error::Error::Input(b) => {
                 let key = b.key.clone().map_or_else(String::new, |k| format!(" {k}"));
                 b.key(format!("object '{}'{key}", object.name)).into()
             }
@@ -494,7 +494,7 @@ impl Parts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
     use crate::scene::{Material, material};
     use proptest::prelude::*;
 

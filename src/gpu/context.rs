@@ -1,7 +1,7 @@
 //! Adapters and the opened device.
 
 use super::kernel::{Kernel, Pipeline, build_pipeline};
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

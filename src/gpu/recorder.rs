@@ -3,7 +3,7 @@
 
 use super::context::Gpu;
 use super::kernel::Kernel;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use bytemuck::Pod;
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind};

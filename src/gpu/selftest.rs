@@ -6,10 +6,10 @@ use super::context::{Gpu, Want};
 use super::kernel::{Access, Kernel, Tolerance};
 use super::numbers::{df_from_f64, turns_from_f64};
 use super::recorder::Threads;
-use crate::error::Result;
+use crate::base::error::Result;
+use crate::base::rng::{PHILOX_KNOWN_ANSWERS, philox4x32_10};
+use crate::base::units::{DEFAULT_FREQUENCY_HZ, wavelength_m};
 use crate::gpu_struct;
-use crate::rng::{PHILOX_KNOWN_ANSWERS, philox4x32_10};
-use crate::units::{DEFAULT_FREQUENCY_HZ, wavelength_m};
 use std::f64::consts::TAU;
 
 gpu_struct! {

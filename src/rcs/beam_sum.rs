@@ -5,13 +5,13 @@
 //! order in every run. The host adds up each aspect's polygons in f64.
 
 use super::{BistaticAspect, Distance, Scattering};
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
+use crate::base::units::C0;
 use crate::geom::upload::surface_words;
 use crate::geom::{Geometry, Surface};
 use crate::gpu::{Access, AnyBuffer, Buffer, Gpu, Kernel, Pending, Recorder, Threads, Tolerance};
 use crate::trace::beams::{BeamArrays, BeamOptions, MOST_FACES, Params, Port, RECORD, SCRATCH};
 use crate::trace::{MAX_BOUNCES, beam_ahead, beam_clip, scan};
-use crate::units::C0;
 use glam::DVec3;
 use num_complex::Complex64;
 

@@ -8,9 +8,9 @@
 //! which is the integral evaluated by the functions `po_*`. "GO" is geometric optics: the closed form
 //! for the double or triple bounce alone, and the same as convention "last" on boresight.
 
+use crate::base::error::Result;
+use crate::base::units::{wavelength_m, wavenumber};
 use crate::em::mie::SphereSeries;
-use crate::error::Result;
-use crate::units::{wavelength_m, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -173,8 +173,8 @@ fn gauss_panels(a: f64, b: f64, panels: usize, f: impl Fn(f64) -> Complex64) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::direction_from_angles;
-    use crate::units::{db_from_power, dbsm_from_amplitude};
+    use crate::base::frames::direction_from_angles;
+    use crate::base::units::{db_from_power, dbsm_from_amplitude};
     use proptest::prelude::*;
 
     const F: f64 = 77e9;
@@ -273,7 +273,7 @@ mod tests {
     fn overlap(u: DVec3, square: bool) -> f64 {
         let d = std::f64::consts::FRAC_1_SQRT_2;
         let legs = [DVec3::new(d, -d, 0.0), DVec3::new(d, d, 0.0), DVec3::Z];
-        let (v, h) = crate::frames::polarisation_basis(u);
+        let (v, h) = crate::base::frames::polarisation_basis(u);
         let inside = |p: DVec3| {
             // The ray through p along u meets one of the faces in its outline.
             (0..3).any(|i| {

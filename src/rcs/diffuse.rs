@@ -2,11 +2,11 @@
 //! (CONVENTIONS eq. 27). First bounce, far field, monostatic.
 
 use super::Aspect;
+use crate::base::frames::{direction_from_angles, polarisation_basis};
+use crate::base::units::wavenumber;
 use crate::em::roughness::Lobe;
-use crate::frames::{direction_from_angles, polarisation_basis};
 use crate::geom::Geometry;
 use crate::trace::launch::PlaneGrid;
-use crate::units::wavenumber;
 use rayon::prelude::*;
 
 /// Mean cross section in m^2 that the visible rough facets add in power to the coherent one, for each
@@ -61,7 +61,7 @@ fn one(geometry: &Geometry, aspect: Aspect, lobe: Lobe, rays_per_wavelength: f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
     use crate::road::reflector::Reflector;
     use crate::scene::{Material, Scene};
     use glam::{DQuat, DVec3};

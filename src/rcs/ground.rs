@@ -17,11 +17,12 @@
 //! [`remark`] says when.
 
 use super::{Aspect, BistaticAspect, Distance, Ground, RcsOptions, Scattering};
-use crate::error::{BadInput, Result};
-use crate::frames::{Pose, direction_from_angles};
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::{Pose, direction_from_angles};
+use crate::base::matrix::Matrix2;
+use crate::base::units::{wavelength_m, wavenumber};
 use crate::geom::Surface;
 use crate::scene::{Material, MaterialKind, Mesh, Scene, Shape};
-use crate::units::{wavelength_m, wavenumber};
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
 
@@ -50,7 +51,7 @@ pub fn coefficients(material: &Material, freq_hz: f64, sin_grazing: f64) -> Resu
 /// S over the ground from S on the ways [straight in and out, reflected in, reflected out, reflected both]
 /// (CONVENTIONS eq. 45).
 pub fn combine(ways: [&Scattering; 4], transmit: [Complex64; 2], receive: [Complex64; 2]) -> Scattering {
-    let sum = |of: &dyn Fn(&Scattering) -> [[Complex64; 2]; 2]| {
+    let sum = |of: &dyn Fn(&Scattering) -> Matrix2| {
         let [dd, rd, dr, rr] = ways.map(of);
         [0, 1].map(|r| {
             [0, 1]

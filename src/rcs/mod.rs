@@ -10,12 +10,13 @@ pub mod polarisation;
 pub mod table;
 pub mod validity;
 
-use crate::error::{BadInput, Result};
-use crate::frames::{direction_from_angles, polarisation_basis};
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::{direction_from_angles, polarisation_basis};
+use crate::base::matrix::Matrix2;
+use crate::base::units::{power_from_db, wavenumber};
 use crate::geom::Geometry;
 use crate::scene::Scene;
 use crate::trace::beams::Port;
-use crate::units::{power_from_db, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -175,9 +176,9 @@ pub struct RayGrid {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Scattering {
     /// Every bounce radiates.
-    pub every: [[Complex64; 2]; 2],
+    pub every: Matrix2,
     /// Only the last bounce radiates.
-    pub last: [[Complex64; 2]; 2],
+    pub last: Matrix2,
 }
 
 impl Scattering {
@@ -204,10 +205,10 @@ impl Scattering {
     }
 
     /// The matrix of one convention.
-    pub fn of(&self, convention: crate::trace::Convention) -> &[[Complex64; 2]; 2] {
+    pub fn of(&self, convention: crate::base::convention::Convention) -> &Matrix2 {
         match convention {
-            crate::trace::Convention::Every => &self.every,
-            crate::trace::Convention::Last => &self.last,
+            crate::base::convention::Convention::Every => &self.every,
+            crate::base::convention::Convention::Last => &self.last,
         }
     }
 }
@@ -233,7 +234,7 @@ pub fn point_sum(
             .into());
     }
     let mut sum = [[Complex64::ZERO; 2]; 2];
-    let mut add = |position: DVec3, s: &dyn Fn(DVec3) -> [[Complex64; 2]; 2]| {
+    let mut add = |position: DVec3, s: &dyn Fn(DVec3) -> Matrix2| {
         // Towards each antenna, and its amplitude and way against the origin's.
         let legs = directions.map(|u| match distance {
             Distance::Infinite => (u, f64::INFINITY, 1.0, -u.dot(position)),

@@ -1,15 +1,15 @@
 //! Physical-optics sum of all tubes over the aspects of a sweep, on the gpu engine.
 
 use super::{Aspect, Distance, RayGrid, Scattering};
-use crate::error::Result;
-use crate::frames::direction_from_angles;
+use crate::base::error::Result;
+use crate::base::frames::direction_from_angles;
+use crate::base::units::{wavelength_m, wavenumber};
 use crate::geom::Geometry;
 use crate::geom::upload::{GeometryArrays, split, split3};
 use crate::gpu::{Access, Gpu, Kernel, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::trace::launch::{Fan, PlaneGrid};
 use crate::trace::upload::{GeometryBuffers, cell_words, columns};
-use crate::units::{wavelength_m, wavenumber};
 use num_complex::Complex64;
 
 gpu_struct! {

@@ -4,6 +4,7 @@
 //! **u** from the target to the antenna. The same vector serves for receiving (backscatter alignment), where the
 //! voltage is **e**ᵣᵀ **E**ₛ without a conjugate, so S_pq = **e**ₚᵀ S **e**_q, first letter received.
 
+use crate::base::matrix::Matrix2;
 use num_complex::Complex64;
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -23,7 +24,7 @@ impl Derived {
     pub const ALL: [Derived; 2] = [Derived::Linear45, Derived::Circular];
 
     /// The two unit vectors, each as its (V, H) components.
-    pub fn basis(self) -> [[Complex64; 2]; 2] {
+    pub fn basis(self) -> Matrix2 {
         let c = |re: f64, im: f64| Complex64::new(re, im) * FRAC_1_SQRT_2;
         match self {
             Derived::Linear45 => [[c(1.0, 0.0), c(1.0, 0.0)], [c(1.0, 0.0), c(-1.0, 0.0)]],
@@ -40,7 +41,7 @@ impl Derived {
     }
 
     /// S[rx][tx] in these polarisations from S in V and H.
-    pub fn of(self, s: &[[Complex64; 2]; 2]) -> [[Complex64; 2]; 2] {
+    pub fn of(self, s: &Matrix2) -> Matrix2 {
         let e = self.basis();
         let mut out = [[Complex64::ZERO; 2]; 2];
         for (p, row) in out.iter_mut().enumerate() {
@@ -59,7 +60,7 @@ impl Derived {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::{Pose, direction_from_angles, polarisation_basis};
+    use crate::base::frames::{Pose, direction_from_angles, polarisation_basis};
     use crate::geom::Geometry;
     use crate::rcs::cpu::po_sum::sweep;
     use crate::rcs::{Aspect, Distance, RayGrid};
@@ -89,7 +90,7 @@ mod tests {
         }
     }
 
-    fn scattering(corners: &[[DVec3; 3]], roll: f64, aspect: Aspect) -> [[Complex64; 2]; 2] {
+    fn scattering(corners: &[[DVec3; 3]], roll: f64, aspect: Aspect) -> Matrix2 {
         let mut scene = Scene::default();
         scene.materials.push(Material::pec());
         let mesh = Mesh {
@@ -152,7 +153,7 @@ mod tests {
         fn power_is_kept(x in prop::array::uniform8(-1.0f64..1.0), turn in 0.0f64..6.0) {
             let z = |i: usize| Complex64::new(x[2 * i], x[2 * i + 1]);
             let s = [[z(0), z(1)], [z(2), z(3)]];
-            let span = |m: &[[Complex64; 2]; 2]| m.as_flattened().iter().map(|z| z.norm_sqr()).sum::<f64>();
+            let span = |m: &Matrix2| m.as_flattened().iter().map(|z| z.norm_sqr()).sum::<f64>();
             for d in Derived::ALL {
                 prop_assert!((span(&d.of(&s)) - span(&s)).abs() < 1e-12);
             }

@@ -2,12 +2,12 @@
 
 use super::polarisation::Derived;
 use super::{Aspect, BistaticAspect};
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
+use crate::base::matrix::Matrix2;
+use crate::base::units::dbsm_from_amplitude;
 use crate::formats::csv::Writer;
 use crate::formats::rcs_csv;
 pub use crate::formats::rcs_csv::{COLUMNS, RECEIVE_COLUMNS};
-use crate::units::dbsm_from_amplitude;
-use num_complex::Complex64;
 use std::path::Path;
 
 /// One row: a frequency, directions and the scattering matrix.
@@ -20,7 +20,7 @@ pub struct Row {
     /// Where the receiver stands, when it stands apart.
     pub receive: Option<Aspect>,
     /// S[rx][tx] in m.
-    pub s: [[Complex64; 2]; 2],
+    pub s: Matrix2,
 }
 
 /// To a billionth of a degree: angles that were given in degrees come back as they were.
@@ -153,6 +153,7 @@ impl RcsTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use num_complex::Complex64;
 
     #[test]
     fn reads_back_what_it_wrote() {

@@ -7,10 +7,10 @@
 
 use super::ground::{self, GroundRemark};
 use super::{Aspect, RcsOptions};
-use crate::frames::direction_from_angles;
+use crate::base::frames::direction_from_angles;
+use crate::base::units::wavelength_m;
 use crate::geom::patches::coplanar_patches;
 use crate::scene::{Mesh, Scene, Shape};
-use crate::units::wavelength_m;
 use glam::DVec3;
 
 /// Faces of so many wavelengths and more are large.
@@ -212,7 +212,7 @@ fn curved_width(mesh: &Mesh, world: &[DVec3]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
     use crate::rcs::{Distance, Ground};
     use crate::scene::Material;
 

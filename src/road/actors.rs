@@ -1,6 +1,6 @@
 //! Which objects are the parts of one thing (a car's body and its wheels), and the box around all of it.
 
-use crate::frames::{Pose, Target, World};
+use crate::base::frames::{Pose, Target, World};
 use crate::scene::{Object, Scene, Shape};
 use glam::DVec3;
 use std::collections::HashMap;

@@ -2,8 +2,8 @@
 //! slope. `s` is the arc length in plan, `t` the distance from the axis in plan, positive to the left, `h` the
 //! height straight up over the road's surface; metres and radians.
 
-use crate::error::{BadInput, Result};
-use crate::frames::{Pose, Target, World};
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::{Pose, Target, World};
 use crate::road::profile::{Piece, Profile};
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use std::sync::OnceLock;

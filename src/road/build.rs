@@ -4,8 +4,8 @@
 //! Vertices are rounded to single precision in the frame of their object, so that a glTF file holds the very
 //! same scene.
 
-use crate::error::{BadInput, Result};
-use crate::frames::{Pose, Target, World};
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::{Pose, Target, World};
 use crate::road::axis::RoadPoint;
 use crate::road::drive::OnRoad;
 use crate::road::labels::{
@@ -732,7 +732,7 @@ fn steps(span_m: &Range<f64>, step_m: f64) -> Result<Vec<f64>> {
     Ok((0..=n as usize).map(|i| span_m.start + step_m * i as f64).collect())
 }
 
-fn too_many(n: f64) -> crate::error::Error {
+fn too_many(n: f64) -> crate::base::error::Error {
     BadInput::new("needs too many objects")
         .value(format!("{n:.0}"))
         .allowed(format!("up to {MAX_ROW}"))

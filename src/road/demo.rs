@@ -4,8 +4,8 @@
 //! low-profile reflectors on its three lane lines look back at the traffic; guard rails run along
 //! both sides.
 
-use crate::error::Result;
-use crate::frames::Pose;
+use crate::base::error::Result;
+use crate::base::frames::Pose;
 use crate::road::labels::{LaneLabel, LineLabel, MarkerLabel, MarkerRowLabel, RoadLabel, RoadTruth};
 use crate::road::layout::{Driven, LaneKind, LineKind};
 use crate::road::materials::MaterialLookup;

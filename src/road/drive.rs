@@ -1,6 +1,6 @@
 //! Vehicles that follow a road: their drive as a motion in the world (CONVENTIONS eq. 143).
 
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::road::axis::RoadPoint;
 use crate::road::layout::{Lateral, Road};
 use crate::scene::drive::Drive;

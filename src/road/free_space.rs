@@ -165,7 +165,7 @@ fn blocked(truth: &RoadTruth, scene: &Scene, time_s: f64, b: &ActorBox, fan: &Fa
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
     use crate::road::labels::RoadLabel;
     use crate::road::shape::cuboid;
 

@@ -1,7 +1,7 @@
 //! A road scene as one binary glTF file, its labels in the extras of the asset, where other programs leave them
 //! alone.
 
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use crate::road::labels::RoadTruth;
 use crate::scene::{Scene, gltf};
 use serde::Deserialize;
@@ -94,7 +94,7 @@ fn split(glb: &[u8]) -> Option<(&[u8], &[u8])> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
     use crate::scene::Mesh;
     use glam::DVec3;
 

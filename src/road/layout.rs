@@ -1,7 +1,7 @@
 //! What a road is made of across: lanes from the axis outwards, painted lines, and places given by lane or edge.
 
-use crate::error::{BadInput, Error, Result};
-use crate::frames::Pose;
+use crate::base::error::{BadInput, Error, Result};
+use crate::base::frames::Pose;
 use crate::road::axis::{RoadAxis, RoadPoint, pose_on};
 use crate::road::profile::Profile;
 use glam::{DVec2, DVec3};
@@ -423,7 +423,7 @@ impl<'a> Deck<'a> {
         lift_m: f64,
         yaw_rad: f64,
         lying: bool,
-    ) -> Pose<crate::frames::Target, crate::frames::World> {
+    ) -> Pose<crate::base::frames::Target, crate::base::frames::World> {
         let (at, normal) = self.ground(s_m, t_m);
         let up = if lying { normal } else { DVec3::Z };
         pose_on(at + lift_m * up, up, self.road.axis.at(s_m).heading_rad + yaw_rad)

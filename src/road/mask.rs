@@ -1,7 +1,7 @@
 //! What lies in each cell of a grid before the radar, seen from above, as a picture of class numbers (CONVENTIONS
 //! eq. 163).
 
-use crate::frames::{Pose, Sensor, World};
+use crate::base::frames::{Pose, Sensor, World};
 use crate::road::actors::{base_class, is_vehicle};
 use crate::road::near::LaneTruth;
 use crate::scene::{Scene, Shape};

@@ -1,6 +1,6 @@
 //! How builders find radar materials.
 
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::scene::Material;
 
 /// Finds a radar material by its name.

@@ -34,7 +34,7 @@ pub mod vehicle;
 pub mod w3;
 pub mod w8;
 
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::scene::motion::{Channel, Joint};
 use crate::scene::scenario::{self, Builtin};
 use crate::scene::{Scene, material};

@@ -1,7 +1,7 @@
 //! Road furniture and vehicles. Each function gives a mesh in its object's own frame (target frame:
 //! x forward, y left, z up, metres); material arguments are indices into a scene's materials.
 
-use crate::frames::{Pose, Target};
+use crate::base::frames::{Pose, Target};
 use crate::road::shape::{Profile, append, cuboid, extrude_x, polygon, weld};
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};

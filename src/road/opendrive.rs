@@ -7,7 +7,7 @@
 //! Superelevation is an angle there and a slope here: tan a is taken as a, which is 0.02 mm for each metre of
 //! distance from the axis at 4 % and 0.3 mm at 10 %.
 
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::road::axis::{Course, RoadAxis, Start};
 use crate::road::layout::{Driven, Lane, LaneKind, LineKind, Paint, Road};
 use crate::road::profile::{Piece, Profile};
@@ -171,9 +171,9 @@ fn road(xml: &Xml, node: Node<'_, '_>) -> Result<Road> {
         }
     }
     road.check().map_err(|e| match e {
-        crate::error::Error::Input(b) => {
+        crate::base::error::Error::Input(b) => {
             let at = xml.bad(node, "");
-            crate::error::Error::Input(Box::new(BadInput { file: at.file, line: at.line, ..*b }))
+            crate::base::error::Error::Input(Box::new(BadInput { file: at.file, line: at.line, ..*b }))
         }
         e => e,
     })?;
@@ -291,7 +291,7 @@ fn axis(xml: &Xml, road: Node<'_, '_>) -> Result<RoadAxis> {
             other => return Err(xml.bad(g, format!("has a shape '{other}' that is not known")).into()),
         };
         let alone = RoadAxis::placed(&[(start, course)], Profile::constant(0.0)).map_err(|e| match e {
-            crate::error::Error::Input(b) => xml.bad(g, b.problem).into(),
+            crate::base::error::Error::Input(b) => xml.bad(g, b.problem).into(),
             e => e,
         })?;
         if let Some(before) = ahead {

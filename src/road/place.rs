@@ -1,6 +1,6 @@
 //! Whether a radar stands where one can stand: not under the road, not inside a body.
 
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::scene::scenario::SitedScenario;
 use crate::scene::{Mesh, Scene, Shape};
 use glam::DVec3;

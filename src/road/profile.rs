@@ -1,6 +1,6 @@
 //! A quantity along a road as a chain of cubics: heights, cross slopes, widths of lanes, lateral offsets.
 
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 
 /// value(s) = c0 + c1 u + c2 u² + c3 u³ with u = s - s0 of the last piece that begins at or before s; the
 /// first piece serves before its beginning only with its first value.

@@ -1,7 +1,7 @@
 //! The TOML description of a road scene, for `catseye scene FILE.toml`: from its tables to a checked plan. Complaints
 //! name the place in the file.
 
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use crate::road::axis::{Course, GradeChange, RoadAxis, RoadPoint};
 use crate::road::build::{MAX_ROW, places};
 use crate::road::layout::{Base, Driven, InLane, Lane, LaneKind, Lateral, LineKind, Paint, Road, Side};

@@ -1,6 +1,6 @@
 //! Small mesh operations that the builders share. All lengths in metres.
 
-use crate::frames::Pose;
+use crate::base::frames::Pose;
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
@@ -320,7 +320,7 @@ pub fn is_watertight(mesh: &Mesh) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::{Target, World};
+    use crate::base::frames::{Target, World};
 
     #[test]
     fn cuboid_is_closed_and_outward() {

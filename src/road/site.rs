@@ -5,7 +5,7 @@ use super::layout::{Base, Driven, InLane, Lateral, Road};
 use super::plan::ScenePlan;
 use super::profile::Profile;
 use super::{Library, build, builtin_truth, drive, glb, place, scene_toml};
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use crate::scene::scenario::{Ego, EgoPlan, OnRoad, Scenario, SceneSource, SitedScenario};
 use crate::scene::{Scene, gltf, material};
 use std::path::Path;

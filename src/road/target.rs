@@ -1,8 +1,8 @@
 //! What a cross section is taken of: a file of a mesh, or a reflector of the library with its parameters.
 
 use super::reflector::{Reflector, kinds};
-use crate::error::{BadInput, Result, nearest};
-use crate::frames::{Pose, World, angles_from_direction, direction_from_angles};
+use crate::base::error::{BadInput, Result, nearest};
+use crate::base::frames::{Pose, World, angles_from_direction, direction_from_angles};
 use crate::scene::gltf::ImportOptions;
 use crate::scene::mesh_file;
 use crate::scene::{Scene, Shape, material};

@@ -1,7 +1,7 @@
 //! The vehicles of road scenes, by kind.
 
-use crate::error::{BadInput, Result, nearest};
-use crate::frames::Pose;
+use crate::base::error::{BadInput, Result, nearest};
+use crate::base::frames::Pose;
 use crate::road::materials::MaterialLookup;
 use crate::road::objects::{CarMaterials, passenger_car};
 use crate::scene::Scene;

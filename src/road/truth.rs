@@ -87,7 +87,7 @@ pub fn actor_truth(scene: &Scene, time_s: f64) -> Vec<(ActorBox, TruthBox)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
     use crate::road::shape::cuboid;
 
     #[test]

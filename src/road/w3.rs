@@ -1,7 +1,7 @@
 //! Workload W3: a synthetic road of boxes with fixed numbers, for timing and comparison.
 
-use crate::error::Result;
-use crate::frames::{Pose, Target, World};
+use crate::base::error::Result;
+use crate::base::frames::{Pose, Target, World};
 use crate::road::materials::MaterialLookup;
 use crate::road::objects::{ground, standing_box};
 use crate::road::shape::cuboid;

@@ -2,8 +2,8 @@
 
 use super::terrain;
 use super::w3::{self, CAR_M, POST_M, SIDES};
-use crate::error::Result;
-use crate::frames::Pose;
+use crate::base::error::Result;
+use crate::base::frames::Pose;
 use crate::road::materials::MaterialLookup;
 use crate::road::objects::standing_box;
 use crate::scene::{Scene, Shape};

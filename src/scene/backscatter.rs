@@ -1,6 +1,6 @@
 //! What a material says of its backscatter per area, where it says more than its roughness.
 
-use crate::error::{BadInput, Result, nearest};
+use crate::base::error::{BadInput, Result, nearest};
 use std::fmt;
 
 /// A kind of ground in Kulemin's model (CONVENTIONS eq. 146).

@@ -1,7 +1,7 @@
 //! How a vehicle goes along a road, without the road: speed, lane changes and sway over time. `road` turns it into a motion.
 
 use super::toml_file::{Above, At, Document};
-use crate::error::Result;
+use crate::base::error::Result;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::TAU;

@@ -2,7 +2,7 @@
 //! is off. What the effects do is in `adc/front_end/` (CONVENTIONS eq. 100-111).
 
 use super::toml_file::{Above, At, Document};
-use crate::error::Result;
+use crate::base::error::Result;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -379,7 +379,7 @@ pub fn build(doc: &Document<'_>, t: &FrontEndTable, channels: usize) -> Result<F
         dc: match &t.dc_offset {
             None => None,
             Some(d) => {
-                let amplitude = crate::units::w_from_dbm(dbm(&d.power_dbm)?).sqrt();
+                let amplitude = crate::base::units::w_from_dbm(dbm(&d.power_dbm)?).sqrt();
                 let angle = doc.in_range(&d.angle_deg, -360.0..=360.0, "degrees: 0 is I, 90 is Q")?;
                 let (sin, cos) = angle.to_radians().sin_cos();
                 Some(DcOffset { i: amplitude * cos, q: amplitude * sin })
@@ -484,7 +484,7 @@ impl From<&FrontEndSettings> for FrontEndTable {
                 .iq
                 .map(|i| IqTable { gain_db: i.gain_db.into(), phase_deg: i.phase_rad.to_degrees().into() }),
             dc_offset: s.dc.filter(is_on).map(|d| DcTable {
-                power_dbm: crate::units::dbm_from_w(d.i * d.i + d.q * d.q).into(),
+                power_dbm: crate::base::units::dbm_from_w(d.i * d.i + d.q * d.q).into(),
                 angle_deg: d.q.atan2(d.i).to_degrees().into(),
             }),
             jitter: (s.aperture_jitter_rms_s.is_some() || s.chirp_jitter_rms_s.is_some()).then_some(jitter),

@@ -2,8 +2,8 @@
 //! row of [`table`]; the tests here and in `em` pick it up.
 
 use super::backscatter::{Backscatter, Ground, Law};
-use crate::error::{BadInput, Result, nearest};
-use crate::units::EPS0;
+use crate::base::error::{BadInput, Result, nearest};
+use crate::base::units::EPS0;
 use num_complex::Complex64;
 use std::sync::OnceLock;
 

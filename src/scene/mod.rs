@@ -22,7 +22,7 @@ pub mod waveform;
 pub mod waveform_toml;
 pub mod weather;
 
-use crate::frames::{Pose, Target, World};
+use crate::base::frames::{Pose, Target, World};
 use glam::DVec3;
 pub use material::{Material, MaterialKind};
 use motion::{Joint, Motion, Moving};

@@ -1,8 +1,8 @@
 //! How bodies move: a chain of joints from the body to the world, each a rigid motion whose rates are exact (CONVENTIONS eq. 140).
 
 use super::turn::Turn;
-use crate::error::{BadInput, Result};
-use crate::frames::{Pose, Target, World};
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::{Pose, Target, World};
 use glam::{DQuat, DVec3};
 use std::ops::{Add, Div, Mul, Sub};
 use std::sync::Arc;
@@ -100,7 +100,7 @@ impl<T: Copy> Channel<T> {
         tangents: Vec<(T, T)>,
         interpolation: Interpolation,
     ) -> Result<Channel<T>> {
-        let bad = |what: &str, value: String, allowed: &str| -> crate::error::Error {
+        let bad = |what: &str, value: String, allowed: &str| -> crate::base::error::Error {
             BadInput::new(what).key("keyframes").value(value).allowed(allowed).into()
         };
         if values.is_empty() || times_s.len() != values.len() {

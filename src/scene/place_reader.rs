@@ -2,7 +2,7 @@
 
 use super::toml_file::{At, Document};
 use super::trajectory::{self, Outside, Trajectory, TrajectoryTable};
-use crate::error::Result;
+use crate::base::error::Result;
 use glam::DVec3;
 use std::ops::Range;
 

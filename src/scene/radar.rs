@@ -3,7 +3,7 @@
 use super::front_end::FrontEndSettings;
 use super::motion::{Motion, Moving};
 use super::waveform::{FrequencySamples, Multiplex, Waveform};
-use crate::frames::{Pose, Sensor, Vehicle};
+use crate::base::frames::{Pose, Sensor, Vehicle};
 use glam::DVec3;
 use num_complex::Complex64;
 use std::sync::Arc;
@@ -67,7 +67,7 @@ impl Pattern {
                 let (i1, j1) = ((i + 1).min(azimuth_rad.len() - 1), (j + 1).min(elevation_rad.len() - 1));
                 let db = (1.0 - v) * ((1.0 - u) * at(i, j) + u * at(i1, j))
                     + v * ((1.0 - u) * at(i, j1) + u * at(i1, j1));
-                crate::units::power_from_db(db)
+                crate::base::units::power_from_db(db)
             }
         }
     }
@@ -336,7 +336,7 @@ impl Radar {
     }
     /// Wavelength at the carrier, m.
     pub fn wavelength_m(&self) -> f64 {
-        crate::units::wavelength_m(self.carrier_hz)
+        crate::base::units::wavelength_m(self.carrier_hz)
     }
     /// The same radar as its `i`-th ramp sees it: a cube with every `parts`-th chirp.
     pub fn part(&self, i: usize) -> Radar {
@@ -452,12 +452,14 @@ impl Radar {
     }
     /// Width of a range cell (FFT bin): c / (2 Δf N_fft), Δf from line to line.
     pub fn range_bin_m(&self) -> f64 {
-        crate::units::C0 / (2.0 * self.step_hz().abs() * self.processing.range_fft as f64)
+        crate::base::units::C0 / (2.0 * self.step_hz().abs() * self.processing.range_fft as f64)
     }
     /// Range of cell 0: that of the first sample for pulses and codes, else 0.
     pub fn first_range_m(&self) -> f64 {
         match self.waveform {
-            Waveform::Pulse { .. } | Waveform::Coded { .. } => 0.5 * crate::units::C0 * self.adc_start_s,
+            Waveform::Pulse { .. } | Waveform::Coded { .. } => {
+                0.5 * crate::base::units::C0 * self.adc_start_s
+            }
             _ => 0.0,
         }
     }

@@ -9,8 +9,8 @@ use super::radar::{
 use super::toml_file::{Above, At, Document, clip, read_beside, read_text};
 use super::waveform::{Multiplex, Waveform};
 use super::waveform_toml::{self, ReceiverTable, WaveformTable};
-use crate::error::{BadInput, Error, Result, nearest};
-use crate::frames::{Pose, Sensor, Vehicle};
+use crate::base::error::{BadInput, Error, Result, nearest};
+use crate::base::frames::{Pose, Sensor, Vehicle};
 use glam::{DVec3, EulerRot};
 use num_complex::Complex64;
 use schemars::JsonSchema;
@@ -804,7 +804,7 @@ fn elements(
             .remedy(format!("add a [[{which}]] table for each antenna"))
             .into());
     }
-    let half_wavelength = 0.5 * crate::units::wavelength_m(carrier_hz);
+    let half_wavelength = 0.5 * crate::base::units::wavelength_m(carrier_hz);
     let mut out: Vec<Antenna> = Vec::with_capacity(list.len());
     for (i, e) in list.iter().enumerate() {
         let (position_m, at) = match (&e.position_m, &e.position_half_wavelengths) {
@@ -1201,8 +1201,8 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::units::{C0, db_from_power};
     use crate::scene::radar::Sampling;
-    use crate::units::{C0, db_from_power};
     use proptest::prelude::*;
 
     fn close(a: f64, b: f64, tolerance: f64) {

@@ -14,17 +14,15 @@
 //! * Outside the table's angles the object has no echo, which is noted. Outside its frequencies: error.
 //! * At elevation ±90° rows have V and H of azimuth zero, whatever their azimuth (CONVENTIONS eq. 2).
 
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
+use crate::base::matrix::Matrix2;
+use crate::base::units::dbsm_from_amplitude;
 use crate::formats::rcs_csv::{self, RawRow};
 use crate::formats::stage::sha256_of_bytes;
-use crate::units::dbsm_from_amplitude;
 use num_complex::Complex64;
 use std::collections::HashSet;
 use std::fmt;
 use std::path::{Path, PathBuf};
-
-/// S[rx][tx] in m, index 0 is V.
-pub type Matrix = [[Complex64; 2]; 2];
 
 /// Values of one axis that differ by less are one: 1e-6 degrees, or one part in 1e9 of a frequency.
 const SAME_DEG: f64 = 1e-6;
@@ -45,7 +43,7 @@ pub struct ScatteringTable {
     /// The azimuths go round: after the last comes the first.
     closed: bool,
     /// `[frequency, elevation, azimuth]`; at the poles in the V and H of the row's own azimuth.
-    values: Vec<Matrix>,
+    values: Vec<Matrix2>,
     notes: Vec<String>,
 }
 
@@ -101,7 +99,7 @@ impl Stencil {
     }
 }
 
-fn strength(m: &Matrix) -> f64 {
+fn strength(m: &Matrix2) -> f64 {
     m.as_flattened().iter().map(|z| z.norm_sqr()).fold(0.0, f64::max).sqrt()
 }
 
@@ -177,7 +175,7 @@ impl ScatteringTable {
             .remedy("add the missing rows, or split the table")
             .into());
         }
-        let mut values = vec![Matrix::default(); rows.len()];
+        let mut values = vec![Matrix2::default(); rows.len()];
         for (r, (f, e, a)) in rows.iter().zip(&cells) {
             let at_pole = (r.elevation_deg.abs() - 90.0).abs() < SAME_DEG;
             let s = if at_pole { at_azimuth(r.s, r.azimuth_deg, r.elevation_deg) } else { r.s };
@@ -263,14 +261,14 @@ impl ScatteringTable {
     }
 
     /// S towards (azimuth, elevation) in radians, with the V and H of that direction; zero outside the table's angles.
-    pub fn scattering(&self, band: &Stencil, azimuth: f64, elevation: f64) -> Matrix {
+    pub fn scattering(&self, band: &Stencil, azimuth: f64, elevation: f64) -> Matrix2 {
         let (Some(az), Some(el)) =
             (self.azimuth(azimuth.to_degrees()), self.elevation(elevation.to_degrees()))
         else {
-            return Matrix::default();
+            return Matrix2::default();
         };
         let (ne, na) = (self.elevations_deg.len(), self.azimuths_deg.len());
-        let mut sum = Matrix::default();
+        let mut sum = Matrix2::default();
         for (f, wf) in band.iter() {
             for (e, we) in el.iter() {
                 for (a, wa) in az.iter() {
@@ -449,7 +447,7 @@ fn nearest(nodes: &[f64], x: f64) -> usize {
 }
 
 /// S of a pole, given with V and H of azimuth zero, in those of `azimuth_deg`.
-fn at_azimuth(s: Matrix, azimuth_deg: f64, elevation_deg: f64) -> Matrix {
+fn at_azimuth(s: Matrix2, azimuth_deg: f64, elevation_deg: f64) -> Matrix2 {
     let (sin, cos) = azimuth_deg.to_radians().sin_cos();
     let up = elevation_deg.signum();
     // V = (-up cos a, -up sin a), H = (-sin a, cos a); rows: the new vectors in the old ones.
@@ -457,8 +455,8 @@ fn at_azimuth(s: Matrix, azimuth_deg: f64, elevation_deg: f64) -> Matrix {
 }
 
 /// R S R^T: S in the basis whose vectors have the components `r[new][old]`.
-pub fn turned(s: &Matrix, r: [[f64; 2]; 2]) -> Matrix {
-    let mut out = Matrix::default();
+pub fn turned(s: &Matrix2, r: [[f64; 2]; 2]) -> Matrix2 {
+    let mut out = Matrix2::default();
     for (i, row) in out.iter_mut().enumerate() {
         for (j, z) in row.iter_mut().enumerate() {
             *z = s[0][0] * (r[i][0] * r[j][0])
@@ -473,8 +471,8 @@ pub fn turned(s: &Matrix, r: [[f64; 2]; 2]) -> Matrix {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::{direction_from_angles, polarisation_basis};
-    use crate::units::wavenumber;
+    use crate::base::frames::{direction_from_angles, polarisation_basis};
+    use crate::base::units::wavenumber;
     use glam::DVec3;
     use proptest::prelude::*;
 
@@ -482,7 +480,7 @@ mod tests {
                         vv_re_m,vv_im_m,vh_re_m,vh_im_m,hv_re_m,hv_im_m,hh_re_m,hh_im_m\n";
 
     /// CSV over a grid; the dBsm cells stay empty.
-    fn csv(f: &[f64], az: &[f64], el: &[f64], s: impl Fn(f64, f64, f64) -> Matrix) -> String {
+    fn csv(f: &[f64], az: &[f64], el: &[f64], s: impl Fn(f64, f64, f64) -> Matrix2) -> String {
         let mut text = HEAD.to_string();
         for &f in f {
             for &e in el {
@@ -505,7 +503,7 @@ mod tests {
     }
 
     /// A small dipole at `place` that keeps only the field along `axis`: smooth over the whole sphere, but not in V and H.
-    fn dipole(axis: DVec3, place: DVec3) -> impl Fn(f64, f64, f64) -> Matrix {
+    fn dipole(axis: DVec3, place: DVec3) -> impl Fn(f64, f64, f64) -> Matrix2 {
         move |f, a, e| {
             let u = direction_from_angles(a.to_radians(), e.to_radians());
             let (v, h) = polarisation_basis(u);
@@ -515,7 +513,7 @@ mod tests {
         }
     }
 
-    fn distance(a: &Matrix, b: &Matrix) -> f64 {
+    fn distance(a: &Matrix2, b: &Matrix2) -> f64 {
         a.as_flattened().iter().zip(b.as_flattened()).map(|(x, y)| (x - y).norm()).fold(0.0, f64::max)
     }
 
@@ -573,7 +571,7 @@ mod tests {
         assert!(t.notes()[0].contains("has one elevation, 5 deg") && t.notes()[1].contains("-45 to 45"));
         let band = t.band(77e9).unwrap();
         assert!(distance(&t.scattering(&band, 0.7, -1.2), &one(0.0, 0.0, 0.0)) < 1e-15);
-        assert_eq!(t.scattering(&band, 0.8, 0.0), Matrix::default());
+        assert_eq!(t.scattering(&band, 0.8, 0.0), Matrix2::default());
         let e = t.band(76.9e9).unwrap_err();
         assert_eq!(e.exit_code(), 2);
         assert!(

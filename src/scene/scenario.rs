@@ -16,8 +16,9 @@ use super::trajectory::{Trajectory, TrajectoryTable};
 use super::waveform::{Multiplex, Waveform};
 use super::weather::{self, Weather, WeatherTable};
 use super::{Mesh, Scene, Shape};
-use crate::error::{BadInput, Error, Result, nearest};
-use crate::frames::{Pose, Target, Vehicle, World};
+use crate::base::convention::Convention;
+use crate::base::error::{BadInput, Error, Result, nearest};
+use crate::base::frames::{Pose, Target, Vehicle, World};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
@@ -292,16 +293,6 @@ impl Default for FramesTable {
     }
 }
 
-/// Which bounces of a chain radiate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum BounceConvention {
-    /// The current of every bounce radiates to the receiver.
-    Every,
-    /// Only the current of the bounce from which the ray leaves.
-    Last,
-}
-
 /// How waves are followed.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -328,7 +319,7 @@ pub struct TraceTable {
     /// all).
     pub exact: At<bool>,
     /// Which bounces of a chain radiate.
-    pub convention: BounceConvention,
+    pub convention: Convention,
 }
 
 impl Default for TraceTable {
@@ -341,7 +332,7 @@ impl Default for TraceTable {
             facets: 50_000.into(),
             floor_db: None,
             exact: false.into(),
-            convention: BounceConvention::Every,
+            convention: Convention::Every,
         }
     }
 }
@@ -640,7 +631,7 @@ pub struct TraceSettings {
     /// Every single echo is kept.
     pub exact: bool,
     /// Which bounces of a chain radiate.
-    pub convention: BounceConvention,
+    pub convention: Convention,
 }
 
 /// Builds what this room cannot: it is given by a room below (`road`).

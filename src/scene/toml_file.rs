@@ -2,7 +2,7 @@
 //! to do. Fields that are checked after reading are [`At`], which remembers where its value stands.
 
 use super::toml_value::{SPANNED, Value, Wrong, take_span};
-use crate::error::{BadInput, Result, in_words, nearest, one_line};
+use crate::base::error::{BadInput, Result, in_words, nearest, one_line};
 use crate::formats::input;
 use serde::de::{DeserializeOwned, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -3,9 +3,9 @@
 
 use super::motion::{Channel, Interpolation, Joint, Linear, Motion};
 use super::toml_file::{At, Document};
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::{Pose, Target, World};
 use crate::formats::csv::Table;
-use crate::frames::{Pose, Target, World};
 use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,7 @@
 use super::radar::Sampling;
 use super::toml_file::{Above, At, Document, read_beside};
 use super::waveform::{Multiplex, PulseShape, Ramp, Slopes, Waveform, m_sequence};
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

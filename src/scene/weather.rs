@@ -3,7 +3,7 @@
 use super::material::{self, Layer};
 use super::toml_file::{At, Document};
 use super::{Scene, material::Material};
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -4,23 +4,23 @@ pub mod thermal_floor;
 pub mod truth;
 
 use crate::adc::budget::{Budget, trim};
-use crate::adc::cpu::synthesis::Control;
 use crate::adc::interference::{self, Arrival, RadarState};
 use crate::adc::synthesis::{Levels, SynthesisStats};
+use crate::base::control::Control;
+use crate::base::error::Result;
+use crate::base::frames::{Pose, Sensor, World};
+use crate::base::units::{power_from_db, wavenumber};
 use crate::detect::points::Point;
 use crate::detect::{Bodies, label, locate};
 use crate::dsp::RangeDoppler;
 use crate::engine::{AnyCube, Engine};
-use crate::error::Result;
-use crate::frames::{Pose, Sensor, World};
 use crate::geom::{Facets, Geometry, RigidScene, curved, remarks as of_scene};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
-use crate::scene::scenario::{BounceConvention, Ego, SitedScenario};
+use crate::scene::scenario::{Ego, SitedScenario};
 use crate::scene::{Object, Scene, Shape};
 use crate::trace::air::Air;
-use crate::trace::{Convention, Echoes, TraceOptions};
-use crate::units::{power_from_db, wavenumber};
+use crate::trace::{Echoes, TraceOptions};
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -149,10 +149,7 @@ pub fn trace_options(scenario: &SitedScenario, which: usize, frame: u32) -> Resu
         merge: !settings.exact,
         bounces: settings.bounces as usize,
         most_bounces: settings.most_bounces as usize,
-        convention: match settings.convention {
-            BounceConvention::Every => Convention::Every,
-            BounceConvention::Last => Convention::Last,
-        },
+        convention: settings.convention,
         accuracy_db: settings.accuracy_db,
         bandwidth_hz: scenario.radars[which].bandwidth_hz(),
         rays: settings.rays,
@@ -540,8 +537,8 @@ pub fn convergence(
                 class: o.class.clone(),
                 range_m,
                 range_rate_mps,
-                power_dbm: crate::units::dbm_from_w(a),
-                change_db: crate::units::db_from_power(b / a),
+                power_dbm: crate::base::units::dbm_from_w(a),
+                change_db: crate::base::units::db_from_power(b / a),
             })
         })
         .collect())

@@ -3,6 +3,7 @@
 use super::Frame;
 use super::thermal_floor::thermal_floor_w;
 use crate::adc::synthesis::{Levels, passes};
+use crate::base::units::{dbm_from_w, wavenumber};
 use crate::detect::label::object_of;
 use crate::road::actors::is_ground;
 use crate::road::free_space::{FreeSpace, free_space};
@@ -12,7 +13,6 @@ use crate::road::{TruthBox, actor_truth, truth_boxes};
 use crate::scene::Scene;
 use crate::scene::radar::Radar;
 use crate::scene::scenario::SitedScenario;
-use crate::units::{dbm_from_w, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;

@@ -1,10 +1,10 @@
 //! What the air between does to echoes: attenuation along their paths (CONVENTIONS eq. 151, 152).
 
 use super::echo::Echo;
+use crate::base::error::{BadInput, Result};
 use crate::em::weather::{
     FOG_HZ, RAIN_HZ, RainBackscatter, fog_attenuation_db_per_m, rain_attenuation_db_per_m,
 };
-use crate::error::{BadInput, Result};
 use crate::scene::weather::Weather;
 use glam::DVec3;
 

@@ -1,6 +1,6 @@
 //! The nearest triangle along given rays, on the gpu engine.
 
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::gpu::{Access, Buffer, Gpu, Kernel, Recorder, Threads, Tolerance, gpu_struct};
 
 gpu_struct! {

@@ -1,7 +1,7 @@
 //! The echoes that come out of a scene.
 
+use crate::base::matrix::Matrix2;
 use glam::DVec3;
-use num_complex::Complex64;
 
 /// Longest chain of facets that is kept.
 pub const MAX_BOUNCES: usize = 8;
@@ -32,7 +32,7 @@ pub struct Echo {
     pub last_velocity_mps: DVec3,
     /// S[rx][tx] / (R_t R_r) in 1/m, bases (V, H) of `arrival` and `departure`; index 0 is V. R_t is
     /// the unfolded length to the last scatterer, R_r = last_range_m.
-    pub path_gain: [[Complex64; 2]; 2],
+    pub path_gain: Matrix2,
     /// Object ids in the order met; zero after the last.
     pub chain: [u32; MAX_BOUNCES],
     /// Number of bounces.

@@ -2,9 +2,9 @@
 //! rectangle of a plane wave, or a rectangle in azimuth and sine of elevation (equal areas are equal solid
 //! angles) of a spherical one. Tubes tile what can be seen of the target; rays follow their axes.
 
-use crate::frames::polarisation_basis;
+use crate::base::frames::polarisation_basis;
+use crate::base::units::wavelength_m;
 use crate::geom::Geometry;
-use crate::units::wavelength_m;
 use glam::{DQuat, DVec3};
 
 /// Number and size of the tiles, at most `spacing` wide, that fill `extent` exactly: edges along the

@@ -64,7 +64,7 @@ pub fn merge(list: &mut Vec<Echo>, wavenumber: f64, reach_s: f64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::units::wavenumber;
+    use crate::base::units::wavenumber;
 
     fn echo(length: f64, gain: Complex64) -> Echo {
         let u = DVec3::new(0.8, 0.6, 0.0);

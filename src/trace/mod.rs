@@ -15,18 +15,9 @@ pub mod scan;
 pub mod upload;
 pub mod windows;
 
+use crate::base::convention::Convention;
 pub use echo::{Echo, Echoes, MAX_BOUNCES, drop_weak, strength};
 use glam::DVec3;
-
-/// Which bounces radiate to the receiver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Convention {
-    /// The physical-optics current of every bounce radiates (default).
-    Every,
-    /// Only the bounce from which the ray leaves the scene.
-    Last,
-}
 
 /// What to follow and what to keep.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! The directions that a radar amid a scene looks into, cut into six square windows.
 
 use super::beams::Frame;
-use crate::frames::{Pose, Sensor, World, angles_from_direction};
+use crate::base::frames::{Pose, Sensor, World, angles_from_direction};
 use crate::scene::radar::Radar;
 use glam::DVec3;
 

@@ -1,20 +1,21 @@
 //! Standard deviations of points against what the chain makes of targets in noise.
 
 use catseye::adc::Cube;
-use catseye::adc::cpu::synthesis::{Control, synthesise};
+use catseye::adc::cpu::synthesis::synthesise;
 use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{Plan, point_echo};
+use catseye::base::control::Control;
+use catseye::base::frames::{Pose, direction_from_angles};
+use catseye::base::rng::philox4x32_10;
+use catseye::base::units::{C0, power_from_db, wavenumber};
 use catseye::detect::ambiguity::TdmFolds;
 use catseye::detect::points::peaks;
 use catseye::detect::{Point, locate};
 use catseye::dsp::RangeDoppler;
 use catseye::dsp::doa_beamform::Grid;
 use catseye::engine::{Engine, Precision};
-use catseye::frames::{Pose, direction_from_angles};
-use catseye::rng::philox4x32_10;
 use catseye::scene::radar::*;
 use catseye::trace::Echoes;
-use catseye::units::{C0, power_from_db, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
 

@@ -1,19 +1,20 @@
 //! Synthesis and noise against closed forms and the formulas evaluated sample by sample.
 
 use catseye::adc::cpu::noise;
-use catseye::adc::cpu::synthesis::{Control, Precision, synthesise};
+use catseye::adc::cpu::synthesis::{Precision, synthesise};
 use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{
     Plan, beat_frequency_hz, channel_path_m, passes_filter, point_echo, power_gain,
 };
 use catseye::adc::{Cube, synthesis};
-use catseye::frames::{Pose, direction_from_angles};
+use catseye::base::control::Control;
+use catseye::base::frames::{Pose, direction_from_angles};
+use catseye::base::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
 use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
 use catseye::scene::waveform::{Multiplex, Waveform};
 use catseye::trace::{Echo, Echoes};
-use catseye::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
@@ -140,7 +141,7 @@ fn direct_cube(radar: &Radar, all: &Echoes) -> Cube<f64> {
 /// A repeatable spread of echoes with every entry of S, moving and still.
 fn many(count: usize, speed: f64) -> Echoes {
     let word = |i: usize, j: usize| {
-        catseye::rng::philox4x32_10([i as u32, j as u32, 0, 7], [1, 2])[0] as f64 / 4_294_967_296.0
+        catseye::base::rng::philox4x32_10([i as u32, j as u32, 0, 7], [1, 2])[0] as f64 / 4_294_967_296.0
     };
     echoes(
         (0..count)
@@ -694,7 +695,7 @@ fn speed() {
     radar.chirps = 16;
     let all = many(3 * 4000, 20.0);
     let plan = Plan::new(&radar, &all).unwrap();
-    println!("{:?}, {}", plan.front_end, catseye::simd::level());
+    println!("{:?}, {}", plan.front_end, catseye::base::simd::level());
     let still = plan.set(synthesis::Set::Still).len();
     let work = (plan.front_end.moving as usize * plan.chirps + still) * plan.channels * plan.samples;
     // The best of several: others use this machine too.

@@ -1,11 +1,11 @@
 //! What points are called resolved, over radars drawn well and badly: none of them is off.
 
-use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::synthesis::point_echo;
+use catseye::base::control::Control;
+use catseye::base::rng::Draws;
 use catseye::detect::ambiguity::{Ambiguity, FASTEST_MPS};
 use catseye::detect::locate;
 use catseye::engine::{Engine, Precision};
-use catseye::rng::Draws;
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml::parse;
 use catseye::scene::waveform::{Ramp, Slopes, Waveform};

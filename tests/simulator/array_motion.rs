@@ -2,15 +2,15 @@
 //! the channel's own elements at each sample (CONVENTIONS eq. 144).
 
 use catseye::adc::synthesis::Plan;
+use catseye::base::frames::Pose;
+use catseye::base::units::C0;
 use catseye::engine::{AnyCube, Engine, Precision};
-use catseye::frames::Pose;
 use catseye::scene::motion::{Joint, Motion};
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::{self, SitedScenario};
 use catseye::scene::{Scene, Shape, material};
 use catseye::simulate::{radar_pose, simulate};
 use catseye::trace::{Echo, Echoes};
-use catseye::units::C0;
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -134,7 +134,7 @@ fn compare(name: &str, s: &SitedScenario, at: DVec3, velocity_mps: DVec3) -> [Of
     let fixed = unturned(&echoes.list);
     let fixed = catseye::adc::cpu::synthesis::synthesise::<f64>(
         &Plan::new(radar, &fixed).unwrap(),
-        catseye::adc::cpu::synthesis::Control::default(),
+        catseye::base::control::Control::default(),
     )
     .unwrap();
     let all = [exact, fast, fixed.data].map(|cube| off(radar, s, &target, &cube));

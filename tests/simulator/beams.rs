@@ -1,6 +1,8 @@
 //! Exact beams on the cpu engine: closed forms, the grid of rays as an independent check, invariances.
 
-use catseye::frames::Pose;
+use catseye::base::frames::Pose;
+use catseye::base::matrix::Matrix2;
+use catseye::base::units::{dbsm_from_amplitude, wavenumber};
 use catseye::geom::Geometry;
 use catseye::rcs::closed_form::po_plate;
 use catseye::rcs::cpu::beam_sum::{FrequencyPoint, sweep};
@@ -9,7 +11,6 @@ use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, Mesh, Scene, material};
 use catseye::trace::beams::BeamOptions;
-use catseye::units::{dbsm_from_amplitude, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -85,7 +86,7 @@ fn a_dihedral_rolled_by_45_degrees_turns_the_polarisation() {
     scene.objects[0].pose = Pose::from_yaw_pitch_roll(DVec3::ZERO, 0.0, 0.0, std::f64::consts::FRAC_PI_4);
     let g = Geometry::build(&scene, 0.0, F).unwrap();
     let s = beams(&g, &looks(&[(0.0, 0.0)]), Distance::Infinite, 0.1)[0];
-    let down = |m: &[[Complex64; 2]; 2]| db(m[0][0]).max(db(m[1][1])) - db(m[0][1]);
+    let down = |m: &Matrix2| db(m[0][0]).max(db(m[1][1])) - db(m[0][1]);
     println!("co-pol below cross-pol: last {:.1} dB, every {:.1} dB", down(&s.last), down(&s.every));
     assert!(down(&s.last) < -60.0 && down(&s.every) < -40.0);
 }
@@ -96,7 +97,7 @@ fn a_plate_follows_its_closed_form_to_rounding() {
     for i in 0..60 {
         let (a, e) = (1.45 * i as f64, 0.7 * i as f64 - 20.0);
         let s = beams(&g, &looks(&[(a, e)]), Distance::Infinite, 0.1)[0];
-        let u = catseye::frames::direction_from_angles(a.to_radians(), e.to_radians());
+        let u = catseye::base::frames::direction_from_angles(a.to_radians(), e.to_radians());
         let want = po_plate(0.08, 0.05, F, u);
         for s in [s.every[0][0], s.every[1][1]] {
             assert!((s - want).norm() < 1e-9 * 0.05, "azimuth {a} elevation {e}: {s} against {want}");

@@ -1,16 +1,16 @@
 //! What the limit of bounces cuts off is said, and followed where it matters (CONVENTIONS eq. 68).
 
 use catseye::adc::budget::power_w;
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::frames::Pose;
+use catseye::base::units::db_from_power;
 use catseye::engine::{Engine, Precision};
-use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::road::reflector::Reflector;
 use catseye::scene::radar::Radar;
 use catseye::scene::{Scene, material, radar_toml, scenario};
 use catseye::simulate::{Depths, Prepared, simulate_with};
 use catseye::trace::{Echoes, TraceOptions};
-use catseye::units::db_from_power;
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::PI;

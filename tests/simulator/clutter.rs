@@ -1,10 +1,11 @@
 //! Clutter of ground and rain: its level against closed forms through the chain, its statistics, and that it belongs to places.
 
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::frames::{Pose, Sensor, World};
+use catseye::base::units::{C0, power_from_db, w_from_dbm, wavenumber};
 use catseye::em::clutter::kulemin;
 use catseye::em::weather::{RainBackscatter, fog_attenuation_db_per_m, rain_attenuation_db_per_m};
 use catseye::engine::{AnyCube, Engine, Precision};
-use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
 use catseye::road::objects::ground;
 use catseye::road::reflector::Reflector;
@@ -16,7 +17,6 @@ use catseye::trace::air::Air;
 use catseye::trace::cpu::echoes;
 use catseye::trace::windows::around;
 use catseye::trace::{Echo, TraceOptions};
-use catseye::units::{C0, power_from_db, w_from_dbm, wavenumber};
 use glam::{DQuat, DVec2, DVec3};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};

@@ -1,14 +1,14 @@
 //! Curved surfaces: facets with smooth normals against closed forms, and what their refinement must keep.
 
+use catseye::base::frames::{Pose, direction_from_angles};
+use catseye::base::units::{dbsm_from_amplitude, wavenumber};
 use catseye::engine::{Engine, Precision};
-use catseye::frames::{Pose, direction_from_angles};
 use catseye::geom::curved::{Limit, refined, refined_scene, sagitta_m, sized, sized_within};
 use catseye::geom::{Facets, RigidScene};
 use catseye::rcs::closed_form::{mie_sphere, po_cylinder};
 use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
 use catseye::scene::{Material, Mesh, Scene, radar_toml};
 use catseye::trace::{Echo, TraceOptions};
-use catseye::units::{dbsm_from_amplitude, wavenumber};
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
 use std::borrow::Cow;

@@ -1,20 +1,21 @@
 //! Points from cubes: places, signs, absolute levels, labels, files.
 
 use catseye::adc::Cube;
-use catseye::adc::cpu::synthesis::{Control, synthesise};
+use catseye::adc::cpu::synthesis::synthesise;
 use catseye::adc::noise::Noise;
 use catseye::adc::synthesis::{Plan, point_echo};
+use catseye::base::control::Control;
+use catseye::base::frames::{Pose, direction_from_angles};
+use catseye::base::units::{C0, power_from_db};
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::{Bodies, Detected, Labeller, Point, files, label, locate, points};
 use catseye::engine::{Engine, Precision};
 use catseye::formats::csv::Table;
-use catseye::frames::{Pose, direction_from_angles};
 use catseye::scene::radar::*;
 use catseye::scene::waveform::{Multiplex, Waveform};
 use catseye::scene::{Object, Scene, Shape};
 use catseye::trace::{Echo, Echoes};
-use catseye::units::{C0, power_from_db};
 use glam::DVec3;
 use num_complex::Complex64;
 

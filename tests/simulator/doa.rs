@@ -2,8 +2,13 @@
 //! and the GPU against the cpu engine.
 
 use catseye::adc::Cube;
-use catseye::adc::cpu::synthesis::{Control, synthesise};
+use catseye::adc::cpu::synthesis::synthesise;
 use catseye::adc::synthesis::{Plan, point_echo};
+use catseye::base::control::Control;
+use catseye::base::error::Result;
+use catseye::base::frames::direction_from_angles;
+use catseye::base::rng::philox4x32_10;
+use catseye::base::units::wavelength_m;
 use catseye::dsp::doa_beamform::{Beamformer, Grid};
 use catseye::dsp::doa_bisvd::BiSvd;
 use catseye::dsp::doa_calibration::{Calibration, TurntableOptions};
@@ -15,15 +20,11 @@ use catseye::dsp::doa_estimate::{Cells, Estimator, Method, Options, Smoothing, S
 use catseye::dsp::doa_manifold::{Manifold, Matrix};
 use catseye::dsp::doa_order::{Criterion, source_number};
 use catseye::dsp::doa_spectrum::{self, Forms, Steering};
-use catseye::error::Result;
-use catseye::frames::direction_from_angles;
 use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
-use catseye::rng::philox4x32_10;
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml;
 use catseye::trace::Echoes;
-use catseye::units::wavelength_m;
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};

@@ -1,8 +1,9 @@
 //! Doppler bands (DDM), range migration and the removal of what rests, one by one and together, on both engines.
 
-use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::synthesis::point_echo;
 use catseye::adc::{Cube, CubePiece, DeviceCube};
+use catseye::base::control::Control;
+use catseye::base::units::C0;
 use catseye::detect::points::range_rate_mps;
 use catseye::dsp::cpu;
 use catseye::dsp::multiplex::decode;
@@ -14,7 +15,6 @@ use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::{Cfar, CfarKind, Radar, Sampling};
 use catseye::scene::radar_toml::parse;
 use catseye::trace::Echoes;
-use catseye::units::C0;
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 use std::f64::consts::TAU;

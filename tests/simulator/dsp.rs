@@ -2,13 +2,13 @@
 //! against the cpu engine.
 
 use catseye::adc::{Cube, CubePiece, DeviceCube};
+use catseye::base::frames::{Pose, direction_from_angles};
 use catseye::dsp::cpu;
 use catseye::dsp::doa_beamform::{self, Beamformer};
 use catseye::dsp::{
     Cell, Detection, PowerMap, Real, Snapshots, cfar_ca, cfar_go_so, cfar_noise, device, fft, integrate,
     keystone, peaks, power, spectrum, stream, transform, zero_doppler,
 };
-use catseye::frames::{Pose, direction_from_angles};
 use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
@@ -56,7 +56,7 @@ fn antenna(x: f64, y: f64, z: f64) -> Antenna {
 /// 3 x 4 MIMO: a filled line of 8 half wavelengths, and four more a half wavelength up.
 fn radar(chirps: usize, samples: usize, sampling: Sampling) -> Radar {
     let carrier_hz = 77e9;
-    let half = 0.5 * catseye::units::wavelength_m(carrier_hz);
+    let half = 0.5 * catseye::base::units::wavelength_m(carrier_hz);
     Radar {
         name: "test".into(),
         carrier_hz,
@@ -876,7 +876,7 @@ fn streaming_changes_no_bit() {
             assert!(got == want, "{sampling:?} {limit}");
         }
         let mut broken = |_: std::ops::Range<usize>, _: &mut [Complex32]| {
-            Err(catseye::error::Error::Failed("the file ends".into()))
+            Err(catseye::base::error::Error::Failed("the file ends".into()))
         };
         assert!(cpu::stream::process(&t, &cfar, 0, &mut broken).unwrap_err().to_string().contains("ends"));
         assert!(
@@ -964,7 +964,7 @@ fn keystone_focuses_a_migrating_target() {
             let mut cube = Cube::<f64>::zeros(256, 2, 128);
             for m in 0..256 {
                 let t = (m as f64 - 127.5) * radar.loop_period_s();
-                let tau = 2.0 * (40.4 * cell + v * t) / catseye::units::C0;
+                let tau = 2.0 * (40.4 * cell + v * t) / catseye::base::units::C0;
                 for c in 0..2 {
                     for n in 0..128 {
                         let f = radar.start_hz() + radar.slope_hz_per_s() * n as f64 / radar.sample_rate_hz;

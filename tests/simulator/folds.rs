@@ -1,7 +1,8 @@
 //! Range migration of targets in other Doppler folds than the first (CONVENTIONS eq. 89a).
 
-use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::synthesis::point_echo;
+use catseye::base::control::Control;
+use catseye::base::units::db_from_power;
 use catseye::dsp::RangeDoppler;
 use catseye::dsp::peaks::{Peak, place};
 use catseye::engine::{AnyCube, Engine, Precision};
@@ -9,7 +10,6 @@ use catseye::gpu::compare::test_device_name;
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml::parse;
 use catseye::trace::Echoes;
-use catseye::units::db_from_power;
 use glam::DVec3;
 use std::path::Path;
 

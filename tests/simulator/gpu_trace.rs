@@ -1,7 +1,7 @@
 //! Tracing and cross sections: the shaders against the f64 engine, on the adapter that
 //! CATSEYE_TEST_DEVICE names (default: the software Vulkan driver).
 
-use catseye::frames::Pose;
+use catseye::base::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::gpu::compare;
 use catseye::rcs::{Aspect, Distance, RayGrid, Scattering, po_sum};

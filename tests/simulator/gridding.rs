@@ -2,21 +2,22 @@
 
 use catseye::adc::Cube;
 use catseye::adc::cpu::gridding::{COSTS, add, synthesise_with};
-use catseye::adc::cpu::synthesis::{Control, synthesise};
+use catseye::adc::cpu::synthesis::synthesise;
 use catseye::adc::grid_device::{DEVICE_COSTS, record_with};
 use catseye::adc::grid_echoes::GridEchoes;
 use catseye::adc::gridding::{Bell, Bells, Costs, ECHOES_KEPT, Layout, Line, TAPS, Warp};
 use catseye::adc::methods::{Method, Methods};
 use catseye::adc::schedule::{Shape, Term, groups};
 use catseye::adc::synthesis::{PhasePolynomial, Plan, Set, point_echo};
-use catseye::frames::{Pose, direction_from_angles};
+use catseye::base::control::Control;
+use catseye::base::frames::{Pose, direction_from_angles};
+use catseye::base::units::C0;
 use catseye::gpu::compare::{test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
 use catseye::scene::radar_toml;
 use catseye::scene::waveform::{Multiplex, Waveform};
 use catseye::trace::Echoes;
-use catseye::units::C0;
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 use proptest::prelude::*;
@@ -82,7 +83,7 @@ fn swept(radar: &Radar, bandwidth_hz: f64) -> Waveform {
 /// A repeatable spread of echoes of random phase and of powers over 40 dB.
 pub fn many(count: usize, ranges: [f64; 2], speed: f64) -> Echoes {
     let word = |i: usize, j: usize| {
-        catseye::rng::philox4x32_10([i as u32, j as u32, 0, 11], [1, 2])[0] as f64 / 4_294_967_296.0
+        catseye::base::rng::philox4x32_10([i as u32, j as u32, 0, 11], [1, 2])[0] as f64 / 4_294_967_296.0
     };
     let echo = |i: usize| {
         let range = ranges[0] + (ranges[1] - ranges[0]) * word(i, 0);
@@ -312,7 +313,7 @@ fn reports_progress_and_can_be_cancelled() {
 /// Echoes of no radar in particular, `law` giving b1, c and a2 from a1.
 fn terms(count: usize, seed: u32, turns: [f64; 2], law: [f64; 6], off: f64) -> Vec<Term> {
     let word = |i: usize, j: u32| {
-        catseye::rng::philox4x32_10([i as u32, j, seed, 5], [3, 4])[0] as f64 / 4_294_967_296.0 - 0.5
+        catseye::base::rng::philox4x32_10([i as u32, j, seed, 5], [3, 4])[0] as f64 / 4_294_967_296.0 - 0.5
     };
     let term = |i: usize| {
         let a1 = turns[1] * word(i, 1);
@@ -488,7 +489,7 @@ fn outliers_do_not_shift_the_warp() {
 /// Points along a road as a moving radar meets them, with paths that are right to the cubic in time: strong ones far between weak ones.
 fn roadside(radar: &Radar, count: usize, speed_mps: f64, brake_mps2: f64, ranges: [f64; 2]) -> Echoes {
     let word = |i: usize, j: u32| {
-        catseye::rng::philox4x32_10([i as u32, j, 7, 11], [5, 6])[0] as f64 / 4_294_967_296.0
+        catseye::base::rng::philox4x32_10([i as u32, j, 7, 11], [5, 6])[0] as f64 / 4_294_967_296.0
     };
     let echo = |i: usize| {
         let x = ranges[0] + (ranges[1] - ranges[0]) * word(i, 0).powi(2);
@@ -520,7 +521,7 @@ fn sampled_error_db(radar: &Radar, all: &Echoes) -> (f64, Methods) {
     let plan = Plan::new(radar, all).unwrap();
     let (got, methods) = synthesise_with(&plan, &NEVER_DIRECT, Control::default()).unwrap();
     let word = |i: usize, j: u32| {
-        catseye::rng::philox4x32_10([i as u32, j, 1, 3], [7, 8])[0] as f64 / 4_294_967_296.0
+        catseye::base::rng::philox4x32_10([i as u32, j, 1, 3], [7, 8])[0] as f64 / 4_294_967_296.0
     };
     let some: Vec<u32> = plan.set(Set::Moving).iter().chain(plan.set(Set::Still)).copied().collect();
     let (mut sum, mut count) = (0.0, 0);

@@ -1,14 +1,15 @@
 //! The plane under a target: image theory against closed forms (CONVENTIONS eq. 44-48).
 
+use catseye::base::error::Result;
+use catseye::base::frames::Pose;
+use catseye::base::matrix::Matrix2;
+use catseye::base::units::{dbsm_from_amplitude, wavelength_m, wavenumber};
 use catseye::engine::{Engine, Precision};
-use catseye::error::Result;
-use catseye::frames::Pose;
 use catseye::rcs::closed_form::sinc;
 use catseye::rcs::ground::{FresnelZone, coefficients, remark};
 use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, MaterialKind, Scene, material};
-use catseye::units::{dbsm_from_amplitude, wavelength_m, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::PI;
@@ -46,7 +47,7 @@ fn look(azimuth_deg: f64, elevation_deg: f64) -> BistaticAspect {
     })
 }
 
-fn one(scene: &Scene, look: BistaticAspect, options: &RcsOptions) -> [[Complex64; 2]; 2] {
+fn one(scene: &Scene, look: BistaticAspect, options: &RcsOptions) -> Matrix2 {
     rcs(scene, &[look], options).unwrap()[0].every
 }
 

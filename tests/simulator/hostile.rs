@@ -1,7 +1,7 @@
 //! Files of meshes that are broken, absurd or hostile: each gives one line and exit code 2, none a panic,
 //! a large allocation or a file from elsewhere.
 
-use catseye::frames::Pose;
+use catseye::base::frames::Pose;
 use catseye::scene::gltf::{self, ImportOptions, import, import_bytes};
 use catseye::scene::{Mesh, Scene, Shape, material, mesh_file};
 use glam::DVec3;

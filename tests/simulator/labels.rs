@@ -1,10 +1,11 @@
 //! Labels of points and the truth of a frame: ghosts, shares, visibility, sides.
 
+use catseye::base::frames::{Pose, Sensor, World, angles_from_direction};
+use catseye::base::units::power_from_db;
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::{Bodies, Labeller, Point};
 use catseye::engine::{Engine, Precision};
-use catseye::frames::{Pose, Sensor, World, angles_from_direction};
 use catseye::road::reflector::Reflector;
 use catseye::road::shape::cuboid;
 use catseye::road::{Library, site::Site};
@@ -15,7 +16,6 @@ use catseye::scene::{Scene, Shape, material, radar_toml};
 use catseye::simulate::simulate;
 use catseye::simulate::truth::Truth;
 use catseye::trace::{Echo, Echoes};
-use catseye::units::power_from_db;
 use glam::DVec3;
 use std::path::Path;
 
@@ -26,13 +26,13 @@ fn scenario(text: &str) -> SitedScenario {
 }
 
 /// The shortest way to a box along its own axes.
-fn outside_m(p: DVec3, pose: &Pose<catseye::frames::Target, World>, half: DVec3) -> f64 {
+fn outside_m(p: DVec3, pose: &Pose<catseye::base::frames::Target, World>, half: DVec3) -> f64 {
     let q = pose.inverse().point(p);
     (q.abs() - half).max(DVec3::ZERO).length()
 }
 
 /// A metal block left of the way, and a metal wall to the right in which its near face is seen square on.
-fn walled() -> (Scene, Pose<catseye::frames::Target, World>, DVec3) {
+fn walled() -> (Scene, Pose<catseye::base::frames::Target, World>, DVec3) {
     let mut s = Scene::default();
     let metal = s.material_index(&material::by_name("pec").unwrap());
     let size = DVec3::new(3.0, 1.8, 1.5);
@@ -169,7 +169,7 @@ fn leakage_and_noise_are_no_objects() {
         let scene = s.build(&Library).unwrap();
         let frame = simulate(&Engine::Cpu(Precision::F64), &s, &scene, 0).unwrap();
         // Samples and lines of this radar are as many as the bins: cells are resolution cells.
-        let leak = 0.5 * catseye::units::C0 * delay_s / cell_m;
+        let leak = 0.5 * catseye::base::units::C0 * delay_s / cell_m;
         let leak_dbm = s.radars[0].tx_power_dbm - 40.0;
         let (mut leaked, mut noise, mut wrapped) = (0, 0, 0);
         for p in &frame.points {

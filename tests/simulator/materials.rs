@@ -1,15 +1,15 @@
 //! Layered materials from their names to cross sections, against the Austin RCS Benchmark Suite, set II.C
 //! (a thin dielectric plate, method of moments), and closed forms.
 
+use catseye::base::frames::Pose;
+use catseye::base::units::{dbsm_from_amplitude, wavelength_m, wavenumber};
 use catseye::em::covering::coverings;
 use catseye::em::layers::{Backing, Stack};
-use catseye::frames::Pose;
 use catseye::geom::{Geometry, Surface};
 use catseye::rcs::cpu::po_sum::sweep;
 use catseye::rcs::{Aspect, Distance, RayGrid, Scattering};
 use catseye::scene::material::{self, Layer, Material, MaterialKind};
 use catseye::scene::{Mesh, Scene};
-use catseye::units::{dbsm_from_amplitude, wavelength_m, wavenumber};
 use glam::DVec3;
 use std::path::Path;
 

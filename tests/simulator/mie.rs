@@ -1,8 +1,8 @@
 //! Mie series against the Austin RCS Benchmark Suite, sets I.A (metal) and I.C (water); see
 //! tests/data/austin_rcs.
 
+use catseye::base::units::dbsm_from_amplitude;
 use catseye::em::mie::SphereSeries;
-use catseye::units::dbsm_from_amplitude;
 use num_complex::Complex64;
 use std::path::Path;
 

@@ -1,6 +1,7 @@
 //! Ghosts in walls, and roads that are not quite flat.
 
-use catseye::frames::{Pose, Sensor, Target, World, angles_from_direction};
+use catseye::base::frames::{Pose, Sensor, Target, World, angles_from_direction};
+use catseye::base::units::wavenumber;
 use catseye::geom::{Geometry, Surface};
 use catseye::road::objects::ground;
 use catseye::road::reflector::Reflector;
@@ -8,7 +9,6 @@ use catseye::scene::{Mesh, Scene, material};
 use catseye::trace::cpu::echoes;
 use catseye::trace::windows::around;
 use catseye::trace::{Echo, TraceOptions};
-use catseye::units::wavenumber;
 use glam::{DQuat, DVec2, DVec3};
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_PI_2, PI};

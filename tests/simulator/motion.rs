@@ -1,10 +1,11 @@
 //! Paths of a frame in which something moves: what an echo says of its path at the frame's start and end against the same scene
 //! traced then.
 
-use catseye::adc::cpu::synthesis::{Control, synthesise};
+use catseye::adc::cpu::synthesis::synthesise;
 use catseye::adc::synthesis::Plan;
+use catseye::base::control::Control;
+use catseye::base::frames::Pose;
 use catseye::engine::{AnyCube, Engine, Precision};
-use catseye::frames::Pose;
 use catseye::geom::{Facets, Geometry, RigidScene};
 use catseye::road::objects::ground;
 use catseye::road::shape::cuboid;

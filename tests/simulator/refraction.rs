@@ -1,16 +1,16 @@
 //! Waves that pass through bodies and sheets (CONVENTIONS eq. 70-75): layered stacks, Snell's law, filled
 //! corners, limits.
 
+use catseye::base::frames::{Pose, angles_from_direction, direction_from_angles, polarisation_basis};
+use catseye::base::units::wavenumber;
 use catseye::em::layers::{Backing, Layer, Stack};
 use catseye::engine::{Engine, Precision};
-use catseye::frames::{Pose, angles_from_direction, direction_from_angles, polarisation_basis};
 use catseye::geom::Geometry;
 use catseye::rcs::cpu::beam_sum::{FrequencyPoint, sweep};
 use catseye::rcs::{Aspect, BistaticAspect, Distance, Impassable, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, MaterialKind, Mesh, Scene, material};
 use catseye::trace::beams::BeamOptions;
-use catseye::units::wavenumber;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -616,12 +616,12 @@ fn what_is_not_entered_and_what_is_refused() {
         assert!(e.exit_code() == 2 && e.to_string().contains("touches or holds another"), "{e}");
         // The sum itself says so, too, and not by a value.
         let g = Geometry::build(&scene, 0.0, F).unwrap();
-        let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &g.surfaces };
+        let tone = [FrequencyPoint { wavenumber: wavenumber(F), surfaces: &g.surfaces }];
         let look = [look(deg(20.0, 30.0), deg(20.0, 30.0))];
         for (distance, why) in
             [(Distance::Infinite, Impassable::NoBody), (Distance::At(5.0), Impassable::NearPort)]
         {
-            assert_eq!(sweep(&g, &[tone], &look, distance, &BeamOptions::new(3, 0.1, true)), Err(why));
+            assert_eq!(sweep(&g, &tone, &look, distance, &BeamOptions::new(3, 0.1, true)), Err(why));
         }
     }
     // The gpu engine does not follow them.

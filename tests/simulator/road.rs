@@ -2,12 +2,12 @@
 //! triangle, done exactly, without any ray. It holds for convex bodies, where nothing is shadowed
 //! and nothing bounces twice.
 
-use catseye::frames::direction_from_angles;
+use catseye::base::frames::direction_from_angles;
+use catseye::base::units::{dbsm_from_amplitude, wavenumber};
 use catseye::geom::curved::{refined, sagitta_m};
 use catseye::rcs::closed_form::{mie_sphere, po_cylinder, po_cylinder_mantle, po_plate, po_sphere};
 use catseye::road::reflector::Reflector;
 use catseye::scene::Mesh;
-use catseye::units::{dbsm_from_amplitude, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::PI;

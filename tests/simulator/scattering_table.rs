@@ -1,6 +1,8 @@
 //! Objects that carry a scattering table echo as the facets that the table was made of.
 
-use catseye::frames::{Pose, Sensor, World, polarisation_basis};
+use catseye::base::frames::{Pose, Sensor, World, polarisation_basis};
+use catseye::base::matrix::Matrix2;
+use catseye::base::units::wavenumber;
 use catseye::geom::Geometry;
 use catseye::rcs::cpu::beam_sum::{FrequencyPoint, between, sweep};
 use catseye::rcs::table::{RcsTable, Row};
@@ -12,7 +14,6 @@ use catseye::trace::TraceOptions;
 use catseye::trace::beams::{BeamOptions, Port};
 use catseye::trace::cpu::points::point_echoes;
 use catseye::trace::windows::around;
-use catseye::units::wavenumber;
 use glam::DVec3;
 use num_complex::Complex64;
 use std::sync::Arc;
@@ -20,7 +21,7 @@ use std::sync::Arc;
 const F: f64 = 77e9;
 
 /// Every bounce's S of the facets by exact beams.
-fn exact(geometry: &Geometry, aspects: &[Aspect]) -> Vec<[[Complex64; 2]; 2]> {
+fn exact(geometry: &Geometry, aspects: &[Aspect]) -> Vec<Matrix2> {
     let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &geometry.surfaces };
     let looks: Vec<BistaticAspect> = aspects.iter().map(|a| BistaticAspect::monostatic(*a)).collect();
     let options = BeamOptions::new(3, 0.1, false);
@@ -54,7 +55,7 @@ fn table_of(spec: &str) -> (Scene, Arc<ScatteringTable>) {
 fn both(
     scene: &Scene,
     table: &Arc<ScatteringTable>,
-    pose: Pose<catseye::frames::Target, World>,
+    pose: Pose<catseye::base::frames::Target, World>,
 ) -> [Geometry; 2] {
     let mut meshes = scene.clone();
     meshes.objects[0].pose = pose;
@@ -64,7 +65,7 @@ fn both(
     [meshes, tables].map(|s| Geometry::build(&s, 0.0, F).unwrap())
 }
 
-fn worst(a: &[[Complex64; 2]; 2], b: &[[Complex64; 2]; 2]) -> f64 {
+fn worst(a: &Matrix2, b: &Matrix2) -> f64 {
     a.as_flattened().iter().zip(b.as_flattened()).map(|(x, y)| (x - y).norm()).fold(0.0, f64::max)
 }
 
@@ -77,7 +78,7 @@ const POSES: [([f64; 3], [f64; 3]); 5] = [
     ([-3.3, -11.2, 163.0], [-0.3, 0.0, 0.7]),
 ];
 
-fn pose((angles, at): ([f64; 3], [f64; 3]), turn: f64) -> Pose<catseye::frames::Target, World> {
+fn pose((angles, at): ([f64; 3], [f64; 3]), turn: f64) -> Pose<catseye::base::frames::Target, World> {
     let [yaw, pitch, roll] = angles.map(f64::to_radians);
     Pose::from_yaw_pitch_roll(at.into(), yaw + turn, pitch, roll)
 }

@@ -158,7 +158,7 @@ fn a_straight_one_is_a_velocity() {
             .objects
             .iter()
             .cloned()
-            .map(|o| catseye::scene::scenario::Placed { pose: catseye::frames::Pose::IDENTITY, ..o })
+            .map(|o| catseye::scene::scenario::Placed { pose: catseye::base::frames::Pose::IDENTITY, ..o })
             .collect(),
         ..b
     };

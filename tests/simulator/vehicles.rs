@@ -1,8 +1,8 @@
 //! Vehicles and people as the rest of the chain sees them: sound meshes, glTF there and back, and cross
 //! sections beside published ones.
 
+use catseye::base::frames::Pose;
 use catseye::engine::{Engine, Precision};
-use catseye::frames::Pose;
 use catseye::geom::validate::check_scene;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions};
 use catseye::road::vehicle::{Kind, vehicle};

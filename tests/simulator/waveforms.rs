@@ -1,7 +1,8 @@
 //! Every waveform against its own formula evaluated sample by sample, and through the chain.
 
-use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::synthesis::point_echo;
+use catseye::base::control::Control;
+use catseye::base::units::C0;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::locate;
 use catseye::detect::points::range_rate_mps;
@@ -10,7 +11,6 @@ use catseye::scene::radar::{Cfar, CfarKind, Radar};
 use catseye::scene::radar_toml::parse;
 use catseye::scene::waveform::{Multiplex, PulseShape, Ramp, Slopes, Waveform};
 use catseye::trace::{Echo, Echoes};
-use catseye::units::C0;
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::{PI, SQRT_2, TAU};

@@ -1,8 +1,8 @@
 //! Lists of numbers on the command line: a value, `start:stop:step` (both ends included), or values
 //! with commas between.
 
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::engine::sweep::MAX_LOOKS;
-use catseye::error::{BadInput, Error, Result};
 
 /// Longest list that one option may stand for.
 pub const LONGEST: usize = MAX_LOOKS;

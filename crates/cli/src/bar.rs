@@ -1,6 +1,6 @@
 //! Progress of a command: a bar on a terminal, lines elsewhere; and what Ctrl-C says.
 
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::ops::Deref;

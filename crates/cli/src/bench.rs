@@ -2,7 +2,7 @@
 
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
-use catseye::error::Result;
+use catseye::base::error::Result;
 use catseye_papers::bench::{self, Outcome, Settings};
 use clap::Args;
 use serde_json::Value;

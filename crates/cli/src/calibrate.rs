@@ -3,8 +3,8 @@
 use super::angles::parse_list;
 use super::bar::Kept;
 use super::global::Global;
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::dsp::doa_calibration::TurntableOptions;
-use catseye::error::{BadInput, Error, Result};
 use catseye::formats::check_extension;
 use catseye::formats::stage::{StagedFile, distinct};
 use catseye::road::reflector::Reflector;

@@ -3,7 +3,7 @@
 use super::bar::Kept;
 use super::cube_args::CubeArgs;
 use super::global::{Global, print, print_json};
-use catseye::error::Result;
+use catseye::base::error::Result;
 use catseye::formats::stage;
 use catseye::scene::radar_toml;
 use catseye_io::cube::{CubeAbout, write_cube};

@@ -1,7 +1,7 @@
 //! Options for reading cubes of others.
 
 use super::global::choice;
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 use catseye::scene::radar::{Radar, Sampling};
 use catseye::scene::radar_toml;
 use catseye_io::cube::{CubeOptions, Source, open_cube};

@@ -3,7 +3,7 @@
 use super::bar::{self, Kept};
 use super::frames::draw_frame;
 use super::global::{Global, print, print_json};
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage;
 use catseye_io::produce::{Estimate, Options, Phase, Progress, Report, estimate, produce};
 use catseye_io::recipe::Recipe;

@@ -1,8 +1,8 @@
 //! `catseye devices`: adapters, limits, drivers, and which one `auto` takes.
 
 use super::global::{Global, print, print_json};
+use catseye::base::error::Result;
 use catseye::engine::devices::listing;
-use catseye::error::Result;
 use clap::Args;
 
 /// List adapters with driver and limits, what `auto` takes, and whether each passes the self-test

@@ -2,7 +2,7 @@
 
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
 use catseye_io::diff::{Difference, Report, Tolerances, diff};
 use clap::Args;
 use serde_json::Value;

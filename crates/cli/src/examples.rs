@@ -1,7 +1,7 @@
 //! `catseye examples`: the scenes that come with the program, written out with all that they name.
 
 use super::global::{Global, print, print_json};
-use catseye::error::{BadInput, Result, nearest};
+use catseye::base::error::{BadInput, Result, nearest};
 use catseye::formats::stage;
 use catseye::scene::scenario::without_schema;
 use clap::Args;

@@ -2,7 +2,7 @@
 
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 use catseye::formats::check_extension;
 use catseye::formats::stage;
 use catseye_export::sweeps::Run;
@@ -91,7 +91,7 @@ impl CameraArgs {
 
 /// What a build without a feature says.
 #[cfg(not(all(feature = "hdf5", feature = "mcap", feature = "osi")))]
-fn left_out(format: &str, feature: &str) -> catseye::error::Error {
+fn left_out(format: &str, feature: &str) -> catseye::base::error::Error {
     BadInput::new("this build does not have the format")
         .key("--format")
         .value(format)

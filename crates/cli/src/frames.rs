@@ -1,9 +1,10 @@
 //! What `simulate`, `process` and `demo` share: the pictures of a frame.
 
 use super::footprint::footprint;
+use catseye::base::error::Result;
+use catseye::base::units::dbm_from_w;
 use catseye::detect::{Point, locate, unmarked};
 use catseye::dsp::{Cell, RangeDoppler as Map};
-use catseye::error::Result;
 use catseye::road::TruthBox;
 use catseye::road::actors::{actor_boxes, is_ground};
 use catseye::road::mask::{self, CellClass, Grid, Level};
@@ -13,7 +14,6 @@ use catseye::scene::{Object, Scene, Shape};
 use catseye::simulate::Frame;
 use catseye::simulate::thermal_floor::thermal_floor_w;
 use catseye::simulate::truth::Truth;
-use catseye::units::dbm_from_w;
 use catseye_io::manifest::Axes;
 use catseye_plot::{
     BirdsEye, BirdsEyePoint, FieldOfView, LabelledPoint, Labels, MaskPicture, Outline, RangeDoppler,

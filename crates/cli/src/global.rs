@@ -1,8 +1,8 @@
 //! What every command shares: the global options and how results are printed.
 
 use super::bar::{Bar, Kept};
+use catseye::base::error::{Error, Result};
 use catseye::engine::{Engine, Precision};
-use catseye::error::{Error, Result};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};

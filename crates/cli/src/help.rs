@@ -1,7 +1,7 @@
 //! `catseye help`: a command's help, or what has a name: reflectors with their parameters, materials, radars.
 
 use super::global::print;
-use catseye::error::{BadInput, Result, nearest};
+use catseye::base::error::{BadInput, Result, nearest};
 use catseye::road::reflector;
 use catseye::scene::{material, radar_toml};
 use clap::Args;

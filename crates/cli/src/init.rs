@@ -1,7 +1,7 @@
 //! `catseye init`: a commented file to start from.
 
 use super::global::{Global, print, print_json};
-use catseye::error::Result;
+use catseye::base::error::Result;
 use catseye::formats::{check_extension, stage};
 use catseye::scene::scenario::template;
 use clap::Args;

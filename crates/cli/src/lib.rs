@@ -31,7 +31,7 @@ mod verify;
 
 pub use frames::draw_frame;
 
-use catseye::error::{BadInput, Error};
+use catseye::base::error::{BadInput, Error};
 use clap::parser::ValueSource;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use global::{Global, PRINTED, print_json};
@@ -164,7 +164,7 @@ pub fn run() -> ExitCode {
     if let Some(remark) = remark {
         g.say(&remark);
     }
-    if let Some(remark) = catseye::machine::start_threads() {
+    if let Some(remark) = catseye::base::machine::start_threads() {
         g.say(&remark);
     }
     if let Err(e) = bar::watch() {
@@ -197,7 +197,7 @@ pub fn run() -> ExitCode {
 }
 
 /// Who reads stdout may stop to do so at any time.
-fn ended(result: catseye::error::Result<()>) -> ExitCode {
+fn ended(result: catseye::base::error::Result<()>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,

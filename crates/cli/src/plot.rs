@@ -1,7 +1,7 @@
 //! `catseye plot`: PNG of any file that the other commands write.
 
 use super::global::{Global, print, print_json};
-use catseye::error::Result;
+use catseye::base::error::Result;
 use catseye::formats::{check_extension, stage};
 use catseye_plot::{PlotOptions, plot_file};
 use clap::Args;

@@ -4,9 +4,11 @@ use super::angles::{LONGEST, parse_list};
 use super::bar::Kept;
 use super::global::{Global, choice, print, print_json};
 use super::target::ImportArgs;
+use catseye::base::convention::Convention;
+use catseye::base::error::{BadInput, Error, Result};
+use catseye::base::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude, level_text};
 use catseye::engine::Engine;
 use catseye::engine::sweep::{Accuracy, Sweep};
-use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::{self, StagedFile};
 use catseye::formats::{check_extension, rcs_csv};
 use catseye::geom::validate::check_scene;
@@ -15,8 +17,6 @@ use catseye::rcs::table::{RcsTable, Row};
 use catseye::rcs::{Aspect, BistaticAspect, Diffraction, Distance, Ground, RcsOptions, Scattering};
 use catseye::road::target;
 use catseye::scene::material;
-use catseye::trace::Convention;
-use catseye::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude, level_text};
 use catseye_plot::{RcsRow, RcsStyle, rcs_picture};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeMap;
@@ -194,7 +194,7 @@ impl Rcs {
         let mut warnings: Vec<String> = Vec::new();
         let (reports, bad) = (check_scene(&target.scene, frequencies[0])?, |name: &str, e: BadInput| {
             let key = format!("object '{name}'");
-            catseye::error::Error::from(e.key(key))
+            catseye::base::error::Error::from(e.key(key))
         });
         for (name, report) in &reports {
             if let Some(e) = report.error() {

@@ -1,12 +1,12 @@
 //! `catseye reflector`: a reflector as glTF with its radar materials, as STL or OBJ, and a picture of it.
 
 use super::global::{Global, print, print_json};
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
+use catseye::base::units::{C0, DEFAULT_FREQUENCY_HZ};
 use catseye::formats::{check_extension, stage};
 use catseye::geom::validate::{MeshReport, check_mesh};
 use catseye::road::reflector::{self, Reflector, Value};
 use catseye::scene::{material, mesh_file};
-use catseye::units::{C0, DEFAULT_FREQUENCY_HZ};
 use catseye_plot::{SolidView, solid_picture};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use std::collections::BTreeMap;

@@ -1,13 +1,13 @@
 //! `catseye scene`: a road scene as glTF with its radar materials and labels.
 
 use super::global::{Global, print, print_json};
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
+use catseye::base::units::DEFAULT_FREQUENCY_HZ;
 use catseye::formats::stage;
 use catseye::geom::validate::check_scene;
 use catseye::road::labels::RoadTruth;
 use catseye::road::{build, glb, scene_toml};
 use catseye::scene::material;
-use catseye::units::DEFAULT_FREQUENCY_HZ;
 use clap::Args;
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -3,14 +3,14 @@
 use super::bar::Kept;
 use super::frames::draw_frame;
 use super::global::{Global, print, print_json};
+use catseye::base::error::{BadInput, Error, Result};
+use catseye::base::machine;
+use catseye::base::units::{db_from_power, power_from_db};
 use catseye::engine::memory::FrameMemory;
-use catseye::error::{BadInput, Error, Result};
-use catseye::machine;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::{MAX_BOUNCES, Scenario};
 use catseye::simulate::Prepared;
-use catseye::units::{db_from_power, power_from_db};
 use catseye_io::files::expected_bytes;
 use catseye_io::manifest::FrameRecord;
 use catseye_io::run::{RunOptions, RunReport, run};

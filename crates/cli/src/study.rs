@@ -2,8 +2,8 @@
 
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
-use catseye::error::{Error, Result};
-use catseye::units::level_text;
+use catseye::base::error::{Error, Result};
+use catseye::base::units::level_text;
 use catseye_papers::study::parameter;
 use catseye_papers::study::report::{StudyResult, searched, short};
 use catseye_papers::study::run::{self, RunOptions};

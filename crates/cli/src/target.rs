@@ -1,6 +1,6 @@
 //! How a command's file of a mesh is to be read.
 
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 use catseye::scene::gltf::{self, ImportOptions};
 use catseye::scene::material;
 use clap::Args;

@@ -2,8 +2,8 @@
 
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
-use catseye::error::{Error, Result};
-use catseye::units::{LEAST_DB, level_text};
+use catseye::base::error::{Error, Result};
+use catseye::base::units::{LEAST_DB, level_text};
 use catseye_papers::comparison::{Comparison, Tolerance};
 use catseye_papers::validate::GROUPS;
 use clap::Args;

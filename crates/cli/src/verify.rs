@@ -2,7 +2,7 @@
 
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 use catseye_io::verify::verify;
 use clap::Args;
 use std::path::PathBuf;

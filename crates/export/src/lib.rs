@@ -18,8 +18,8 @@ mod samples;
 pub mod sweeps;
 pub mod tusimple;
 
-use catseye::error::{BadInput, Error, Result};
-use catseye::frames::{Pose, Sensor, Vehicle, World, direction_from_angles};
+use catseye::base::error::{BadInput, Error, Result};
+use catseye::base::frames::{Pose, Sensor, Vehicle, World, direction_from_angles};
 use glam::{DQuat, DVec3, EulerRot};
 use std::path::PathBuf;
 

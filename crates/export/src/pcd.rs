@@ -14,9 +14,9 @@
 //! | `pdh0` | probability of an artefact by multipath: 7 (up to 100 %) for ghosts, else 1 (below 25 %) |
 
 use super::{Exporter, Finished, Order, Sweep, SweepPoint};
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
+use catseye::base::frames::Pose;
 use catseye::formats::stage::{MANIFEST, StagedDir};
-use catseye::frames::Pose;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;

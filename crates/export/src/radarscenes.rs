@@ -15,7 +15,7 @@
 
 use super::class::{RoadUser, road_user};
 use super::{Exporter, Finished, Order, Sweep, SweepPoint, check_name, heading};
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage::{MANIFEST, StagedDir};
 use hdf5_pure::{
     CharacterSet, CompoundTypeBuilder, Datatype, FileBuilder, StringPadding, make_f32_type, make_i64_type,

@@ -2,12 +2,12 @@
 //! `points.csv`, poses, boxes and lane lines from `truth.json`, maps from `range_doppler.npy`.
 
 use crate::{PowerImage, Sweep, SweepBox, SweepLane, SweepPoint};
-use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::base::error::{BadInput, Error, Result, json_in_words};
+use catseye::base::frames::{Pose, World};
+use catseye::base::units::dbm_from_w;
 use catseye::formats::csv::Table;
 use catseye::formats::stage::MANIFEST;
 use catseye::formats::{input, npy};
-use catseye::frames::{Pose, World};
-use catseye::units::dbm_from_w;
 use catseye_io::files::frame_name;
 use catseye_io::manifest::{Axes, PerRadar};
 use glam::{DQuat, DVec3};
@@ -171,7 +171,7 @@ impl Run {
                 // This run says it itself.
                 return Ok(HashMap::new());
             }
-            let ahead = truth.ego.pose::<catseye::frames::Vehicle>().direction(DVec3::X);
+            let ahead = truth.ego.pose::<catseye::base::frames::Vehicle>().direction(DVec3::X);
             seen.push((head.index, head.time_s, ahead.y.atan2(ahead.x)));
         }
         let rate = |i: usize| {
@@ -271,7 +271,7 @@ fn read_box(b: &BoxRead) -> SweepBox {
     }
 }
 
-fn lanes(truth: &Truth, into_vehicle: &Pose<World, catseye::frames::Vehicle>) -> Vec<SweepLane> {
+fn lanes(truth: &Truth, into_vehicle: &Pose<World, catseye::base::frames::Vehicle>) -> Vec<SweepLane> {
     let lines = truth.lane_lines.iter().chain(&truth.lanes).filter(|l| !l.points_m.is_empty());
     lines
         .zip(1u32..)

@@ -5,9 +5,9 @@
 //! There are no pictures: `raw_file` names the one that a renderer of the same frame would have to write. Nothing hides a line.
 
 use super::{Exporter, Finished, Order, Sweep, SweepLane};
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
+use catseye::base::frames::{Pose, Vehicle};
 use catseye::formats::stage::StagedFile;
-use catseye::frames::{Pose, Vehicle};
 use glam::{DVec2, DVec3};
 use serde_json::json;
 use std::fs::File;

@@ -8,7 +8,7 @@ pub use super::source::Source;
 use super::source::open_file;
 use super::ti_bin::{self, BinOptions};
 use super::ti_cfg::TiRadar;
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::npy;
 use catseye::formats::stage::StagedFile;
 use num_complex::Complex;

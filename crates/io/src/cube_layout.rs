@@ -2,7 +2,7 @@
 //! into `[chirp, channel, sample]`. What the file is (NumPy, HDF5, a recording of a TI device) only
 //! decides on the [`Layout`].
 
-use catseye::error::{BadInput, Error, Result, nearest};
+use catseye::base::error::{BadInput, Error, Result, nearest};
 use num_complex::Complex;
 use std::ops::Range;
 use std::path::Path;

@@ -3,8 +3,8 @@
 //! A draw is keyed on (seed, scene, path of the key), so it is the same in whatever order scenes are drawn, and a key
 //! that is added elsewhere changes nothing.
 
-use catseye::error::{Error, Result, nearest};
-use catseye::rng::philox4x32_10;
+use catseye::base::error::{Error, Result, nearest};
+use catseye::base::rng::philox4x32_10;
 use catseye::scene::toml_file::Document;
 use sha2::{Digest, Sha256};
 use statrs::distribution::{ContinuousCDF, Normal};

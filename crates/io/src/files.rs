@@ -1,11 +1,11 @@
 //! The files of one frame (their names, shapes and columns are what users rely on).
 
+use catseye::base::error::{Error, Result};
 use catseye::detect::files::{write_echoes, write_points};
 use catseye::detect::grid::PointGrid;
 use catseye::detect::points::Point;
 use catseye::dsp::{PowerMap, RangeDoppler};
 use catseye::engine::AnyCube;
-use catseye::error::{Error, Result};
 use catseye::formats::npy;
 use catseye::road::labels::RoadTruth;
 use catseye::road::mask::{self, Grid};

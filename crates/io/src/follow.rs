@@ -2,6 +2,7 @@
 //! made from the files of the frames, so that a resumed run gives the same bytes.
 
 use super::files::frame_name;
+use catseye::base::error::{Error, Result};
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::is_unfolded;
 use catseye::detect::cluster::{ClusterPoint, Dbscan};
@@ -12,7 +13,6 @@ use catseye::detect::points::Point;
 use catseye::detect::same_slope;
 use catseye::detect::track_table::{TrackRow, write_tracks};
 use catseye::detect::tracker::{Coverage, Scan, Tracker, TrackerSettings};
-use catseye::error::{Error, Result};
 use catseye::formats::csv::{Table, Writer};
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::SitedScenario;

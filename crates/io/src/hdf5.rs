@@ -9,7 +9,7 @@
 
 use super::cube_layout::{Axis, Number, Real, array_layout};
 use super::source::{Source, open_file};
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use hdf5_pure::{
     AttrValue, CompoundTypeBuilder, Dataset, Datatype, DatatypeByteOrder, FileBuilder, FloatingPointLayout,
 };

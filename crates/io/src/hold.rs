@@ -1,7 +1,7 @@
 //! Who is at work in a dataset: each run holds a lock on the folder, which the system takes back when its process ends,
 //! however that comes about.
 
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 use std::fs::{File, TryLockError};
 use std::path::Path;
 

@@ -2,8 +2,8 @@
 
 use catseye::adc::methods::Methods;
 use catseye::adc::synthesis::SynthesisStats;
+use catseye::base::error::{Error, Result};
 use catseye::engine::EngineReport;
-use catseye::error::{Error, Result};
 use catseye::formats::stage::MANIFEST;
 use catseye::scene::ImportReport;
 use catseye::scene::radar::Radar;

@@ -4,7 +4,7 @@
 use super::draw::{Changes, Draws, Node, Origin, Tree, word};
 use super::store::{ColumnKind, ColumnSpec, Compression, Format, Layout, TableSpec};
 use super::traffic::{Sizes, first_clash};
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage::{sha256_of_bytes, sha256_of_file};
 use catseye::road::plan::ScenePlan;
 use catseye::road::scene_toml;

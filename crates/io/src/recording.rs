@@ -1,7 +1,7 @@
 //! Our radars as devices whose recordings others read.
 
 use crate::ti_cfg::{IqOrder, Multiplex as TiMultiplex, TiRadar};
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::scene::radar::{Radar, Sampling};
 use catseye::scene::waveform::{Multiplex, Waveform};
 

@@ -4,9 +4,9 @@
 use super::files::{Truth, frame_name, write_frame, write_masks};
 use super::follow;
 use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, keep_radars};
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::error::{Error, Result};
 use catseye::engine::Engine;
-use catseye::error::{Error, Result};
 use catseye::formats::stage::{
     MANIFEST, StagedDir, checksums, files_of, sha256_of_bytes, sha256_of_file, sync_file, sync_folder,
     sync_tree,

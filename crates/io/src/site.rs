@@ -1,7 +1,7 @@
 //! A drawn scene made ready: what stands there, what is known of its roads, who drives.
 
 use super::recipe::Drawn;
-use catseye::error::Result;
+use catseye::base::error::Result;
 use catseye::road::labels::RoadTruth;
 use catseye::road::site;
 use catseye::scene::Scene;

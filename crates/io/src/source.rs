@@ -2,7 +2,7 @@
 
 use super::cube_layout::{Layout, Real};
 use super::ti_cfg::TiRadar;
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
 use num_complex::Complex;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};

@@ -14,9 +14,9 @@
 use super::cube_layout::{Axis, Dim, Layout, Number};
 use super::source::{Source, open_file};
 use super::ti_cfg::{IqOrder, TiRadar};
-use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::base::error::{BadInput, Error, Result, json_in_words};
+use catseye::base::units::w_from_dbm;
 use catseye::formats::stage::StagedFile;
-use catseye::units::w_from_dbm;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
@@ -352,7 +352,7 @@ pub fn fitting_full_scale_dbm<T: Copy + Into<f64>>(samples: &[Complex<T>], adc_b
     });
     // The largest count is one below 2^(bits−1).
     let full = f64::from(1u32 << (adc_bits - 1));
-    let dbm = catseye::units::dbm_from_w((peak * full / (full - 1.0)).powi(2));
+    let dbm = catseye::base::units::dbm_from_w((peak * full / (full - 1.0)).powi(2));
     if dbm.is_finite() { dbm.ceil().clamp(-300.0, 300.0) } else { -300.0 }
 }
 

@@ -10,7 +10,7 @@
 //! `frameCfg first last loops frames period_ms trigger delay_ms` · `bpmCfg subframe on chirp0 chirp1` ·
 //! `lvdsStreamCfg subframe header format software`.
 
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use std::fmt::Write as _;
 use std::path::Path;
 

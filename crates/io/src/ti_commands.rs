@@ -1,7 +1,7 @@
 //! The commands of a `.cfg`, read line by line and put together to a [`TiRadar`].
 
 use super::ti_cfg::{IqOrder, Multiplex, TiRadar, shifted};
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use std::path::{Path, PathBuf};
 
 /// A configuration has some fifty short lines.

@@ -1,7 +1,7 @@
 //! Whether the vehicles of a drawn road stand in one another or bumper to bumper.
 
-use catseye::error::Result;
-use catseye::frames::Pose;
+use catseye::base::error::Result;
+use catseye::base::frames::Pose;
 use catseye::road::axis::RoadPoint;
 use catseye::road::plan::{ScenePlan, Source};
 use catseye::road::traffic::vehicle;
@@ -131,7 +131,7 @@ pub fn first_clash(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use catseye::frames::{Vehicle, World};
+    use catseye::base::frames::{Vehicle, World};
 
     fn boxed(x: f64, y: f64, yaw: f64, speed: f64) -> Footprint {
         let pose: Pose<Vehicle, World> = Pose::from_yaw_pitch_roll(DVec3::new(x, y, 0.0), yaw, 0.0, 0.0);

@@ -1,20 +1,20 @@
 //! A turntable run in simulation: a corner reflector at a fixed distance, the radar turned from angle to angle, through
 //! synthesis and both transforms to a calibration (Feng 2019, section 2.2.4).
 
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::error::{BadInput, Result};
+use catseye::base::frames::{Pose, Sensor, World};
+use catseye::base::units::wavenumber;
 use catseye::detect::points;
 use catseye::dsp::doa_calibration::{Calibration, TurntableOptions};
 use catseye::dsp::doa_manifold::Manifold;
 use catseye::dsp::multiplex::decode;
 use catseye::engine::Engine;
-use catseye::error::{BadInput, Result};
-use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::{Geometry, curved};
 use catseye::scene::Scene;
 use catseye::scene::radar::{Cfar, CfarKind, Radar};
 use catseye::scene::waveform::Multiplex;
 use catseye::trace::TraceOptions;
-use catseye::units::wavenumber;
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::PI;

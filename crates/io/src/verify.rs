@@ -4,7 +4,7 @@
 use super::dataset::{DATASET, DatasetFile, Marker, SHARDS};
 use super::datasheet::{DatasetManifest, is_own, is_unfinished};
 use super::store::Layout;
-use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::stage::{MANIFEST, files_of, sha256_of_file};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -116,7 +116,7 @@ mod tests {
     /// Against draws: radars at random beside vehicles that return from their nearest place across.
     #[test]
     fn the_mean_and_its_spread_are_those_of_draws() {
-        let mut draws = catseye::rng::Draws::new(3, 0);
+        let mut draws = catseye::base::rng::Draws::new(3, 0);
         let std = 0.6;
         // By where the radar seems to be: how far the middle lies to the left of the echo.
         let mut seen: Vec<Vec<f64>> = vec![Vec::new(); 12];

@@ -583,7 +583,7 @@ mod tests {
     use super::*;
     use crate::LaneError;
     use crate::curve::fit;
-    use catseye::rng::Draws;
+    use catseye::base::rng::Draws;
 
     const STEP: EgoStep = EgoStep {
         speed_mps: Measured { value: 10.0, std: 0.02 },

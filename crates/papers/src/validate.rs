@@ -5,14 +5,19 @@
 //! three bounces, VV unless the row says otherwise.
 
 use crate::comparison::{Comparison, Tolerance};
-use catseye::adc::cpu::synthesis::{Control, synthesise};
+use catseye::adc::cpu::synthesis::synthesise;
 use catseye::adc::synthesis::{Plan, channel_path_m, point_echo};
+use catseye::base::control::Control;
+use catseye::base::error::{Error, Result};
+use catseye::base::frames::{Pose, Target, World, direction_from_angles};
+use catseye::base::matrix::Matrix2;
+use catseye::base::units::{
+    C0, DEFAULT_FREQUENCY_HZ, db_from_power, dbm_from_w, dbsm_from_amplitude, wavenumber,
+};
 use catseye::detect::locate;
 use catseye::dsp::doa_beamform::Beamformer;
 use catseye::dsp::{Snapshots, cfar_ca, cfar_os, window};
 use catseye::engine::{AnyCube, Engine, Precision};
-use catseye::error::{Error, Result};
-use catseye::frames::{Pose, Target, World, direction_from_angles};
 use catseye::geom::Geometry;
 use catseye::rcs::closed_form::{
     go_dihedral_m2, go_square_trihedral_m2, go_trihedral_m2, mie_sphere, po_cylinder, po_plate, rcs_m2,
@@ -25,7 +30,6 @@ use catseye::scene::waveform::Waveform;
 use catseye::scene::{Scene, Shape, material, radar_toml};
 use catseye::trace::cpu::points::point_echoes;
 use catseye::trace::{Echo, Echoes, TraceOptions};
-use catseye::units::{C0, DEFAULT_FREQUENCY_HZ, db_from_power, dbm_from_w, dbsm_from_amplitude, wavenumber};
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_PI_4, TAU};
@@ -72,8 +76,6 @@ const H: usize = 1;
 
 // ---- cross sections ----
 
-type Matrix = [[Complex64; 2]; 2];
-
 fn aspect_deg(azimuth: f64, elevation: f64) -> Aspect {
     Aspect { azimuth: azimuth.to_radians(), elevation: elevation.to_radians() }
 }
@@ -95,7 +97,7 @@ fn sweep(engine: &Engine, scene: &Scene, aspects: &[Aspect]) -> Result<Vec<Scatt
     engine.rcs(scene, &[F], &looks, &RcsOptions::default())
 }
 
-fn level_dbsm(s: &Matrix, rx: usize, tx: usize) -> f64 {
+fn level_dbsm(s: &Matrix2, rx: usize, tx: usize) -> f64 {
     dbsm_from_amplitude(s[rx][tx].norm())
 }
 
@@ -105,7 +107,7 @@ fn ratio_db(a: Complex64, b: Complex64) -> f64 {
 }
 
 /// The larger cross-polarised part over VV, dB.
-fn cross_db(s: &Matrix) -> f64 {
+fn cross_db(s: &Matrix2) -> f64 {
     ratio_db(s[V][H], s[V][V]).max(ratio_db(s[H][V], s[V][V]))
 }
 
@@ -141,7 +143,7 @@ impl Rows {
     }
 
     /// A row of the co-polarised cross section of `s` in polarisation `p`, dBsm.
-    fn dbsm(&mut self, name: impl ToString, to: f64, by: f64, (s, p): (&Matrix, usize), source: &str) {
+    fn dbsm(&mut self, name: impl ToString, to: f64, by: f64, (s, p): (&Matrix2, usize), source: &str) {
         self.near(name, "dBsm", (to, by), level_dbsm(s, p, p), source);
     }
 }
@@ -197,7 +199,7 @@ fn dihedral(engine: &Engine, rows: &mut Rows) -> Result<()> {
         rows.dbsm(format!("face on, last, {name}"), exact, 0.05, (&s.last, p), "8 pi w² h² / lambda²");
         rows.dbsm(format!("face on, every, {name}"), every, 0.05, (&s.every, p), CURRENTS);
     }
-    let turn = |m: &Matrix| (m[H][H] / m[V][V]).arg().to_degrees().abs();
+    let turn = |m: &Matrix2| (m[H][H] / m[V][V]).arg().to_degrees().abs();
     let two = "two reflections turn H once more than V";
     rows.near("phase of HH over VV, last", "deg", (180.0, 0.1), turn(&s.last), two);
     rows.near("phase of HH over VV, every", "deg", (180.0, 1.0), turn(&s.every), two);

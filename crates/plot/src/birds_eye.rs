@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::canvas::{Pen, Picture, Rgb};
 use super::chart::{Chart, ColourMap, Layer, Mark, Paint, Scale, Symbol, finite_range};
 use super::classes::{class_colour, class_name, is_ground, whole};
-use catseye::error::Result;
+use catseye::base::error::Result;
 
 /// A true object seen from above.
 #[derive(Debug, Clone, Default, PartialEq)]

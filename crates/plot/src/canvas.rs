@@ -1,7 +1,7 @@
 //! The one drawing surface of all charts: kuva's scene and rasteriser, with its embedded font.
 //! Coordinates are logical pixels, y down; a picture has [`SCALE`] device pixels for each.
 
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
 use catseye::formats::{check_extension, stage};
 use image::RgbImage;
 use kuva::RasterBackend;

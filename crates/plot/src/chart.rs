@@ -3,7 +3,7 @@
 
 use super::axis::{Axis, tick_labels};
 use super::canvas::{Anchor, BLACK, Canvas, GREY, GRID, Pen, Picture, Rect, Rgb, SCALE, text_width};
-use catseye::error::Result;
+use catseye::base::error::Result;
 
 pub const TICK_SIZE: u32 = 12;
 pub const LABEL_SIZE: u32 = 13;

@@ -5,9 +5,9 @@ use super::canvas::Picture;
 use super::chart::{ColourMap, Scale, heat_map};
 use super::range_doppler::{RangeDoppler, decibel_limits, ends, noise_scale, range_doppler};
 use super::rcs::{RcsRow, RcsStyle, rcs_picture};
-use catseye::error::{BadInput, Result, json_in_words};
+use catseye::base::error::{BadInput, Result, json_in_words};
+use catseye::base::units::dbm_from_w;
 use catseye::formats::{csv::Table, input, npy, stage::MANIFEST};
-use catseye::units::dbm_from_w;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -277,9 +277,9 @@ fn detections_beside(path: &Path) -> Result<Vec<[f64; 2]>> {
 }
 
 /// Adds the file's name to an error that came from a room which does not know it.
-fn in_file(e: catseye::error::Error, path: &Path) -> catseye::error::Error {
+fn in_file(e: catseye::base::error::Error, path: &Path) -> catseye::base::error::Error {
     match e {
-        catseye::error::Error::Input(b) if b.file.is_none() => b.file(path).into(),
+        catseye::base::error::Error::Input(b) if b.file.is_none() => b.file(path).into(),
         e => e,
     }
 }

@@ -5,7 +5,7 @@ use super::birds_eye::{BirdsEye, birds_eye_turned};
 use super::canvas::{Pen, Picture, Rgb};
 use super::chart::{Chart, Layer, Mark, Symbol};
 use super::classes::{class_colour, class_name, whole};
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
 
 /// A line on the road, (x forward, y left) in m.
 #[derive(Debug, Clone, Default, PartialEq)]

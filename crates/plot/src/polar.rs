@@ -6,7 +6,7 @@ use super::chart::{
     Curve, Key, LABEL_SIZE, Symbol, TICK_SIZE, curve_pen, draw_header, finite_range, header_height,
     legend_rows,
 };
-use catseye::error::Result;
+use catseye::base::error::Result;
 
 /// Curves of (angle in degrees, value). The rings reach from the largest value down by at most 50;
 /// smaller values lie in the centre. A curve of which nothing is larger is left out, and named in the legend. Angles within -90 to 90 degrees make a half disc. A curve

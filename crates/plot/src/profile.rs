@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::canvas::{GREY, Pen, Picture};
 use super::chart::{CURVE_COLOURS, Chart, Layer, Mark, Symbol, finite_range};
 use super::range_doppler::{Unmarked, add_unmarked, decibel_limits};
-use catseye::error::Result;
+use catseye::base::error::Result;
 
 /// Power over range with what was detected.
 #[derive(Debug, Clone, Default, PartialEq)]

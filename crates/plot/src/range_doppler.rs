@@ -2,8 +2,8 @@
 
 use super::canvas::{Picture, WHITE};
 use super::chart::{CURVE_COLOURS, Chart, ColourMap, Mark, Scale, finite_range, heat_map};
-use catseye::error::{Error, Result};
-use catseye::units::dbm_from_w;
+use catseye::base::error::{Error, Result};
+use catseye::base::units::dbm_from_w;
 
 /// A map with its detections.
 #[derive(Debug, Clone, Default, PartialEq)]

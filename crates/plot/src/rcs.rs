@@ -5,7 +5,7 @@ use super::canvas::Picture;
 use super::chart::{Chart, ColourMap, Curve, Layer, Scale, Symbol, curve_pen, finite_range, heat_map};
 use super::polar::{left_out, polar};
 use super::range_doppler::decibel_limits;
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 
 /// One direction of an RCS table. The first letter is the received polarisation.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

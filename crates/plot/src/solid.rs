@@ -3,8 +3,8 @@
 //! further materials are green and let the metal shine through.
 
 use super::canvas::{Anchor, BLACK, Canvas, GREY, Pen, Picture, Rgb, SCALE, text_width};
-use catseye::error::{BadInput, Result};
-use catseye::frames::direction_from_angles;
+use catseye::base::error::{BadInput, Result};
+use catseye::base::frames::direction_from_angles;
 use catseye::scene::Mesh;
 use glam::{DVec2, DVec3};
 use image::{Rgb as Pixel, RgbImage};

@@ -6,7 +6,7 @@ use super::chart::{
     Chart, ColourMap, Curve, Layer, Mark, Paint, Scale, Symbol, curve_pen, finite_range, heat_map, lines,
 };
 use super::polar::left_out;
-use catseye::error::Result;
+use catseye::base::error::Result;
 
 /// One panel of a sheet.
 #[derive(Debug, Clone, PartialEq)]

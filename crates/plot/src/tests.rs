@@ -2,8 +2,8 @@
 //! `CATSEYE_PICTURE_DIR` set they leave their pictures there.
 
 use super::*;
+use catseye::base::units::w_from_dbm;
 use catseye::formats::npy;
-use catseye::units::w_from_dbm;
 use std::path::Path;
 
 fn keep(name: &str, picture: &Picture) {
@@ -372,7 +372,7 @@ fn range_profile_of_a_road() {
     let row = 34 * r.range_m.len();
     let power_dbm: Vec<f64> = r.power_w[row..row + r.range_m.len()]
         .iter()
-        .map(|p| catseye::units::dbm_from_w(f64::from(*p)))
+        .map(|p| catseye::base::units::dbm_from_w(f64::from(*p)))
         .collect();
     let threshold: Vec<f64> = (0..power_dbm.len())
         .map(|i| {

@@ -3,8 +3,8 @@
 use super::grid_fft::{SILENCE, TILE, Tile};
 use super::synthesis::madd;
 use crate::adc::gridding::Layout;
+use crate::base::simd::Vectorised;
 use crate::scene::radar::Sampling;
-use crate::simd::Vectorised;
 use num_complex::{Complex, Complex32, Complex64};
 use rayon::prelude::*;
 use std::f64::consts::TAU;

@@ -3,7 +3,7 @@
 use super::synthesis::{LANES, cis, fixed, madd};
 use crate::adc::grid_echoes::GridEchoes;
 use crate::adc::gridding::{DEGREE, Layout, TAPS};
-use crate::simd::{Vectorised, vectorised};
+use crate::base::simd::{Vectorised, vectorised};
 use num_complex::Complex32;
 use std::ops::Range;
 

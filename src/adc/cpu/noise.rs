@@ -4,9 +4,9 @@
 use super::synthesis::{LANES, cis, madd};
 use crate::adc::Cube;
 use crate::adc::noise::Noise;
-use crate::rng::philox4x32_10;
+use crate::base::rng::philox4x32_10;
+use crate::base::simd::{Vectorised, lanes, vectorised};
 use crate::scene::radar::Sampling;
-use crate::simd::{Vectorised, lanes, vectorised};
 use num_complex::{Complex, Complex32, Complex64};
 use rayon::prelude::*;
 

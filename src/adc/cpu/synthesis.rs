@@ -9,14 +9,15 @@
 
 use crate::adc::Cube;
 use crate::adc::synthesis::{Plan, Set};
-use crate::error::{Error, Result};
+use crate::base::control::Control;
+use crate::base::error::{Error, Result};
+use crate::base::simd::{Vectorised, lanes, vectorised};
 use crate::scene::radar::Sampling;
-use crate::simd::{Vectorised, lanes, vectorised};
 use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Echoes that are worked on together: their coefficients stay in the second-level cache.
 const TILE: usize = 1024;
@@ -30,15 +31,6 @@ const HALF: usize = 16;
 const DRIFT_SEEN: f64 = 1e-6;
 /// Up to this it is followed to first order well enough, turns; blocks are made shorter beyond.
 const DRIFT_FIRST_ORDER: f64 = 8e-4;
-
-/// Watching and stopping a long synthesis.
-#[derive(Default, Clone, Copy)]
-pub struct Control<'a> {
-    /// Called with (rows done, rows in all), from any thread.
-    pub progress: Option<&'a (dyn Fn(u64, u64) + Sync)>,
-    /// When set, the synthesis ends with an error.
-    pub cancel: Option<&'a AtomicBool>,
-}
 
 /// Precision of the sum: f64 or f32.
 pub trait Precision: Copy + Default + Send + Sync + 'static {

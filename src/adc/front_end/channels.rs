@@ -1,9 +1,9 @@
 //! Errors of the channels: they belong to the device and are the same in every frame (CONVENTIONS eq. 108).
 
 use super::draws::{CHANNEL_GAIN_STREAM, POSITION_STREAM, normals};
+use crate::base::units::power_from_db;
 use crate::scene::front_end::ChannelErrors;
 use crate::scene::radar::Radar;
-use crate::units::power_from_db;
 use glam::DVec3;
 use num_complex::Complex64;
 

@@ -1,6 +1,6 @@
 //! Random numbers of the front end: one Philox stream for each cause.
 
-use crate::rng::philox4x32_10;
+use crate::base::rng::philox4x32_10;
 use std::f64::consts::TAU;
 
 /// Philox streams of the front end; 0 is the thermal noise.

@@ -25,7 +25,7 @@ impl PhaseNoise {
             i if i == f.len() => l[i - 1],
             i => l[i - 1] + (l[i] - l[i - 1]) * (x / f[i - 1]).ln() / (f[i] / f[i - 1]).ln(),
         };
-        crate::units::power_from_db(db)
+        crate::base::units::power_from_db(db)
     }
 
     /// Spectral density at offset f of the noise beside an echo of delay τ, over the echo, in 1/Hz:

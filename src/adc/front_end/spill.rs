@@ -3,9 +3,9 @@
 
 use super::timing::Timing;
 use crate::adc::synthesis::power_gain;
+use crate::base::units::{C0, power_from_db, w_from_dbm};
 use crate::scene::front_end::FrontEndSettings;
 use crate::scene::radar::Radar;
-use crate::units::{C0, power_from_db, w_from_dbm};
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};

@@ -1,10 +1,10 @@
 //! Order-statistic CFAR (CONVENTIONS eq. 17, 85): the mask by counting, the noise of single cells by
 //! selection.
 
+use crate::base::simd::{Vectorised, vectorised};
 use crate::dsp::cfar_window::{Column, Reach, reach};
 use crate::dsp::{PowerMap, Real};
 use crate::scene::radar::Cfar;
-use crate::simd::{Vectorised, vectorised};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::ops::Range;

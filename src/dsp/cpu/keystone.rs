@@ -2,10 +2,10 @@
 
 use super::fft::complex_lines;
 use crate::adc::Cube;
+use crate::base::error::Result;
 use crate::dsp::transform::Keystone;
 use crate::dsp::transform::Transform;
 use crate::dsp::{Real, Spectrum};
-use crate::error::Result;
 use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
 use std::f64::consts::TAU;

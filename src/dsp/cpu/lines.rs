@@ -4,9 +4,9 @@
 use super::zero_doppler;
 use crate::adc::Cube;
 use crate::adc::shaping;
+use crate::base::error::{BadInput, Result};
 use crate::dsp::zero_doppler::AtRest;
 use crate::dsp::{Real, window};
-use crate::error::{BadInput, Result};
 use crate::scene::radar::{Radar, Sampling};
 use crate::scene::waveform::Waveform;
 use num_complex::{Complex, Complex64};

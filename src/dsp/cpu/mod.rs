@@ -17,9 +17,9 @@ pub mod stream;
 pub mod zero_doppler;
 
 use crate::adc::Cube;
+use crate::base::error::Result;
 use crate::dsp::transform::Transform;
 use crate::dsp::{self, Cell, Detection, PowerMap, RangeDoppler, Real, Spectrum};
-use crate::error::Result;
 use crate::scene::radar::{Cfar, CfarKind, Radar};
 
 /// From the cube to detected cells: windows, range and Doppler transform, power, CFAR, peaks, snapshots.

@@ -2,10 +2,10 @@
 
 use super::{detect, fft, keystone, noise, peaks};
 use crate::adc::Cube;
+use crate::base::error::Result;
 use crate::dsp::stream::{Source, blocks, check_bands};
 use crate::dsp::transform::Transform;
 use crate::dsp::{PowerMap, RangeDoppler, Real, Snapshots};
-use crate::error::Result;
 use crate::scene::radar::Cfar;
 use num_complex::Complex;
 use rayon::prelude::*;

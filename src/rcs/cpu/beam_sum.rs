@@ -1,8 +1,9 @@
 //! Scattering matrix from exact beams, in f64 (CONVENTIONS eq. 50-54).
 
 use super::refract_sum;
+use crate::base::frames::polarisation_basis;
+use crate::base::matrix::{Matrix2, add_scaled};
 use crate::em::aperture::{Moments, phase_integral};
-use crate::frames::polarisation_basis;
 use crate::geom::Geometry;
 use crate::geom::faces::Faces;
 pub use crate::rcs::beam_sum::FrequencyPoint;
@@ -123,8 +124,6 @@ fn between_passing(
     Ok(out)
 }
 
-type Matrix = [[Complex64; 2]; 2];
-
 fn far_sum(
     faces: &Faces,
     clipped: &Clipped,
@@ -132,12 +131,12 @@ fn far_sum(
     point: &FrequencyPoint,
     towards: DVec3,
     s: DVec3,
-) -> Matrix {
+) -> Matrix2 {
     let k = point.wavenumber;
     let (v0, h0) = polarisation_basis(towards);
     let (v, h) = polarisation_basis(s);
     // Fields are the same all over a node; nodes stand behind their parents.
-    let mut radiated: Vec<(Matrix, [CVec; 2])> = Vec::with_capacity(clipped.nodes.len());
+    let mut radiated: Vec<(Matrix2, [CVec; 2])> = Vec::with_capacity(clipped.nodes.len());
     for node in &clipped.nodes {
         let field = match node.parent {
             u32::MAX => [CVec::real(v0), CVec::real(h0)],
@@ -147,7 +146,7 @@ fn far_sum(
         let bounce = Bounce::new(field, node.frame.k, node.normal, surface, k);
         radiated.push((bounce.radiated(s, v, h), bounce.reflected));
     }
-    let mut sum = Matrix::default();
+    let mut sum = Matrix2::default();
     for piece in pieces {
         let node = &clipped.nodes[piece.node as usize];
         let face = &faces.faces[node.face as usize];
@@ -159,17 +158,9 @@ fn far_sum(
         let amplitude = Complex64::new(0.0, -k / (4.0 * PI))
             * Complex64::cis(start)
             * phase_integral(piece.polygon.corners(), gradient);
-        add(&mut sum, &radiated[piece.node as usize].0, amplitude);
+        add_scaled(&mut sum, &radiated[piece.node as usize].0, amplitude);
     }
     sum
-}
-
-fn add(sum: &mut Matrix, m: &Matrix, z: Complex64) {
-    for rx in 0..2 {
-        for tx in 0..2 {
-            sum[rx][tx] += m[rx][tx] * z;
-        }
-    }
 }
 
 /// The way between a place and a port, its direction, and how its length bends.
@@ -207,23 +198,27 @@ fn near_sum(
     transmit: Port,
     receive: Port,
     tau: f64,
-) -> Matrix {
-    let blocks: Vec<Matrix> = pieces
+) -> Matrix2 {
+    let blocks: Vec<Matrix2> = pieces
         .par_chunks(64)
         .map(|block| {
-            let mut sum = Matrix::default();
+            let mut sum = Matrix2::default();
             for piece in block {
                 cells(faces, clipped, piece, transmit, receive, point.wavenumber, tau, |cell| {
                     let m = cell.radiated(faces, clipped, point);
-                    add(&mut sum, &m, cell.integral * Complex64::new(0.0, -point.wavenumber / (4.0 * PI)));
+                    add_scaled(
+                        &mut sum,
+                        &m,
+                        cell.integral * Complex64::new(0.0, -point.wavenumber / (4.0 * PI)),
+                    );
                 });
             }
             sum
         })
         .collect();
-    let mut sum = Matrix::default();
+    let mut sum = Matrix2::default();
     for b in &blocks {
-        add(&mut sum, b, Complex64::new(1.0, 0.0));
+        add_scaled(&mut sum, b, Complex64::new(1.0, 0.0));
     }
     sum
 }
@@ -324,7 +319,7 @@ fn length_shift(frame: &Frame, image: Port, reference: f64) -> f64 {
 }
 
 impl Cell {
-    fn radiated(&self, faces: &Faces, clipped: &Clipped, point: &FrequencyPoint) -> Matrix {
+    fn radiated(&self, faces: &Faces, clipped: &Clipped, point: &FrequencyPoint) -> Matrix2 {
         let mut chain = [0u32; MAX_BOUNCES];
         let mut n = 0;
         let mut i = self.node;

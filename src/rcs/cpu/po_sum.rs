@@ -1,12 +1,12 @@
 //! Sum of the physical-optics contributions of all tubes, in f64, in a fixed order.
 
-use crate::frames::{direction_from_angles, polarisation_basis};
+use crate::base::frames::{direction_from_angles, polarisation_basis};
+use crate::base::units::wavenumber;
 use crate::geom::Geometry;
 use crate::rcs::{Aspect, Distance, RayGrid, Scattering};
 use crate::trace::cpu::contribute::{Receiver, Spreading, radiate};
 use crate::trace::cpu::rays::follow;
 use crate::trace::launch::{Fan, PlaneGrid, Tube};
-use crate::units::wavenumber;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -91,9 +91,9 @@ fn total(parts: &[Scattering], scale: f64) -> Scattering {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
+    use crate::base::units::dbsm_from_amplitude;
     use crate::scene::{Material, Mesh, Scene};
-    use crate::units::dbsm_from_amplitude;
     use glam::DVec3;
 
     fn geometry(faces: &[[DVec3; 3]]) -> Geometry {

@@ -15,14 +15,15 @@
 //! Fringe currents radiate all round. Physical optics by (5) leaves out receivers behind a face, so towards
 //! forward directions the two do not add up to the exact field.
 
+use crate::base::frames::polarisation_basis;
+use crate::base::matrix::Matrix2;
+use crate::base::units::{wavelength_m, wavenumber};
 use crate::em::wedge::Wedge;
-use crate::frames::polarisation_basis;
 use crate::geom::Geometry;
 use crate::geom::edges::Edge;
 use crate::rcs::closed_form::sinc;
 use crate::rcs::{BistaticAspect, Distance, Scattering};
 use crate::trace::beams::Port;
-use crate::units::{wavelength_m, wavenumber};
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -87,13 +88,7 @@ pub fn sweep(
 
 /// S[rx][tx] in metres of all edges, referred to the origin (eq. 36 to 39). Ports at finite range must stand
 /// off the edges.
-pub fn edge_sum(
-    geometry: &Geometry,
-    edges: &[Edge],
-    freq_hz: f64,
-    transmit: Port,
-    receive: Port,
-) -> [[Complex64; 2]; 2] {
+pub fn edge_sum(geometry: &Geometry, edges: &[Edge], freq_hz: f64, transmit: Port, receive: Port) -> Matrix2 {
     let k = wavenumber(freq_hz);
     let mut s = [[Complex64::ZERO; 2]; 2];
     for edge in edges {
@@ -109,7 +104,7 @@ pub fn edge_sum(
 
 /// Adds the stretch of an edge between two points, cut in halves until (38) holds for each piece.
 fn add_stretch(
-    s: &mut [[Complex64; 2]; 2],
+    s: &mut Matrix2,
     k: f64,
     wedge: &Wedge,
     from: DVec3,
@@ -207,8 +202,8 @@ fn visible(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
-    use crate::frames::direction_from_angles;
+    use crate::base::frames::Pose;
+    use crate::base::frames::direction_from_angles;
     use crate::geom::edges::{SMOOTH_RAD, find};
     use crate::scene::{Material, Mesh, Scene};
 
@@ -237,7 +232,7 @@ mod tests {
         [[v(-1., -1.), v(1., -1.), v(1., 1.)], [v(-1., -1.), v(1., 1.), v(-1., 1.)]]
     }
 
-    fn worst(a: [[Complex64; 2]; 2], b: [[Complex64; 2]; 2]) -> f64 {
+    fn worst(a: Matrix2, b: Matrix2) -> f64 {
         let pairs = a.iter().flatten().zip(b.iter().flatten());
         pairs.map(|(x, y)| (x - y).norm()).fold(0.0, f64::max)
     }

@@ -1,9 +1,10 @@
 //! Scattering matrix of targets that waves pass through, in f64 (CONVENTIONS eq. 70-75).
 
+use crate::base::frames::polarisation_basis;
+use crate::base::matrix::Matrix2;
 use crate::em::aperture::{Moments, phase_integral};
 use crate::em::fresnel::{rayleigh_factor, transmission_roughness_factor};
 use crate::em::layers::{Backing, Layer, Stack, crossing};
-use crate::frames::polarisation_basis;
 use crate::geom::Surface;
 use crate::geom::faces::{Face, Faces};
 use crate::rcs::beam_sum::FrequencyPoint;
@@ -16,7 +17,6 @@ use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-type Matrix = [[Complex64; 2]; 2];
 type Pair = (Complex64, Complex64);
 
 /// Loss across a piece above which it is halved, Np; its mean then stands for it within a 10^4th.
@@ -220,7 +220,7 @@ impl<'a> Sum<'a> {
         fields: [&[(CVec, DVec3)]; 2],
         receiver: &[CVec; 2],
         towards: DVec3,
-    ) -> Matrix {
+    ) -> Matrix2 {
         let zero = CVec::real(DVec3::ZERO);
         let of = |tx: usize| {
             let (mut e, mut h) = (zero, zero);
@@ -236,7 +236,7 @@ impl<'a> Sum<'a> {
     }
 
     /// What a face reflects towards a view.
-    fn reflected(&self, piece: &Piece) -> Matrix {
+    fn reflected(&self, piece: &Piece) -> Matrix2 {
         let node = &self.clipped.nodes[piece.node as usize];
         let contact = &self.nodes[piece.node as usize];
         let kind = self.media.kind(self.face(node.face));
@@ -255,7 +255,7 @@ impl<'a> Sum<'a> {
         index: Complex64,
         receiver: &[CVec; 2],
         towards: DVec3,
-    ) -> Matrix {
+    ) -> Matrix2 {
         let fields = [0, 1].map(|tx| {
             let arriving = contact.arriving[tx];
             let kept = match kind {
@@ -269,7 +269,7 @@ impl<'a> Sum<'a> {
     }
 
     /// What a face that the wave meets on its way forward radiates behind it (CONVENTIONS eq. 74).
-    fn forward(&self, piece: &Piece) -> Matrix {
+    fn forward(&self, piece: &Piece) -> Matrix2 {
         let node = &self.clipped.nodes[piece.node as usize];
         let contact = &self.nodes[piece.node as usize];
         let face = self.face(node.face);
@@ -286,9 +286,9 @@ impl<'a> Sum<'a> {
         Self::radiated(-node.normal, one, [&fields[0], &fields[1]], receiver, towards)
     }
 
-    fn of(&self, pieces: &[Piece], radiated: impl Fn(&Piece) -> Matrix) -> Matrix {
+    fn of(&self, pieces: &[Piece], radiated: impl Fn(&Piece) -> Matrix2) -> Matrix2 {
         let k = self.point.wavenumber;
-        let mut sum = Matrix::default();
+        let mut sum = Matrix2::default();
         for piece in pieces {
             let node = &self.clipped.nodes[piece.node as usize];
             let view = &self.clipped.views[piece.view as usize].wave;

@@ -4,8 +4,8 @@ use super::kind::{
     Builder, HALF_WAVE_M, Kind, Param, choice, kind_of, length, number, thickened, thickness, whole,
 };
 use super::type1::{LENGTH, Type1, WIDTH};
-use crate::error::Result;
-use crate::frames::{Pose, Target};
+use crate::base::error::Result;
+use crate::base::frames::{Pose, Target};
 use crate::road::shape::{Terrace, append, moved, polygon, terraces, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec2, DVec3};

@@ -1,7 +1,7 @@
 //! Circular cylinder, faceted.
 
 use super::kind::{Builder, Kind, SAGITTA, choice, kind_of, length};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::road::shape::revolve_z;
 use crate::scene::Mesh;
 use glam::DVec2;

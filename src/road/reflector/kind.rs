@@ -1,11 +1,11 @@
 //! What a kind of reflector is: its row in the registry, its parameters with their ranges, and the builder that
 //! is deserialised from them.
 
-use crate::error::{BadInput, Error, Result};
-use crate::frames::{Pose, Target};
+use crate::base::error::{BadInput, Error, Result};
+use crate::base::frames::{Pose, Target};
+use crate::base::units::{C0, DEFAULT_FREQUENCY_HZ};
 use crate::road::shape::{append, moved, thicken};
 use crate::scene::Mesh;
-use crate::units::{C0, DEFAULT_FREQUENCY_HZ};
 use glam::{DQuat, DVec3};
 use serde::de::DeserializeOwned;
 use std::fmt;

@@ -5,8 +5,8 @@ use super::kind::{
     Builder, Built, HALF_WAVE_M, Kind, MAX_TRIANGLES, Param, SAGITTA, Values, built, kind_of, length, number,
     thickened, thickness, whole,
 };
-use crate::error::Result;
-use crate::rng::philox4x32_10;
+use crate::base::error::Result;
+use crate::base::rng::philox4x32_10;
 use crate::road::shape::{Terrace, curved_polygon, polygon, terraces, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec2, DVec3};

@@ -2,7 +2,7 @@
 
 use super::cylinder::segments;
 use super::kind::{Builder, Kind, Param, SAGITTA, built, kind_of, length, number, whole};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::road::shape::{Terrace, revolve_z, terraces};
 use crate::scene::Mesh;
 use glam::DVec2;

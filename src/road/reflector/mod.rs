@@ -20,8 +20,8 @@ pub mod type1;
 pub mod type3;
 pub mod type4;
 
-use crate::error::{BadInput, Result, nearest};
-use crate::frames::{Pose, Target, World};
+use crate::base::error::{BadInput, Result, nearest};
+use crate::base::frames::{Pose, Target, World};
 use crate::road::materials::MaterialLookup;
 use crate::scene::{Mesh, Scene, Shape};
 use glam::DVec3;

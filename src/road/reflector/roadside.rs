@@ -3,8 +3,8 @@
 
 use super::cylinder::{Cylinder, Ends};
 use super::kind::{Builder, Kind, SAGITTA, choice, kind_of, length, number, thickened, thickness};
-use crate::error::Result;
-use crate::frames::{Pose, Target};
+use crate::base::error::Result;
+use crate::base::frames::{Pose, Target};
 use crate::road::objects::{W_BEAM_HALF_HEIGHT_M, u_post, w_beam_section};
 use crate::road::shape::{append, curved_polygon, polygon, weld};
 use crate::scene::Mesh;

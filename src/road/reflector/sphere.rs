@@ -1,7 +1,7 @@
 //! Sphere, faceted.
 
 use super::kind::{Builder, Kind, SAGITTA, kind_of, length};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::scene::Mesh;
 use glam::DVec3;
 use serde::Deserialize;

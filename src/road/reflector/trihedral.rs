@@ -83,7 +83,7 @@ impl Builder for SquareTrihedral {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::direction_from_angles;
+    use crate::base::frames::direction_from_angles;
     use crate::road::shape::{area_m2, area_vector_m2};
 
     fn check(m: &Mesh, faces: usize, area: f64) {

@@ -4,8 +4,8 @@
 use super::kind::{
     Builder, Kind, Param, Range, choice, kind_of, length, number, raised, thickened, thickness,
 };
-use crate::error::Result;
-use crate::frames::{Pose, Target};
+use crate::base::error::Result;
+use crate::base::frames::{Pose, Target};
 use crate::road::shape::{append, moved, polygon, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec3};

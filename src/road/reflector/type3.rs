@@ -5,8 +5,8 @@ use super::kind::{
 };
 use super::sphere::Sphere;
 use super::type1::{LENGTH, WIDTH};
-use crate::error::Result;
-use crate::rng::philox4x32_10;
+use crate::base::error::Result;
+use crate::base::rng::philox4x32_10;
 use crate::scene::Mesh;
 use glam::{DVec2, DVec3};
 use serde::Deserialize;

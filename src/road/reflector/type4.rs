@@ -2,7 +2,7 @@
 
 use super::kind::{Builder, Kind, SAGITTA, choice, kind_of, length, raised, thickened, thickness};
 use super::type1::{HEIGHT, LENGTH, RAISE, WIDTH};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::road::shape::{curved_polygon, polygon, weld};
 use crate::scene::Mesh;
 use glam::DVec3;

@@ -7,7 +7,7 @@ use super::motion::{HIP_HEIGHT, Joint, Turn};
 use super::part::{Paint, Part};
 use super::pedestrian::{HIP_Y, KNEE, SHOULDER, shank, thigh, trunk};
 use super::surface::{bar, hoop, limb, ovoid, tube};
-use crate::frames::{Pose, Target};
+use crate::base::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec2, DVec3};

@@ -14,8 +14,8 @@ pub mod surface;
 pub mod truck;
 pub mod wheel;
 
-use crate::error::{BadInput, Result, nearest};
-use crate::frames::{Pose, Target, World};
+use crate::base::error::{BadInput, Result, nearest};
+use crate::base::frames::{Pose, Target, World};
 use crate::road::materials::MaterialLookup;
 use crate::scene::{Material, Scene, material::Layer, motion as scene_motion};
 use glam::DVec3;
@@ -92,7 +92,7 @@ impl Kind {
 }
 
 impl FromStr for Kind {
-    type Err = crate::error::Error;
+    type Err = crate::base::error::Error;
 
     fn from_str(name: &str) -> Result<Kind> {
         let names = || Kind::ALL.iter().map(|k| k.name());

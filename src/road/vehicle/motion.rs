@@ -1,6 +1,6 @@
 //! Parts that hang on one another by hinges, in the frame of their body.
 
-use crate::frames::{Pose, Target};
+use crate::base::frames::{Pose, Target};
 pub use crate::scene::turn::{HIP_HEIGHT, Turn, walk_cycle_s};
 use glam::{DQuat, DVec3};
 

@@ -7,7 +7,7 @@ use super::part::{Paint, Part};
 use super::pedestrian::{HIP_Y, KNEE, shank, thigh};
 use super::surface::{bar, block, ovoid};
 use super::wheel::Wheel;
-use crate::frames::{Pose, Target};
+use crate::base::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec3};

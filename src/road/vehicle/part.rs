@@ -1,7 +1,7 @@
 //! A part of a vehicle: its mesh, its paints, and the joints on which it hangs.
 
 use super::motion::{self, Joint, PartMotion};
-use crate::frames::{Pose, Target};
+use crate::base::frames::{Pose, Target};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec3};
 

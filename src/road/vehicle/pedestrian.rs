@@ -7,7 +7,7 @@
 use super::motion::{HIP_HEIGHT, Joint, Turn};
 use super::part::{Paint, Part};
 use super::surface::{limb, ovoid};
-use crate::frames::{Pose, Target};
+use crate::base::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec3};

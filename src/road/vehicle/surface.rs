@@ -1,7 +1,7 @@
 //! Smooth surfaces as grids of facets with the surface's normals, and the simple solids that vehicles and
 //! people are put together from. Metres; fronts look outwards.
 
-use crate::frames::{Pose, Target};
+use crate::base::frames::{Pose, Target};
 use crate::road::shape::{append, curved_polygon, polygon};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec2, DVec3};

@@ -9,7 +9,7 @@ use super::part::{Paint, Part};
 use super::shell::{Arch, Band, Level, Recess, Shell};
 use super::surface::{bar, block, limb, tube};
 use super::wheel::Wheel;
-use crate::frames::{Pose, Target};
+use crate::base::frames::{Pose, Target};
 use crate::road::shape::{append, weld};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec3};

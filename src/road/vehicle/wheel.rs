@@ -2,7 +2,7 @@
 
 use super::part::Paint;
 use super::surface::{bar, turned};
-use crate::frames::{Pose, Target};
+use crate::base::frames::{Pose, Target};
 use crate::road::shape::{append, polygon};
 use crate::scene::Mesh;
 use glam::{DQuat, DVec2, DVec3};

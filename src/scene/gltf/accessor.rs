@@ -2,7 +2,7 @@
 
 use super::importer::Importer;
 use super::options::MAX_UNBACKED;
-use crate::error::Result;
+use crate::base::error::Result;
 use gltf::json;
 use json::accessor::{ComponentType, Type};
 use json::validation::Checked;

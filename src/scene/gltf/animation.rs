@@ -3,7 +3,7 @@
 use super::importer::Importer;
 use super::importer::{Keys, Moves};
 use super::options::{Animations, MAX_KEYS};
-use crate::error::{BadInput, Result, nearest};
+use crate::base::error::{BadInput, Result, nearest};
 use crate::scene::motion::{Channel, Interpolation};
 use crate::scene::toml_file::clip;
 use gltf::json;

@@ -1,6 +1,6 @@
 //! Bytes of a file and of what lies beside it.
 
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use crate::formats::input;
 use crate::scene::toml_file::clip;
 use std::path::{Component, Path, PathBuf};

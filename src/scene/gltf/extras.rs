@@ -1,7 +1,7 @@
 //! Values of `extras.catseye`.
 
 use super::importer::Importer;
-use crate::error::{BadInput, Result, nearest};
+use crate::base::error::{BadInput, Result, nearest};
 use crate::scene::toml_file::clip;
 use gltf::json;
 use serde_json::{Map, Value};

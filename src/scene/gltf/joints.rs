@@ -2,7 +2,7 @@
 //! axes, metres, seconds and radians.
 
 use super::importer::{Channels, Importer};
-use crate::error::{Error, Result, json_in_words};
+use crate::base::error::{Error, Result, json_in_words};
 use crate::scene::motion::{Channel, Interpolation, Joint};
 use crate::scene::toml_file::clip;
 use crate::scene::turn::Turn;

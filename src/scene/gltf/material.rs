@@ -2,7 +2,7 @@
 
 use super::importer::Importer;
 use super::options::ImportOptions;
-use crate::error::{BadInput, Error, Result, nearest};
+use crate::base::error::{BadInput, Error, Result, nearest};
 use crate::scene::backscatter::Backscatter;
 use crate::scene::material::{self, Layer, Material, MaterialKind};
 use crate::scene::toml_file::clip;

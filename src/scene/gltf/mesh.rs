@@ -2,7 +2,7 @@
 
 use super::importer::Importer;
 use super::options::{MAX_TRIANGLES, MAX_VERTICES};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::scene::Mesh;
 use crate::scene::toml_file::clip;
 use glam::{DMat3, DVec3};

@@ -50,7 +50,7 @@ mod tests;
 mod write;
 
 use super::Scene;
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::formats::input;
 pub(super) use material::{check_material_map, choose_material, is_known_by_name};
 

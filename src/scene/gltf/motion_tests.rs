@@ -2,7 +2,7 @@
 
 use super::tests::{encode, import_text, soup};
 use super::*;
-use crate::frames::Pose;
+use crate::base::frames::Pose;
 use crate::scene::motion::{Channel, Interpolation, Joint, Motion};
 use crate::scene::turn::Turn;
 use crate::scene::{Mesh, Object, Shape, material};

@@ -1,6 +1,6 @@
 //! How a glTF file is to be read, and the limits of what is.
 
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::scene::toml_file::clip;
 use glam::{DMat3, DVec3};
 

@@ -3,8 +3,8 @@
 use super::importer::Importer;
 use super::importer::Keys;
 use super::options::RIGID;
-use crate::error::Result;
-use crate::frames::{Pose, Target, World};
+use crate::base::error::Result;
+use crate::base::frames::{Pose, Target, World};
 use crate::scene::toml_file::clip;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 

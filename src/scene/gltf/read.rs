@@ -4,7 +4,7 @@ use super::container::{load_uri, split_glb};
 use super::importer::Channels;
 use super::importer::{Ids, Importer, Inherited, NodeExtras, Precise};
 use super::options::{HARMLESS, ImportOptions};
-use crate::error::{BadInput, Error, Result, json_in_words};
+use crate::base::error::{BadInput, Error, Result, json_in_words};
 use crate::scene::Scene;
 use crate::scene::toml_file::clip;
 use gltf::json;

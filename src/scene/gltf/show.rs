@@ -191,7 +191,7 @@ fn samples(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frames::Pose;
+    use crate::base::frames::Pose;
     use crate::scene::Shape;
     use crate::scene::motion::Motion;
     use crate::scene::turn::Turn;

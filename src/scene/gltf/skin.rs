@@ -8,7 +8,7 @@
 use super::importer::{Importer, Inherited};
 use super::mesh::{drop_flat_normals, drop_unused_vertices, has_area};
 use super::options::MAX_VERTICES;
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::scene::Mesh;
 use crate::scene::toml_file::clip;
 use glam::{DAffine3, DMat3, DMat4, DVec3};

@@ -1,7 +1,7 @@
 use super::material::GIVEN;
 use super::*;
-use crate::error::Result;
-use crate::frames::Pose;
+use crate::base::error::Result;
+use crate::base::frames::Pose;
 use crate::scene::backscatter::Backscatter;
 use crate::scene::material::{self, Layer, Material, MaterialKind};
 use crate::scene::{Mesh, Shape};

@@ -3,7 +3,7 @@
 use super::buffer::{ARRAY, Buffer};
 use super::material::material_json;
 use super::{joints, show};
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use crate::scene::scatterer::ScatteringTable;
 use crate::scene::{Scene, Shape};
 use glam::{DMat3, DVec3};

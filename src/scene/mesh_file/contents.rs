@@ -1,6 +1,6 @@
 //! What a mesh file holds, whatever its format.
 
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::scene::Mesh;
 use crate::scene::gltf;
 use glam::DVec3;

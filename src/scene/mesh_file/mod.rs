@@ -12,9 +12,9 @@ mod write;
 
 use super::gltf::{self, ImportOptions};
 use super::{Object, Scene, Shape};
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
+use crate::base::frames::Pose;
 use crate::formats::input;
-use crate::frames::Pose;
 use contents::{Contents, extension};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: vertices, normals, polygons, objects and names of materials.
 
 use super::contents::{Contents, NO_MATERIAL, check_counts, stem, vector};
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::scene::Mesh;
 use crate::scene::toml_file::clip;
 use glam::{DVec2, DVec3};

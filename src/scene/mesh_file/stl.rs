@@ -1,7 +1,7 @@
 //! STL, binary and ASCII.
 
 use super::contents::{Contents, NO_MATERIAL, check_counts, stem, vector};
-use crate::error::{BadInput, Result};
+use crate::base::error::{BadInput, Result};
 use crate::scene::Mesh;
 use crate::scene::toml_file::clip;
 use glam::{DVec3, Vec3};

@@ -1,7 +1,7 @@
 //! The keys of a TOML file about a mesh file that it names.
 
 use super::{ask, missing};
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use crate::scene::gltf::{self, ImportOptions};
 use crate::scene::material;
 use crate::scene::toml_file::{At, Document};

@@ -1,7 +1,7 @@
 //! A scene's surfaces as STL and OBJ, with z up.
 
 use super::contents::extension;
-use crate::error::{BadInput, Error, Result};
+use crate::base::error::{BadInput, Error, Result};
 use crate::scene::gltf;
 use crate::scene::{Scene, Shape};
 use glam::DVec3;

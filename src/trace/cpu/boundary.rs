@@ -459,7 +459,7 @@ impl Side<'_> {
 /// amplitude is taken to be the same all over the band.
 pub fn spread_for(bandwidth_hz: f64) -> f64 {
     // 0.02 rad between the middle and the ends of the band.
-    0.02 * crate::units::C0 / (PI * bandwidth_hz)
+    0.02 * crate::base::units::C0 / (PI * bandwidth_hz)
 }
 
 #[cfg(test)]

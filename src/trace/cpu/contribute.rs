@@ -4,9 +4,10 @@
 //! share none with `field`.
 
 use super::rays::Chain;
+use crate::base::matrix::Matrix2;
+use crate::base::units::wavenumber;
 use crate::geom::Geometry;
 use crate::trace::launch::Tube;
-use crate::units::wavenumber;
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -74,14 +75,14 @@ pub struct Contribution {
     pub length_out_m: f64,
     /// S[rx][tx] in m without the path's phase and without the two sincs of eq. 6, over R_t (spherical
     /// waves) and R_r (receivers at finite distance).
-    pub s: [[Complex64; 2]; 2],
+    pub s: Matrix2,
     /// Arguments of those sincs: half the phase across the footprint along each edge of the tube.
     pub x: [f64; 2],
 }
 
 impl Contribution {
     /// S with the sincs.
-    pub fn integrated(&self) -> [[Complex64; 2]; 2] {
+    pub fn integrated(&self) -> Matrix2 {
         let pattern = sinc(self.x[0]) * sinc(self.x[1]);
         self.s.map(|row| row.map(|z| z * pattern))
     }

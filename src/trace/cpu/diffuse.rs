@@ -7,12 +7,12 @@
 
 use super::beams::{Clipped, Polygon};
 use super::bend::{Bends, End, PathEnd};
+use crate::base::frames::{Pose, Sensor, World, polarisation_basis};
+use crate::base::rng::philox4x32_10;
+use crate::base::units::wavenumber;
 use crate::em::aperture::Moments;
-use crate::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::geom::{Body, Geometry};
-use crate::rng::philox4x32_10;
 use crate::trace::{Echo, MAX_BOUNCES, TraceOptions};
-use crate::units::wavenumber;
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;

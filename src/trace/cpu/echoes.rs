@@ -12,15 +12,17 @@ use super::diffuse;
 use super::ended;
 use super::field::{Bounce, sent};
 use super::points::{Reflecting, SAME, TAU, point_echoes_over};
+use crate::base::convention::Convention;
+use crate::base::frames::{Pose, Sensor, World};
+use crate::base::matrix::Matrix2;
+use crate::base::units::wavenumber;
 use crate::em::aperture::Moments;
-use crate::frames::{Pose, Sensor, World};
 use crate::geom::Geometry;
 use crate::geom::faces::{Face, NOT_CURVED};
 use crate::geom::hash::FastMap;
 use crate::geom::outline::outline;
 use crate::trace::beams::{BeamOptions, Frame};
-use crate::trace::{Convention, Echo, Echoes, MAX_BOUNCES, TraceOptions, drop_weak, strength};
-use crate::units::wavenumber;
+use crate::trace::{Echo, Echoes, MAX_BOUNCES, TraceOptions, drop_weak, strength};
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -44,8 +46,6 @@ const AT_PLACE: f64 = 1e-9;
 const DRIFT: f64 = 0.5;
 /// An outline encloses what its pieces cover but for this share of it.
 const SAME_AREA: f64 = 5e-10;
-
-type Matrix = [[Complex64; 2]; 2];
 
 fn is_finite(r: &Echo) -> bool {
     r.path_gain.iter().flatten().all(|z| z.is_finite())
@@ -286,7 +286,7 @@ fn keeps(face: &Face, holds: Holds, normal: DVec3) -> PathEnd {
 }
 
 /// Change of the amplitude with the gradient of the path about a place (CONVENTIONS eq. 61), from what an area returns `at` places.
-fn slopes(plane: &Plane, about: DVec2, at: &dyn Fn(DVec2) -> Echo) -> [Matrix; 2] {
+fn slopes(plane: &Plane, about: DVec2, at: &dyn Fn(DVec2) -> Echo) -> [Matrix2; 2] {
     let path = plane.path(about);
     let step = STEP * path.nearest;
     let [x, y] = [DVec2::X, DVec2::Y].map(|d| {
@@ -423,7 +423,7 @@ impl Station<'_> {
         };
         if let Some((centre, _)) = together {
             let mut whole = at(centre);
-            whole.path_gain = Matrix::default();
+            whole.path_gain = Matrix2::default();
             for echo in waves.iter().map(radiated) {
                 let turn = Complex64::cis(-k * (echo.path_length_m - whole.path_length_m));
                 for (sum, a) in

@@ -4,11 +4,11 @@
 //! all of it: enough to say how much power is missing, and where to look for it.
 
 use super::beams::{Clipped, Ended};
-use crate::frames::{Pose, Sensor, World};
+use crate::base::frames::{Pose, Sensor, World};
+use crate::base::units::wavenumber;
 use crate::geom::Geometry;
 use crate::geom::hash::FastMap;
 use crate::trace::{Echo, MAX_BOUNCES};
-use crate::units::wavenumber;
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;

@@ -1,6 +1,7 @@
 //! Fields along a chain of facets (CONVENTIONS eq. 4, 5).
 
-use crate::frames::{Pose, Sensor, World, polarisation_basis};
+use crate::base::frames::{Pose, Sensor, World, polarisation_basis};
+use crate::base::matrix::Matrix2;
 use crate::geom::Surface;
 use glam::DVec3;
 use num_complex::Complex64;
@@ -94,14 +95,14 @@ impl Bounce {
     /// the receive vectors `v` and `h`: eta J + M x s, of which only the part across `s` counts. Times
     /// -j k A / 4 pi it is the scattered amplitude of an area A.
     #[inline]
-    pub fn radiated(&self, s: DVec3, v: DVec3, h: DVec3) -> [[Complex64; 2]; 2] {
+    pub fn radiated(&self, s: DVec3, v: DVec3, h: DVec3) -> Matrix2 {
         self.received(s, &[CVec::real(v), CVec::real(h)])
     }
 
     /// [`Bounce::radiated`] with receive vectors that are complex: by way of a mirror, reciprocity makes them the fields that V and
     /// H would bring here.
     #[inline]
-    pub fn received(&self, s: DVec3, by: &[CVec; 2]) -> [[Complex64; 2]; 2] {
+    pub fn received(&self, s: DVec3, by: &[CVec; 2]) -> Matrix2 {
         let of = |tx: usize| {
             let (e, r) = (self.field[tx], self.reflected[tx]);
             let h_total = e.crossed_from(self.dir_in).plus(r.crossed_from(self.dir_out));

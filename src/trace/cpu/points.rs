@@ -4,14 +4,14 @@
 use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::Plane;
 use super::field::{Bounce, CVec, sent};
-use crate::frames::{Pose, Sensor, World, polarisation_basis};
+use crate::base::frames::{Pose, Sensor, World, polarisation_basis};
+use crate::base::matrix::Matrix2;
+use crate::base::units::wavenumber;
 use crate::geom::faces::NOT_CURVED;
 use crate::geom::outline::outline;
 use crate::geom::{Geometry, Shift};
 use crate::trace::{Echo, MAX_BOUNCES, TraceOptions};
-use crate::units::wavenumber;
 use glam::{DVec2, DVec3};
-use num_complex::Complex64;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -69,7 +69,7 @@ pub fn point_echoes_over(
     let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
     let radar = Radar { geometry, pose, velocity_mps, bends, mirrors };
     let points = geometry.points.iter().flat_map(|p| {
-        let s = (crate::units::power_from_db(p.rcs_dbsm) / (4.0 * PI)).sqrt();
+        let s = (crate::base::units::power_from_db(p.rcs_dbsm) / (4.0 * PI)).sqrt();
         let target =
             Target { id: p.id, place_m: p.position_m, velocity_mps: p.velocity_mps, shifts: &p.shifts };
         radar.echoes(target, &|tx, rx| [0, 1].map(|r| [0, 1].map(|t| rx.field[r].times(&tx.field[t]) * s)))
@@ -174,7 +174,7 @@ impl Radar<'_> {
         Some(Leg { out, first_range_m, length_m, dir: d / length_m, field, by })
     }
 
-    fn echoes(&self, target: Target, scattering: &dyn Fn(&Leg, &Leg) -> [[Complex64; 2]; 2]) -> Vec<Echo> {
+    fn echoes(&self, target: Target, scattering: &dyn Fn(&Leg, &Leg) -> Matrix2) -> Vec<Echo> {
         let mut ways: Vec<Leg> = self.straight(target.place_m).into_iter().collect();
         ways.extend(self.mirrors.iter().filter_map(|m| self.over(m, target.place_m)));
         let rate = |w: &Leg| {

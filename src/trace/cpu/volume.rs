@@ -1,12 +1,12 @@
 //! Echoes of rain: samples of the volume in front of the antennas (CONVENTIONS eq. 154, 155).
 
-use crate::frames::{Pose, Sensor, World, direction_from_angles};
+use crate::base::frames::{Pose, Sensor, World, direction_from_angles};
+use crate::base::rng::philox4x32_10;
+use crate::base::units::C0;
 use crate::geom::Geometry;
-use crate::rng::philox4x32_10;
 use crate::scene::radar::{Antenna, Radar, Sampling};
 use crate::trace::air::{Air, FALLS};
 use crate::trace::{Echo, MAX_BOUNCES, TraceOptions};
-use crate::units::C0;
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;

@@ -17,7 +17,7 @@ mod messages;
 
 use super::class::{RoadUser, road_user};
 use super::{Exporter, Finished, Order, Sweep, SweepBox, SweepPoint};
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
 use catseye::formats::stage::StagedFile;
 use glam::DVec3;
 use messages::*;
@@ -281,7 +281,7 @@ impl Exporter for Trace {
 mod tests {
     use super::super::samples;
     use super::*;
-    use catseye::frames::{Pose, Sensor, World};
+    use catseye::base::frames::{Pose, Sensor, World};
 
     fn read(path: &Path) -> Vec<SensorData> {
         let bytes = std::fs::read(path).unwrap();

@@ -3,7 +3,7 @@
 use super::found::{Difference, Found, Tolerances};
 use crate::cube::{CubeOptions, open_cube};
 use crate::store::Data;
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::{input, npy};
 use serde_json::{Value, json};
 use std::fs::File;

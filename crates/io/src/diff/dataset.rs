@@ -7,7 +7,7 @@ use super::table::{self, Grid};
 use crate::dataset::{Marker, SHARDS};
 use crate::files::frame_name;
 use crate::store::Layout;
-use catseye::error::Result;
+use catseye::base::error::Result;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;

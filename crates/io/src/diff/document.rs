@@ -2,7 +2,7 @@
 
 use super::found::{Difference, Found, Tolerances};
 use super::measure::Measure;
-use catseye::error::{BadInput, Result, json_in_words};
+use catseye::base::error::{BadInput, Result, json_in_words};
 use catseye::formats::input;
 use serde_json::{Map, Value};
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Tolerances, and the differences that are found.
 
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;

@@ -3,7 +3,7 @@
 use super::document;
 use crate::dataset::DATASET;
 use crate::store::LAYOUT;
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage::MANIFEST;
 use catseye::formats::{csv, input, rcs_csv};
 use serde_json::Value;

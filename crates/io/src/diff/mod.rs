@@ -18,7 +18,7 @@ mod tests;
 pub use dataset::Progress;
 pub use found::{Difference, Report, Tolerances};
 
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 use catseye::formats::stage::{MANIFEST, files_of, sha256_of_file};
 use found::Found;
 use kind::Kind;

@@ -2,7 +2,7 @@
 
 use super::found::{Difference, Found, Tolerances, number};
 use super::measure::Measure;
-use catseye::error::Result;
+use catseye::base::error::Result;
 use catseye::formats::rcs_csv::{self, RawRow};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

@@ -3,7 +3,7 @@
 use super::found::{Difference, Found, Tolerances, number};
 use super::measure::Measure;
 use crate::store::{Column, Table};
-use catseye::error::Result;
+use catseye::base::error::Result;
 use catseye::formats::csv;
 use serde_json::Value;
 use std::path::Path;

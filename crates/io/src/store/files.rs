@@ -1,7 +1,7 @@
 //! Files of shards as they stand in a dataset, and what is said about those that do not.
 
 use super::record::Record;
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage::{sha256_of_file, sync_folder};
 use std::fs::File;
 use std::io::ErrorKind;

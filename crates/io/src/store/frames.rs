@@ -5,7 +5,7 @@ use super::files::{ShardFile, ShardWriter, broken, describe, missing, sync_name}
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, FRAME, TableSpec};
 use super::record::{Column, Data, Record, Table};
 use crate::files::frame_name;
-use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::{csv, npy, stage};
 use std::fmt::Display;
 use std::fs::{self, File};

@@ -7,7 +7,7 @@ use super::files::{ShardFile, ShardWriter, broken};
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, Compression, FRAME, Layout, ROW_OFFSETS, TableSpec};
 use super::part::{Part, open};
 use super::record::{Column, Data, Record, Rows, Table};
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
 use hdf5_pure::{
     AttrValue, CharacterSet, CompoundTypeBuilder, Datatype, EnumTypeBuilder, File, FileBuilder, GroupBuilder,
     StringPadding,

@@ -1,6 +1,6 @@
 //! What a dataset stores: arrays and tables of a frame, how frames are put into shards, and in which format.
 
-use catseye::error::{BadInput, Error, Result, json_in_words, nearest};
+use catseye::base::error::{BadInput, Error, Result, json_in_words, nearest};
 use catseye::formats::stage;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;

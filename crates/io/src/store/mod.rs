@@ -36,7 +36,7 @@ pub use layout::{
 use files::ShardWriter;
 pub use record::{Array, Column, Data, Record, Table};
 
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use std::path::Path;
 
 impl Layout {

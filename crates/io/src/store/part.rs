@@ -1,7 +1,7 @@
 //! A file of a shard under construction: written under a hidden name, synchronised with the disk, renamed when complete.
 
 use super::files::{ShardFile, broken, describe, missing, sync_name};
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
 use catseye::formats::stage::StagedFile;
 use std::fs::{self, File};
 use std::io::ErrorKind;

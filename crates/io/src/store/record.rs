@@ -1,7 +1,7 @@
 //! What is stored of one frame.
 
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, ColumnSpec, Layout, TableSpec, check_once};
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use num_complex::Complex32;
 
 /// Numbers in C order: the last index runs fastest.

@@ -6,7 +6,7 @@ use super::files::{ShardFile, broken};
 use super::layout::{ColumnKind, FRAME, Layout, TableSpec};
 use super::part::{Part, open};
 use super::record::{Column, Rows, Table};
-use catseye::error::{Error, Result, json_in_words};
+use catseye::base::error::{Error, Result, json_in_words};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
 use parquet::column::reader::get_typed_column_reader;
 use parquet::column::writer::ColumnWriter;

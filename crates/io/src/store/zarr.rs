@@ -8,7 +8,7 @@ use super::layout::{ArrayKind, ArraySpec, Compression, Layout};
 use super::part::{Part, open};
 use super::record::{Data, Record};
 use super::rows;
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
 use catseye::formats::stage;
 use serde_json::{Value, json};
 use std::fs::File;

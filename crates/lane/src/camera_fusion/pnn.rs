@@ -3,7 +3,7 @@
 use super::reconstruct::RoadModel;
 use crate::error::{LaneError, positive};
 use crate::numeric::wrapped;
-use catseye::rng::Draws;
+use catseye::base::rng::Draws;
 
 /// The two inputs of the document: the lane line's slope at the end of the camera's part, and that at the
 /// start of the radar's part. Both are angles from the car's x axis, positive to the left.

@@ -15,7 +15,7 @@
 //! ```
 
 use super::HdMap;
-use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::scene::toml_file::{Document, read_text};
 use std::path::Path;
 

@@ -3,7 +3,7 @@
 use super::{METHOD, MarkerOptions, Scan, Steps, estimate_all};
 use crate::track::{EgoStep, LineTracker, TrackOptions};
 use crate::{LaneEstimate, LaneEstimator, LanePoint, Measured, SensorInput};
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 use std::f64::consts::{PI, TAU};
 
 /// Cross section of a marker over the direction from which it is seen: azimuth from its boresight and elevation, rad.

@@ -1,5 +1,5 @@
 use super::*;
-use catseye::rng::Draws;
+use catseye::base::rng::Draws;
 use glam::DVec2;
 
 #[derive(Clone, Copy, Debug)]

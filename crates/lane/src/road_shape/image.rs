@@ -4,6 +4,9 @@
 use super::{Ego, RadarMount, expected_range_rate_mps};
 use crate::numeric::vertex;
 use catseye::adc::Cube;
+use catseye::base::error::{BadInput, Result};
+use catseye::base::frames::direction_from_angles;
+use catseye::base::units::{C0, db_from_power};
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::assignment::assign;
 use catseye::detect::locate::accuracy;
@@ -18,11 +21,8 @@ use catseye::dsp::doa_manifold::{Manifold, Matrix};
 use catseye::dsp::doa_order::Criterion;
 use catseye::dsp::transform::Transform;
 use catseye::engine::{AnyCube, Engine};
-use catseye::error::{BadInput, Result};
-use catseye::frames::direction_from_angles;
 use catseye::scene::radar::Radar;
 use catseye::scene::waveform::{Multiplex, Waveform};
-use catseye::units::{C0, db_from_power};
 use num_complex::{Complex, Complex64};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -202,7 +202,7 @@ impl Imager {
         }
         match <[SlopeImage; 2]>::try_from(made) {
             Ok(two) => Ok(two),
-            Err(_) => Err(catseye::error::Error::Failed("two slopes give two images".into())),
+            Err(_) => Err(catseye::base::error::Error::Failed("two slopes give two images".into())),
         }
     }
 
@@ -438,7 +438,9 @@ impl Part {
             .map(|x| x.iter().map(|z| z.norm_sqr()).sum::<f64>() / each as f64)
             .collect();
         if row_w.iter().any(|w| !w.is_finite()) {
-            return Err(catseye::error::Error::Failed("the cube has samples that are not finite".into()));
+            return Err(catseye::base::error::Error::Failed(
+                "the cube has samples that are not finite".into(),
+            ));
         }
         // Most rows are empty, or hold little: the quarter that has least power is noise.
         let mut sorted = row_w.clone();

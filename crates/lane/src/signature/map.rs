@@ -452,7 +452,7 @@ pub(super) fn largest_std_m(c: &DMat2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use catseye::rng::Draws;
+    use catseye::base::rng::Draws;
 
     fn point(from: &Pose, at: DVec2, d: &mut Draws, noise: f64) -> ScanPoint {
         let v = DVec2::from_angle(-from.heading_rad).rotate(at - from.place());

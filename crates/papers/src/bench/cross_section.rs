@@ -1,13 +1,13 @@
 //! W1 and W2: sweeps of a reflector by exact beams, against beams in f64 and a dense grid of rays.
 
 use super::sheet::{Outcome, Settings, Sheet};
+use catseye::base::error::Result;
+use catseye::base::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
 use catseye::engine::{Engine, Precision};
-use catseye::error::Result;
 use catseye::geom::Geometry;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
-use catseye::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
 
 /// Errors are looked at where the cross section is within this many dB of the sweep's peak.
 pub const BELOW_PEAK_DB: f64 = 30.0;

@@ -2,9 +2,9 @@
 
 use super::scenario;
 use super::sheet::{Outcome, Settings, Sheet, Stage, once, peak_memory};
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::error::Result;
 use catseye::engine::Engine;
-use catseye::error::Result;
 use serde_json::{Map, Value, json};
 
 /// Name of each size, its quads along each side of the terrain, and whether quick runs have it.

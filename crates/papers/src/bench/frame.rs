@@ -1,9 +1,10 @@
 //! What one frame is made of, as W3, W7, W8, W8-curve, W9, W12 and W13 time it.
 
 use catseye::adc::budget::{Budget, trim};
+use catseye::base::error::Result;
+use catseye::base::frames::{Pose, Sensor, World};
+use catseye::base::units::wavenumber;
 use catseye::engine::Engine;
-use catseye::error::Result;
-use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::{Geometry, curved};
 use catseye::road::w3::{self, EGO_SPEED_MPS, RADAR_HEIGHT_M};
 use catseye::scene::radar::Radar;
@@ -11,7 +12,6 @@ use catseye::scene::scenario::SitedScenario;
 use catseye::scene::{Scene, material, radar_toml};
 use catseye::simulate::{budget, noise_budget, radar_pose, trace_options};
 use catseye::trace::{Echoes, TraceOptions};
-use catseye::units::wavenumber;
 use glam::{DQuat, DVec3};
 use std::borrow::Cow;
 

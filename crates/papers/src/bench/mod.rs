@@ -19,8 +19,8 @@ mod sheet;
 mod stages;
 pub mod stream;
 
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::engine::Engine;
-use catseye::error::{BadInput, Error, Result};
 use sheet::Sheet;
 pub use sheet::{LONG_S, Outcome, RUNS, Settings, Stage, WORKLOADS};
 

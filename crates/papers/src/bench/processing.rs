@@ -3,12 +3,12 @@
 use super::sheet::{Outcome, Settings, Sheet, relative_l2};
 use catseye::adc::Cube;
 use catseye::adc::noise::Noise;
+use catseye::base::error::Result;
 use catseye::detect::{locate, points};
 use catseye::dsp::doa_beamform::Beamformer;
 use catseye::dsp::transform::Transform;
 use catseye::dsp::{self, Snapshots};
 use catseye::engine::{AnyCube, Engine};
-use catseye::error::Result;
 use catseye::scene::radar::{Cfar, CfarKind, Radar, Window};
 use catseye::scene::radar_toml;
 use num_complex::{Complex32, Complex64};

@@ -1,16 +1,16 @@
 //! W6: closest hits on a terrain of a million triangles, against f64.
 
 use super::sheet::{Outcome, RUNS, Settings, Sheet, Stage, cpu_seconds, median};
+use catseye::base::error::Result;
+use catseye::base::frames::Pose;
+use catseye::base::rng::philox4x32_10;
+use catseye::base::units::DEFAULT_FREQUENCY_HZ;
 use catseye::engine::Engine;
-use catseye::error::Result;
-use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::geom::upload::GeometryArrays;
-use catseye::rng::philox4x32_10;
 use catseye::road::terrain::{W6_CELL_M, W6_QUADS, W6_RELIEF_M, w6 as terrain};
 use catseye::scene::{Scene, material};
 use catseye::trace::closest::{self, Find, Hit, NO_PATCH, NO_TRIANGLE, Ray, Tree};
-use catseye::units::DEFAULT_FREQUENCY_HZ;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;

@@ -1,6 +1,6 @@
 //! A temporary folder for what a workload writes.
 
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
 use std::fs;
 use std::path::{Path, PathBuf};
 

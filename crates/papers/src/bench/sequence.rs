@@ -2,10 +2,10 @@
 
 use super::scratch::Scratch;
 use super::sheet::{Outcome, Settings, Sheet};
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::error::{Error, Result};
+use catseye::base::frames::Pose;
 use catseye::engine::Engine;
-use catseye::error::{Error, Result};
-use catseye::frames::Pose;
 use catseye::road::site::Site;
 use catseye::road::w3::RADAR_HEIGHT_M;
 use catseye::scene::scenario::{self, Scenario};

@@ -1,7 +1,7 @@
 //! What a workload is run with and what it notes.
 
+use catseye::base::error::Result;
 use catseye::engine::{Engine, EngineReport};
-use catseye::error::Result;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::time::Instant;

@@ -3,10 +3,10 @@
 use super::agreement::{self, Limits};
 use super::frame::Frame;
 use super::sheet::{Outcome, Settings, Sheet};
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::error::Result;
 use catseye::detect::{Bodies, label, locate};
 use catseye::engine::Engine;
-use catseye::error::Result;
 
 /// Times the stages of a frame, then compares it with the same frame at a stricter accuracy.
 pub(super) fn run(

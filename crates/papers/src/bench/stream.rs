@@ -1,9 +1,9 @@
 //! W4s: the seed's cube, 2048 chirps × 2048 samples × 16 channels, by blocks of channels.
 
 use super::sheet::{Outcome, Settings, Sheet, peak_memory};
+use catseye::base::error::Result;
+use catseye::base::rng::philox4x32_10;
 use catseye::engine::Engine;
-use catseye::error::Result;
-use catseye::rng::philox4x32_10;
 use catseye::scene::radar::{Cfar, CfarKind, Radar, Window};
 use catseye::scene::radar_toml;
 use num_complex::{Complex32, Complex64};

@@ -3,7 +3,7 @@
 use super::outcome::Outcome;
 use super::parameter::Value;
 use super::spec::{Fact, FactKind, Sweep};
-use catseye::error::BadInput;
+use catseye::base::error::BadInput;
 
 impl Fact {
     /// Whether the fact makes sense over so many axes.

@@ -6,15 +6,16 @@ use super::spec::{
     Fact, FactKind, Goal, PictureKind, PictureTable, Quantity, Reduce, SearchTable, Study, Sweep,
 };
 use super::view::{Mount, ViewKind};
-use catseye::error::{BadInput, Error, Result, nearest};
+use catseye::base::convention::Convention;
+use catseye::base::error::{BadInput, Error, Result, nearest};
+use catseye::base::units::DEFAULT_FREQUENCY_HZ;
 use catseye::rcs::Diffraction;
 use catseye::road::target::is_file;
 use catseye::scene::gltf::ImportOptions;
 use catseye::scene::mesh_file::{self, ImportTable};
 use catseye::scene::radar_toml;
 use catseye::scene::toml_file::{Above, At, Document, read_text};
-use catseye::trace::{Convention, MAX_BOUNCES};
-use catseye::units::DEFAULT_FREQUENCY_HZ;
+use catseye::trace::MAX_BOUNCES;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -127,26 +128,16 @@ pub struct SolverTable {
     /// Error that curved bodies and finite ranges may have (default 0.1).
     pub accuracy_db: At<f64>,
     /// "every" (default) or "last": which bounces radiate.
-    pub convention: ConventionName,
+    pub convention: Convention,
     /// "none" (default) or "ptd".
     pub diffraction: DiffractionName,
 }
 
 impl Default for SolverTable {
     fn default() -> Self {
-        let (convention, diffraction) = (ConventionName::Every, DiffractionName::None);
+        let (convention, diffraction) = (Convention::Every, DiffractionName::None);
         SolverTable { bounces: 3.into(), accuracy_db: 0.1.into(), convention, diffraction }
     }
-}
-
-/// Which bounces radiate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum ConventionName {
-    /// All of them.
-    Every,
-    /// The last of a chain.
-    Last,
 }
 
 /// What is added at edges.
@@ -395,10 +386,7 @@ impl Reader<'_> {
             mounts: self.mounts()?,
             bounces,
             accuracy_db,
-            convention: match s.convention {
-                ConventionName::Every => Convention::Every,
-                ConventionName::Last => Convention::Last,
-            },
+            convention: s.convention,
             diffraction: match s.diffraction {
                 DiffractionName::None => Diffraction::None,
                 DiffractionName::Ptd => Diffraction::Ptd,

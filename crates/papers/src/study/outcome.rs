@@ -2,14 +2,15 @@
 
 use super::parameter::{Values, number_of, word_of};
 use super::sigma_min::snr_db;
-use super::solve::{Cache, Case, Matrix, Source, Sources, SphereMarking, cross_section_m2, solve};
+use super::solve::{Cache, Case, Source, Sources, SphereMarking, cross_section_m2, solve};
 use super::spec::{Quantity, Reduce, Study, Sweep};
 use super::view::{View, view};
+use catseye::base::error::{Error, Result};
+use catseye::base::matrix::Matrix2;
+use catseye::base::units::{db_from_power, power_from_db};
 use catseye::engine::Engine;
-use catseye::error::{Error, Result};
 use catseye::rcs::Aspect;
 use catseye::rcs::validity::{Faces, Validity};
-use catseye::units::{db_from_power, power_from_db};
 use std::collections::HashMap;
 
 /// One quantity over the axes, row-major, the last axis fastest. NaN where there is none.
@@ -186,7 +187,7 @@ impl Work {
 }
 
 impl Point {
-    fn rcs_dbsm(&self, mount: usize, solved: &[Matrix]) -> Result<f64> {
+    fn rcs_dbsm(&self, mount: usize, solved: &[Matrix2]) -> Result<f64> {
         Ok(db_from_power(match &self.seen[mount] {
             PointCase::Case(i) => cross_section_m2(&solved[*i], &self.polarisation),
             // SphereMarking turn no polarisation.
@@ -196,7 +197,7 @@ impl Point {
         }))
     }
 
-    fn quantity(&self, quantity: Quantity, study: &Study, solved: &[Matrix]) -> Result<f64> {
+    fn quantity(&self, quantity: Quantity, study: &Study, solved: &[Matrix2]) -> Result<f64> {
         let detection = || {
             study
                 .detection

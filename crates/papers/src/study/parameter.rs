@@ -1,6 +1,6 @@
 //! The parameters that a study may fix or sweep, by name.
 
-use catseye::error::{BadInput, nearest};
+use catseye::base::error::{BadInput, nearest};
 use serde::de::{self, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;

@@ -5,9 +5,9 @@ use super::parameter::{Value, word_of};
 use super::search::Design;
 use super::spec::{Fact, SearchTable, Study};
 use crate::comparison::{Comparison, Tolerance};
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
+use catseye::base::units::level_text;
 use catseye::formats::csv::Writer;
-use catseye::units::level_text;
 use std::fmt::{Display, Write};
 
 /// What one study gave.
@@ -203,7 +203,7 @@ pub fn section(study: &Study, given: &StudyResult, facts: &[Comparison]) -> Resu
     for remark in given.remarks(study) {
         let _ = writeln!(t, "{remark}.\n");
     }
-    if study.convention == catseye::trace::Convention::Last {
+    if study.convention == catseye::base::convention::Convention::Last {
         t.push_str("Only the bounce from which a ray leaves radiates here.\n\n");
     }
     let alone = word_of(&study.fixed, "ground").is_some_and(|g| g == "none");

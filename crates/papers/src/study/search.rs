@@ -11,9 +11,9 @@ use super::spec::{Goal, LimitTable, Quantity, SearchTable, Study};
 use argmin::core::{CostFunction, Executor, State};
 use argmin::solver::neldermead::NelderMead;
 use argmin_math::{ArgminAdd, ArgminMul, ArgminSub};
+use catseye::base::error::{Error, Result};
+use catseye::base::rng::philox4x32_10;
 use catseye::engine::Engine;
-use catseye::error::{Error, Result};
-use catseye::rng::philox4x32_10;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 

@@ -16,10 +16,10 @@
 
 use super::parameter::{Values, number_of};
 use super::view::View;
+use catseye::base::error::Result;
+use catseye::base::units::{BOLTZMANN, T0_K, db_from_power, dbm_from_w};
 use catseye::dsp::window;
-use catseye::error::Result;
 use catseye::scene::radar::{Radar, Window};
-use catseye::units::{BOLTZMANN, T0_K, db_from_power, dbm_from_w};
 use std::f64::consts::PI;
 
 /// How the magnitudes are had.

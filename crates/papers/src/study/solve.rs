@@ -2,18 +2,19 @@
 
 use super::parameter::{TARGET_PREFIX, Value, Values, number_of, word_of};
 use super::view::View;
+use catseye::base::convention::Convention;
+use catseye::base::error::{BadInput, Error, Result};
+use catseye::base::frames::{Pose, Target};
+use catseye::base::matrix::Matrix2;
 use catseye::em::sphere_marking::{BinShape, Marking, bin_share, mie_m2};
 use catseye::engine::Engine;
-use catseye::error::{BadInput, Error, Result};
 use catseye::formats::stage::{sha256_of_bytes, sha256_of_file, write_file};
-use catseye::frames::{Pose, Target};
 use catseye::rcs::validity::Faces;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::road::target::is_file;
 use catseye::scene::gltf::ImportOptions;
 use catseye::scene::{Scene, material, mesh_file};
-use catseye::trace::Convention;
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -194,7 +195,7 @@ fn raise(scene: &mut Scene, angle: f64) {
     }
     let lowest = |s: &Scene| s.bounds_m(0.0).map_or(0.0, |b| b.0.z);
     let before = lowest(scene);
-    let turn = Pose::<catseye::frames::World, catseye::frames::World>::from_yaw_pitch_roll(
+    let turn = Pose::<catseye::base::frames::World, catseye::base::frames::World>::from_yaw_pitch_roll(
         DVec3::ZERO,
         0.0,
         angle,
@@ -252,9 +253,6 @@ impl Case {
 /// Scene, frequency, ground, range and height.
 type Key = (usize, u64, String, [u64; 2]);
 
-/// S[rx][tx] in metres of the chosen convention.
-pub type Matrix = [[Complex64; 2]; 2];
-
 /// The cases that one call solves.
 type Batch = Vec<usize>;
 
@@ -284,7 +282,7 @@ pub fn solve(
     options: &(dyn Fn(&Case) -> Result<RcsOptions> + Sync),
     cache: Option<&Cache<'_>>,
     progress: &(dyn Fn(u64) + Sync),
-) -> Result<Vec<Matrix>> {
+) -> Result<Vec<Matrix2>> {
     let mut order: Vec<Batch> = Vec::new();
     let mut open: HashMap<Key, usize> = HashMap::new();
     for (i, c) in cases.iter().enumerate() {
@@ -297,7 +295,7 @@ pub fn solve(
             }
         }
     }
-    let call = |batch: &Batch| -> Result<Vec<Matrix>> {
+    let call = |batch: &Batch| -> Result<Vec<Matrix2>> {
         let first = &cases[batch[0]];
         let looks: Vec<BistaticAspect> = batch
             .iter()
@@ -334,12 +332,12 @@ pub fn solve(
                 s
             }
             None => {
-                let parts: Vec<Vec<Matrix>> = match engine {
+                let parts: Vec<Vec<Matrix2>> = match engine {
                     // Calls of one look each would leave threads idle.
                     Engine::Cpu(_) => group.par_iter().map(&call).collect::<Result<_>>()?,
                     Engine::Gpu(_) => group.iter().map(&call).collect::<Result<_>>()?,
                 };
-                let s: Vec<Matrix> = parts.concat();
+                let s: Vec<Matrix2> = parts.concat();
                 if let Some(f) = &file {
                     write_file(f, true, &bytes(&s))?;
                 }
@@ -388,11 +386,11 @@ fn identity(
 }
 
 /// Eight little-endian f64 for each matrix.
-fn bytes(s: &[Matrix]) -> Vec<u8> {
+fn bytes(s: &[Matrix2]) -> Vec<u8> {
     s.iter().flatten().flatten().flat_map(|z| [z.re, z.im]).flat_map(f64::to_le_bytes).collect()
 }
 
-fn read(file: &Path, count: usize) -> Option<Vec<Matrix>> {
+fn read(file: &Path, count: usize) -> Option<Vec<Matrix2>> {
     let bytes = std::fs::read(file).ok()?;
     if bytes.len() != 64 * count {
         return None;
@@ -404,7 +402,7 @@ fn read(file: &Path, count: usize) -> Option<Vec<Matrix>> {
 }
 
 /// |p_r^T S p_t|^2 4 pi in m^2 for a row of [`POLARISATIONS`](super::parameter::POLARISATIONS).
-pub fn cross_section_m2(s: &Matrix, polarisation: &str) -> f64 {
+pub fn cross_section_m2(s: &Matrix2, polarisation: &str) -> f64 {
     let power = match polarisation {
         "vv" => s[0][0].norm_sqr(),
         "vh" => s[0][1].norm_sqr(),

@@ -7,8 +7,8 @@
 //! forward along it.
 
 use super::parameter::{Values, number_of};
-use catseye::error::BadInput;
-use catseye::frames::{Pose, Sensor, Target, World, angles_from_direction, direction_from_angles};
+use catseye::base::error::BadInput;
+use catseye::base::frames::{Pose, Sensor, Target, World, angles_from_direction, direction_from_angles};
 use glam::DVec3;
 use std::f64::consts::PI;
 

@@ -5,10 +5,10 @@
 //! dry clean surfaces, good for contrasts and not for colours.
 
 use crate::trial::stats::draws;
-use catseye::error::{BadInput, Result};
-use catseye::frames::{Pose, Vehicle, World};
+use catseye::base::error::{BadInput, Result};
+use catseye::base::frames::{Pose, Vehicle, World};
+use catseye::base::rng::philox4x32_10;
 use catseye::geom::Geometry;
-use catseye::rng::philox4x32_10;
 use catseye::road::actors::is_vehicle;
 use catseye::scene::{Material, Scene};
 use catseye_lane::camera_fusion::{Camera, Image};
@@ -92,7 +92,7 @@ impl Light {
     }
 
     fn sun_towards(&self) -> DVec3 {
-        catseye::frames::direction_from_angles(self.sun_azimuth_rad, self.sun_elevation_rad)
+        catseye::base::frames::direction_from_angles(self.sun_azimuth_rad, self.sun_elevation_rad)
     }
 }
 

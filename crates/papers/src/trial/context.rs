@@ -1,7 +1,7 @@
 //! What a trial is given: a scenario, an engine, how often to drive it, and where finished frames are kept.
 
+use catseye::base::error::{Error, Result};
 use catseye::engine::Engine;
-use catseye::error::{Error, Result};
 use catseye::scene::scenario::Scenario;
 use catseye::scene::toml_file::{Document, read_text};
 use serde::de::DeserializeOwned;

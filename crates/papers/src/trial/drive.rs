@@ -1,11 +1,11 @@
 //! A scenario frame by frame, and what is true of its road, both as lane estimators see them: in the vehicle's level frame, x forward,
 //! y left, the origin on the road under the vehicle's reference point.
 
-use catseye::adc::cpu::synthesis::Control;
+use catseye::base::control::Control;
+use catseye::base::error::Result;
 use catseye::detect::points::Point;
 use catseye::detect::tracker::Track;
 use catseye::engine::Engine;
-use catseye::error::Result;
 use catseye::road::labels::{Polyline, RoadTruth};
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar;

@@ -3,7 +3,7 @@
 use crate::trial::method::Method;
 use crate::trial::uwb::{ImpulseRadar, Rule, tune};
 use crate::trial::{camera_fusion, road_shape, uwb};
-use catseye::error::{BadInput, Error, Result, json_in_words};
+use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye_lane::LaneEstimator;
 use catseye_lane::hd_map::estimator::{MapLanes as MapMethod, Options as MapOptions};
 use catseye_lane::hd_map::file;

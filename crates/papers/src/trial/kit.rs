@@ -10,8 +10,8 @@ pub use crate::trial::report::{Row, Rows, Sheet, Step, Trial, common_rows, fixed
 pub use crate::trial::runner::{Looks, Now, drive_through, one_look};
 pub use crate::trial::sensors::{Bus, BusSensor, OwnedInput, look_of};
 pub use crate::trial::stats::{draws, mean, over_runs, rms, timed};
-pub use catseye::error::{BadInput, Error, Result};
-pub use catseye::rng::Draws;
+pub use catseye::base::error::{BadInput, Error, Result};
+pub use catseye::base::rng::Draws;
 pub use catseye::road::labels::RoadTruth;
 pub use catseye::road::plan::ScenePlan;
 pub use catseye::road::scene_toml;

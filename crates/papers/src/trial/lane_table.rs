@@ -4,7 +4,7 @@ use crate::trial::context::settings;
 use crate::trial::method::Method;
 use crate::trial::ready::LaneMethod;
 use crate::trial::{camera_fusion, hd_map, markers, range_doppler, road_shape, signature, uwb};
-use catseye::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;

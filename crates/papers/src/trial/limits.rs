@@ -1,6 +1,6 @@
 //! Ranges of the numbers in the tables below `[lane]`.
 
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 
 /// Key below the method's table, value, least and greatest allowed value, and what to write instead.
 pub type Limit<'a> = (&'a str, f64, f64, f64, &'a str);

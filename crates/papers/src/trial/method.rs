@@ -1,6 +1,6 @@
 //! The lane methods by their names on the command line.
 
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 use serde::{Deserialize, Serialize};
 
 /// A method of [`catseye_lane`], as on the command line.

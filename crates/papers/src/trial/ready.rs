@@ -4,7 +4,7 @@ use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
 use crate::trial::report::Trial;
 use crate::trial::sensors::OwnedInput;
-use catseye::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result};
 use catseye::scene::radar::Radar;
 use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;

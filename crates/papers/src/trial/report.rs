@@ -1,7 +1,7 @@
 //! What a trial leaves: estimates, scores, figures beside the document's, tables and pictures, in one folder.
 
 use crate::trial::stats::{mean, over_runs, rms};
-use catseye::error::{Error, Result};
+use catseye::base::error::{Error, Result};
 use catseye::formats::csv::Writer;
 use catseye_lane::score::{DISTANCES_M, Figure, Score, TrueLanes, score};
 use catseye_lane::{LaneEstimate, Measured};

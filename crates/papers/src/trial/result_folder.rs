@@ -2,8 +2,8 @@
 
 use crate::trial::context::Watch;
 use crate::trial::report::{Row, Trial};
+use catseye::base::error::{Error, Result};
 use catseye::engine::{Engine, EngineReport};
-use catseye::error::{Error, Result};
 use catseye::formats::stage::{StagedDir, sha256_of_bytes};
 use catseye::scene::scenario::Scenario;
 use catseye::scene::toml_file::read_text;

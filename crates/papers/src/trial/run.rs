@@ -4,8 +4,8 @@ use crate::trial::context::TrialContext;
 use crate::trial::lane_table::LaneTable;
 use crate::trial::method::Method;
 use crate::trial::result_folder::{ResultFolder, RunOptions, RunReport, scenario};
+use catseye::base::error::Result;
 use catseye::engine::Engine;
-use catseye::error::Result;
 use std::path::Path;
 
 /// Runs a method on a scenario file into `out`. An interrupted run goes on when the same is asked for again.

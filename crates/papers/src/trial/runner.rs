@@ -2,7 +2,7 @@
 
 use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, Level};
-use catseye::error::Result;
+use catseye::base::error::Result;
 use catseye::simulate::Frame;
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -3,11 +3,11 @@
 
 use crate::trial::drive::{Level, lane_point, lane_track};
 use crate::trial::stats::draws;
+use catseye::base::error::Result;
+use catseye::base::rng::Draws;
 use catseye::detect::accuracy::PointStd;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::points::Point;
-use catseye::error::Result;
-use catseye::rng::Draws;
 use catseye::scene::motion::{Joint, Motion};
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::SitedScenario;
@@ -252,7 +252,7 @@ impl OwnedInput {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use catseye::frames::direction_from_angles;
+    use catseye::base::frames::direction_from_angles;
     use catseye::road::site::Site;
     use catseye::scene::scenario::Scenario;
     use std::path::Path;

@@ -1,6 +1,6 @@
 //! Statistics over looks and runs, draws, and the time that an estimator takes.
 
-use catseye::rng::Draws;
+use catseye::base::rng::Draws;
 use std::time::Instant;
 
 /// The draws of a stream for a scenario's seed.

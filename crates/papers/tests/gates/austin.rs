@@ -3,8 +3,10 @@
 //! reference's lobes, where a difference in dB means something; a peak of ours may lie one step of the
 //! reference's half degree to the side.
 
+use catseye::base::frames::{Pose, direction_from_angles};
+use catseye::base::matrix::Matrix2;
+use catseye::base::units::{dbsm_from_amplitude, wavenumber};
 use catseye::em::wedge::Wedge;
-use catseye::frames::{Pose, direction_from_angles};
 use catseye::geom::Geometry;
 use catseye::geom::edges::{SMOOTH_RAD, find};
 use catseye::rcs::closed_form::{po_cylinder, po_plate};
@@ -13,7 +15,6 @@ use catseye::rcs::{Aspect, BistaticAspect, Distance};
 use catseye::road::reflector::{Builder, Cylinder, Ends};
 use catseye::scene::{Material, Mesh, Scene};
 use catseye::trace::beams::Port;
-use catseye::units::{dbsm_from_amplitude, wavenumber};
 use catseye_plot::{Curve, rcs_lines};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -101,7 +102,7 @@ fn geometry(faces: &[Vec<DVec3>], freq_hz: f64) -> Geometry {
 }
 
 /// S[rx][tx] of the fringe currents.
-fn fringe(faces: &[Vec<DVec3>], edges: usize, cut: &Cut) -> Vec<[[Complex64; 2]; 2]> {
+fn fringe(faces: &[Vec<DVec3>], edges: usize, cut: &Cut) -> Vec<Matrix2> {
     let g = geometry(faces, cut.freq_hz);
     let found = find(&g, SMOOTH_RAD);
     assert_eq!(found.len(), edges);
@@ -155,7 +156,7 @@ fn outline_integral_is_the_plate_formula() {
 }
 
 /// Adds the fringe field of polarisation `p` (0 is V).
-fn with_edges(po: &[Complex64], fringe: &[[[Complex64; 2]; 2]], p: usize) -> Vec<Complex64> {
+fn with_edges(po: &[Complex64], fringe: &[Matrix2], p: usize) -> Vec<Complex64> {
     po.iter().zip(fringe).map(|(s, f)| s + f[p][p]).collect()
 }
 

@@ -1,7 +1,7 @@
 //! Meshes that are not clean echo as the clean mesh does, or the report says so.
 
 use super::meshes::{Cut, Noise, WHOLE, by_chain, db, seen, walled};
-use catseye::frames::Pose;
+use catseye::base::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::geom::remarks::of_meshes;
 use catseye::road::reflector::Reflector;

@@ -1,15 +1,15 @@
 //! Times of exact beams on the cpu engine, one thread:
 //! `cargo test --release -p catseye-papers --test gates beam_times -- --ignored --nocapture --test-threads 1`.
 
+use catseye::base::frames::Pose;
+use catseye::base::units::wavenumber;
 use catseye::engine::{Engine, Precision};
-use catseye::frames::Pose;
 use catseye::geom::Geometry;
 use catseye::geom::curved::{refined_scene, sagitta_m};
 use catseye::rcs::cpu::beam_sum::{FrequencyPoint, sweep};
 use catseye::rcs::{Aspect, BistaticAspect, Distance, Scattering};
 use catseye::scene::{Material, Mesh, Scene};
 use catseye::trace::beams::BeamOptions;
-use catseye::units::wavenumber;
 use catseye_papers::bench::cross_section;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};

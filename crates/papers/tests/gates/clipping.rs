@@ -2,8 +2,9 @@
 
 use catseye::adc::budget::power_w;
 use catseye::adc::synthesis::{Levels, passes};
+use catseye::base::frames::{Pose, Sensor, World};
+use catseye::base::units::{db_from_power, wavenumber};
 use catseye::engine::{Engine, Precision};
-use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::{Geometry, curved};
 use catseye::road::{site::Site, w3};
 use catseye::scene::radar::Radar;
@@ -13,7 +14,6 @@ use catseye::trace::beams::BeamOptions;
 use catseye::trace::cpu::{beams, echoes};
 use catseye::trace::windows::windows;
 use catseye::trace::{Echo, TraceOptions};
-use catseye::units::{db_from_power, wavenumber};
 use catseye_io::{dataset, recipe::Recipe};
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
@@ -141,15 +141,20 @@ fn sums(
     pose: &Pose<Sensor, World>,
     accuracy_db: f64,
 ) -> BTreeMap<(Vec<u32>, i64), (Complex64, f64)> {
-    /// Longer than a cell, so that echoes of one thing stay together.
-    const STRETCH_M: f64 = 5.0;
     let engine = Engine::Cpu(Precision::F64);
     let options = TraceOptions { merge: false, least: 0.0, most_bounces: 0, accuracy_db, ..look.options };
     let echoes = engine.echoes(&look.geometry, &look.radar, pose, look.velocity_mps, &options);
+    sums_of(look, &echoes.list)
+}
+
+/// The same of a list of echoes.
+fn sums_of(look: &Look, list: &[Echo]) -> BTreeMap<(Vec<u32>, i64), (Complex64, f64)> {
+    /// Longer than a cell, so that echoes of one thing stay together.
+    const STRETCH_M: f64 = 5.0;
     let k = wavenumber(look.radar.carrier_hz);
     let levels = Levels::new(&look.radar);
     let mut sums: BTreeMap<(Vec<u32>, i64), (Complex64, f64)> = BTreeMap::new();
-    for r in echoes.list.iter().filter(|r| passes(&look.radar, r)) {
+    for r in list.iter().filter(|r| passes(&look.radar, r)) {
         let a = levels.amplitude(r);
         assert!(a.is_finite(), "{}: {r:?}", look.name);
         let key = (r.chain[..r.bounces as usize].to_vec(), (r.path_length_m / STRETCH_M).round() as i64);
@@ -216,6 +221,7 @@ fn short_cuts_leave_what_is_heard() {
         let total =
             |sums: &BTreeMap<_, (usize, f64)>| sums.values().fold((0, 0.0), |(n, p), (m, q)| (n + m, p + q));
         let ((n, power), (m, _)) = (total(&want), total(&got));
+        println!("{name}: {:?}", changes(&sums_of(&look, &look.plainly()), &sums_of(&look, &short.list), 1e-6));
         let (mut moved, mut worst) = (0.0, 0.0f64);
         for chain in want.keys().chain(got.keys().filter(|c| !want.contains_key(*c))) {
             let of = |sums: &BTreeMap<Vec<u32>, (usize, f64)>| sums.get(chain).map_or(0.0, |s| s.1);

@@ -1,7 +1,9 @@
 //! Echoes of frames from exact beams: against the dense sum of cells, over the band, and W3.
 
+use catseye::base::frames::{Pose, Sensor, World};
+use catseye::base::matrix::Matrix2;
+use catseye::base::units::wavenumber;
 use catseye::engine::{Engine, Precision};
-use catseye::frames::{Pose, Sensor, World};
 use catseye::geom::Geometry;
 use catseye::rcs::cpu::beam_sum::{FrequencyPoint, between};
 use catseye::road::objects::{ground, standing_box};
@@ -11,15 +13,12 @@ use catseye::trace::beams::{BeamOptions, Frame, Port};
 use catseye::trace::cpu::echoes;
 use catseye::trace::windows::around;
 use catseye::trace::{Echoes, TraceOptions, strength};
-use catseye::units::wavenumber;
 use catseye_papers::bench::{self, Settings};
 use glam::{DQuat, DVec2, DVec3};
 use num_complex::Complex64;
 
-type Matrix = [[Complex64; 2]; 2];
-
-fn total(echoes: &Echoes, k: f64) -> Matrix {
-    let mut sum = Matrix::default();
+fn total(echoes: &Echoes, k: f64) -> Matrix2 {
+    let mut sum = Matrix2::default();
     for r in &echoes.list {
         let z = Complex64::cis(-k * r.path_length_m);
         for (row, s) in sum.iter_mut().zip(r.path_gain) {
@@ -30,7 +29,7 @@ fn total(echoes: &Echoes, k: f64) -> Matrix {
 }
 
 /// The sum of cells so small that they are exact, 1/m.
-fn dense(geometry: &Geometry, at: DVec3, bounces: usize) -> Matrix {
+fn dense(geometry: &Geometry, at: DVec3, bounces: usize) -> Matrix2 {
     let k = wavenumber(geometry.freq_hz);
     let tones = [FrequencyPoint { wavenumber: k, surfaces: &geometry.surfaces }];
     let options = BeamOptions { tau: 0.001, ..BeamOptions::new(bounces, 0.2, false) };
@@ -70,11 +69,11 @@ fn scene() -> Scene {
     scene
 }
 
-fn norm(m: &Matrix) -> f64 {
+fn norm(m: &Matrix2) -> f64 {
     m.iter().flatten().map(|z| z.norm_sqr()).sum::<f64>().sqrt()
 }
 
-fn minus(a: &Matrix, b: &Matrix) -> Matrix {
+fn minus(a: &Matrix2, b: &Matrix2) -> Matrix2 {
     [0, 1].map(|i| [0, 1].map(|j| a[i][j] - b[i][j]))
 }
 
@@ -217,7 +216,7 @@ fn w3_has_converged() {
 }
 
 /// A plane of a material under whatever stands on it, 80 m long.
-fn over(material: &str, spec: &str, pose: Pose<catseye::frames::Target, World>) -> Scene {
+fn over(material: &str, spec: &str, pose: Pose<catseye::base::frames::Target, World>) -> Scene {
     let mut scene = Scene::default();
     let of_plane = scene.material_index(&material::by_name(material).unwrap());
     let plane = ground(DVec2::new(-20.0, -20.0), DVec2::new(60.0, 20.0), 0.0, of_plane);

@@ -1,14 +1,14 @@
 //! Cross sections: the canonical table on the cpu engine, and properties that need no table.
 
+use catseye::base::frames::{Pose, Target, World};
+use catseye::base::units::dbsm_from_amplitude;
 use catseye::engine::{Engine, Precision};
-use catseye::frames::{Pose, Target, World};
 use catseye::geom::Geometry;
 use catseye::gpu::compare::test_device_name;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, RcsOptions, Scattering};
 use catseye::road::reflector::{Reflector, kinds};
 use catseye::scene::gltf::{self, ImportOptions};
 use catseye::scene::{Material, MaterialKind, Scene, material};
-use catseye::units::dbsm_from_amplitude;
 use catseye_papers::comparison::{Comparison, Tolerance};
 use catseye_papers::validate::GROUPS;
 use glam::DVec3;
@@ -257,11 +257,11 @@ fn moving_the_target_turns_the_phase() {
     let pose = Pose::<Target, World>::from_yaw_pitch_roll(shift, 0.0, 0.0, 0.0);
     r.add_to(&mut s, &material::by_name, ("moved", ""), pose, DVec3::ZERO).unwrap();
     let aspect = deg(8.0, 33.0);
-    let u = catseye::frames::direction_from_angles(aspect.azimuth, aspect.elevation);
+    let u = catseye::base::frames::direction_from_angles(aspect.azimuth, aspect.elevation);
     let a = far(&build(&r.to_scene(&material::by_name).unwrap()), &[aspect], 8.0)[0].every[0][0];
     let b = far(&build(&s), &[aspect], 8.0)[0].every[0][0];
     // Nearer by u·shift, there and back.
-    let turned = a * Complex64::cis(2.0 * catseye::units::wavenumber(F) * u.dot(shift));
+    let turned = a * Complex64::cis(2.0 * catseye::base::units::wavenumber(F) * u.dot(shift));
     assert!((b - turned).norm() < 1e-9 * a.norm(), "{b} {turned}");
 }
 

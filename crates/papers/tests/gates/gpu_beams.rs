@@ -1,7 +1,8 @@
 //! Exact beams: the shaders against the f64 engine, on the adapter that CATSEYE_TEST_DEVICE names (default:
 //! the software Vulkan driver).
 
-use catseye::frames::Pose;
+use catseye::base::frames::Pose;
+use catseye::base::units::{dbsm_from_amplitude, wavenumber};
 use catseye::geom::Geometry;
 use catseye::gpu::{Gpu, Want, compare};
 use catseye::rcs::beam_sum::{self, FrequencyPoint};
@@ -10,7 +11,6 @@ use catseye::road::reflector::Reflector;
 use catseye::scene::material::{self, Material, MaterialKind};
 use catseye::scene::{Mesh, Scene};
 use catseye::trace::beams::BeamOptions;
-use catseye::units::{dbsm_from_amplitude, wavenumber};
 use catseye_papers::bench::cross_section;
 use glam::DVec3;
 

@@ -1,13 +1,13 @@
 //! What is the same thing echoes the same, however its mesh is cut up and however roughly its file holds it.
 
-use catseye::frames::{Pose, Sensor, Target, World};
+use catseye::base::frames::{Pose, Sensor, Target, World};
+use catseye::base::units::wavenumber;
 use catseye::geom::Geometry;
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Mesh, Scene, material};
 use catseye::trace::cpu::echoes;
 use catseye::trace::windows::around;
 use catseye::trace::{Echoes, TraceOptions};
-use catseye::units::wavenumber;
 use glam::{DMat3, DQuat, DVec3};
 use num_complex::Complex64;
 use std::collections::BTreeMap;

@@ -1,11 +1,11 @@
 //! The whole chain on every engine: from a scene to points, with the right place, sign and level.
 
-use catseye::adc::cpu::synthesis::Control;
 use catseye::adc::synthesis::SynthesisStats;
+use catseye::base::control::Control;
+use catseye::base::frames::{Pose, Sensor, World, direction_from_angles};
 use catseye::detect::Point;
 use catseye::detect::{Bodies, label, locate};
 use catseye::engine::{AnyCube, Engine, Precision};
-use catseye::frames::{Pose, Sensor, World, direction_from_angles};
 use catseye::geom::Geometry;
 use catseye::gpu::compare::test_device_name;
 use catseye::road::reflector::Reflector;

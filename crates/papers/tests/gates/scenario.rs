@@ -1,7 +1,7 @@
 //! Scenario files: what they mean, their mistakes, the templates and the schemas.
 
-use catseye::error::{BadInput, Result};
-use catseye::frames::Pose;
+use catseye::base::error::{BadInput, Result};
+use catseye::base::frames::Pose;
 use catseye::scene::motion::{Channel, Joint};
 use catseye::scene::scenario::{self, Builder, Builtin, Scenario, SceneSource};
 use catseye::scene::{Mesh, Scene, Shape, gltf, material, radar_toml};

@@ -1,10 +1,10 @@
 //! Studies from file to report: closed forms, mistakes in files, resuming, the ready studies.
 
+use catseye::base::units::dbsm_from_amplitude;
 use catseye::engine::{Engine, Precision};
 use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions};
 use catseye::road::reflector::Reflector;
 use catseye::scene::material;
-use catseye::units::dbsm_from_amplitude;
 use catseye_papers::study::file;
 use catseye_papers::study::outcome::{Outcome, compute};
 use catseye_papers::study::report::StudyResult;

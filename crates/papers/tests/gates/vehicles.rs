@@ -1,13 +1,14 @@
 //! Vehicles and people with facets that echo as curved surfaces, against the same bodies cut so finely that flat facets do.
 
+use catseye::base::convention::Convention;
+use catseye::base::frames::Pose;
+use catseye::base::units::wavenumber;
 use catseye::engine::{Engine, Precision};
-use catseye::frames::Pose;
 use catseye::geom::curved::{refined_scene, sized_within};
 use catseye::geom::{Facets, RigidScene};
 use catseye::road::vehicle::{Kind, vehicle};
 use catseye::scene::{Scene, material, radar_toml};
-use catseye::trace::{Convention, TraceOptions};
-use catseye::units::wavenumber;
+use catseye::trace::TraceOptions;
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
 use std::borrow::Cow;

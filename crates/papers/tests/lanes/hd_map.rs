@@ -1,7 +1,7 @@
 //! Lane numbers by radar tracks and a map, from the scene to the figures, and what nobody should give an estimator.
 
+use catseye::base::rng::Draws;
 use catseye::engine::{Engine, Precision};
-use catseye::rng::Draws;
 use catseye::road::labels::RoadTruth;
 use catseye::road::scene_toml;
 use catseye::road::site::Site;

@@ -14,7 +14,7 @@ fn scenes() -> PathBuf {
     here.join("scenes/lane")
 }
 
-fn tried(path: &Path, frames: u32, settings: &Settings) -> catseye::error::Result<Trial> {
+fn tried(path: &Path, frames: u32, settings: &Settings) -> catseye::base::error::Result<Trial> {
     let mut scenario = Scenario::load(path)?;
     scenario.frames.count = frames;
     let engine = Engine::open("cpu", Precision::F32)?;

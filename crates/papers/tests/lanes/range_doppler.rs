@@ -1,8 +1,8 @@
 //! Lane from the range-Doppler map alone: through the whole chain, look after look, and with hostile input.
 
+use catseye::base::error::Error;
+use catseye::base::rng::Draws;
 use catseye::engine::{Engine, Precision};
-use catseye::error::Error;
-use catseye::rng::Draws;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::range_doppler::{LaneSettings, Options, RangeDopplerLane, Sign};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};

@@ -1,7 +1,7 @@
 //! Road shape end to end: files of `scenes/lane` through the whole chain, and the estimator on what no radar should give.
 
+use catseye::base::rng::Draws;
 use catseye::engine::{Engine, Precision};
-use catseye::rng::Draws;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 use catseye_lane::road_shape::{RoadShapeEstimator, RoadShapeOptions};

@@ -1,7 +1,7 @@
 //! The signature method from a road file to the lane, through the whole simulated chain, and hostile input.
 
+use catseye::base::rng::Draws;
 use catseye::engine::{Engine, Precision};
-use catseye::rng::Draws;
 use catseye::scene::scenario::{Ego, EgoPlan, Scenario};
 use catseye_lane::curve::Clothoid;
 use catseye_lane::signature::codewords::{Alphabet, Code, Zone};

@@ -235,7 +235,7 @@ fn the_level_finds_the_middle_of_a_plate_that_brightens() {
 fn fast_drive(speed_mps: f64, without: Option<u32>, seed: u32) -> catseye_lane::uwb::LaneEstimate {
     let threshold = Threshold::maximum(&[0.5, 1.0, 2.0]).unwrap();
     let config = UwbConfig { centre: Centre::Level, ..UwbConfig::new(8.0, 3.0, &threshold).unwrap() };
-    let mut draws = catseye::rng::Draws::new(seed, 7);
+    let mut draws = catseye::base::rng::Draws::new(seed, 7);
     let (step_m, begin_m) = (speed_mps / 20.0, draws.uniform());
     let energies: Vec<f64> = (0..(250.0 / step_m) as usize)
         .map(|i| {

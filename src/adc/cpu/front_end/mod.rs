@@ -12,7 +12,7 @@ use crate::adc::convert::Convert;
 use crate::adc::front_end::Chain;
 use crate::adc::interference::Arrival;
 use crate::adc::noise::Noise;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use crate::scene::radar::Sampling;
 use catseye_math::Real;
 use num_complex::Complex64;

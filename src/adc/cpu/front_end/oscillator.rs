@@ -15,7 +15,7 @@ use crate::adc::cpu::synthesis::Precision;
 use crate::adc::front_end::phase_noise::{Stretch, fast_length, line, reach, stretches};
 use crate::adc::front_end::timing::Timing;
 use crate::adc::front_end::{Chain, TAPER, jitter};
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 use crate::scene::front_end::PhaseNoise;
 use crate::scene::radar::Sampling;
 use catseye_math::Real;

@@ -4,7 +4,7 @@ use super::camera::{Camera, Image};
 use super::curve::Arc;
 use glam::{DVec2, DVec3};
 
-pub use catseye::rng::Draws;
+pub use catseye::base::rng::Draws;
 
 /// A camera behind the windscreen, 1.4 m up, looking down by 3 degrees.
 pub fn camera() -> Camera {

@@ -1,5 +1,5 @@
 use super::*;
-use catseye::rng::Draws;
+use catseye::base::rng::Draws;
 
 /// The gaps of the committed road scene, and a set whose short sums differ.
 const SCENE: Alphabet = Alphabet::Gaps { zero_m: 1.5, one_m: 2.0, sync_m: Some(3.0) };

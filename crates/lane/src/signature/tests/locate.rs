@@ -1,6 +1,6 @@
 use super::super::map::MapSettings;
 use super::*;
-use catseye::rng::Draws;
+use catseye::base::rng::Draws;
 
 /// A road of 200 m with markers, or with few posts beside them.
 fn road(gaps: impl Fn(usize, &mut Draws) -> f64, posts: usize, seed: u32) -> Vec<DVec2> {

@@ -3,7 +3,7 @@
 use crate::trial::kit::*;
 use crate::trial::markers::looks::{MarkerLook, excess_db, tally_within};
 use crate::trial::markers::tally::{View, truth_in_view};
-use catseye::units::dbm_from_w;
+use catseye::base::units::dbm_from_w;
 use catseye_lane::markers::{Markers, MarkersOptions};
 use catseye_plot::class_name;
 

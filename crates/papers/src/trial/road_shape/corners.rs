@@ -34,7 +34,7 @@ const METHODS: [AngleMethod; 5] = [
 fn put_up(given: &TrialContext<'_>, run: u32, settings: &Settings) -> Result<Site> {
     let mut scenario = given.scenario_of(run);
     let at = scenario.ego.free().map_or(DVec3::ZERO, |ego| ego.position_m);
-    let mut draws = catseye::rng::Draws::new(scenario.seed as u32, 0x6d75_7369);
+    let mut draws = catseye::base::rng::Draws::new(scenario.seed as u32, 0x6d75_7369);
     let mut shift = |p: &mut DVec3| {
         let line = (*p - at).normalize_or(DVec3::X);
         *p += line * (settings.placement_std_m * draws.normal());

@@ -2,6 +2,7 @@
 
 use crate::trial::kit::*;
 use crate::trial::uwb::settings::Settings;
+use catseye::base::units::C0;
 use catseye::road::labels::RoadLabel;
 use catseye::scene::backscatter::{Backscatter, Law};
 use catseye::scene::material::MaterialKind;
@@ -9,7 +10,6 @@ use catseye::scene::radar::Sampling;
 use catseye::scene::scenario::OnRoad;
 use catseye::scene::toml_file::referred;
 use catseye::scene::{Mesh, Object, Shape};
-use catseye::units::C0;
 use catseye_lane::uwb::{MarkedLane, RangeAxis, RangeGate, Side};
 use std::cell::Cell;
 use std::ops::Range;
@@ -55,7 +55,7 @@ impl ImpulseRadar {
     }
 }
 
-fn wrong(key: &str, reason: LaneError) -> catseye::error::Error {
+fn wrong(key: &str, reason: LaneError) -> catseye::base::error::Error {
     BadInput::new(reason.to_string()).key(key).into()
 }
 

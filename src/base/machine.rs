@@ -1,6 +1,6 @@
 //! What the machine has: memory that work may take, and threads.
 
-use crate::error::BadInput;
+use crate::base::error::BadInput;
 use std::path::Path;
 use std::sync::mpsc::{Sender, channel};
 

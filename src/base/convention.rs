@@ -1,0 +1,15 @@
+//! Which bounces of a chain radiate.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Which bounces of a chain radiate to the receiver.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Convention {
+    /// The physical-optics current of every bounce radiates to the receiver.
+    #[default]
+    Every,
+    /// Only the current of the bounce from which the ray leaves the scene radiates.
+    Last,
+}
