@@ -137,7 +137,8 @@ const FAR: f64 = 1e5;
 impl Canvas {
     pub fn new(width: f64, height: f64) -> Self {
         let [w, h] = [width, height].map(|v| v.ceil().max(1.0) * SCALE);
-        let mut pixels = if w.max(h) <= FAR && w * h <= MOST_PIXELS { Pixmap::new(w as u32, h as u32) } else { None };
+        let mut pixels =
+            if w.max(h) <= FAR && w * h <= MOST_PIXELS { Pixmap::new(w as u32, h as u32) } else { None };
         if let Some(pixels) = &mut pixels {
             pixels.fill(Color::WHITE);
         }
