@@ -1,13 +1,16 @@
-//! The one drawing surface of all charts: kuva's scene and rasteriser, with its embedded font.
+//! The one drawing surface of all charts, drawn by tiny-skia with the font of `font`.
 //! Coordinates are logical pixels, y down; a picture has [`SCALE`] device pixels for each.
 
+use super::font::outline;
+pub use super::font::text_width;
 use catseye::base::error::{Error, Result};
 use catseye::formats::{check_extension, stage};
 use image::RgbImage;
-use kuva::RasterBackend;
-use kuva::render::color::Color;
-use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use tiny_skia::{
+    Color, ColorU8, FillRule, IntRect, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke,
+    StrokeDash, Transform,
+};
 
 /// Device pixels for each logical pixel.
 pub const SCALE: f64 = 2.0;
@@ -62,7 +65,7 @@ impl Picture {
     ///
     /// # Errors
     /// A name that ends otherwise than .png.
-    pub fn write(&self, path: impl AsRef<Path>, force: bool) -> Result<PathBuf> {
+    pub fn write(&self, path: impl AsRef<std::path::Path>, force: bool) -> Result<PathBuf> {
         check_extension(path.as_ref(), &["png"])?;
         stage::write_file(path, force, &self.png()?)
     }
@@ -118,51 +121,88 @@ pub enum Anchor {
     End,
 }
 
+/// Where one draws. One that is cut off at a box has only that part of the picture.
 pub struct Canvas {
-    scene: Scene,
-    clips: usize,
-    upwards: Vec<Upwards>,
-    images: Vec<((f64, f64), RgbImage)>,
+    /// None when the picture is too large.
+    pixels: Option<Pixmap>,
+    /// The upper left corner in device pixels of the whole picture.
+    corner: (i32, i32),
 }
 
-/// A line of text that runs upwards.
-struct Upwards {
-    baseline_x: f64,
-    middle_y: f64,
-    content: String,
-    size: u32,
-    colour: Rgb,
-}
+/// A picture with more device pixels than this, of 4 bytes each, is an error.
+const MOST_PIXELS: f64 = 268_435_456.0;
+/// No picture is larger in device pixels and nothing is drawn farther out, so that the rasteriser need not count without end.
+const FAR: f64 = 1e5;
 
 impl Canvas {
     pub fn new(width: f64, height: f64) -> Self {
-        let scene = Scene::new(width.ceil().max(1.0), height.ceil().max(1.0));
-        Canvas { scene, clips: 0, upwards: Vec::new(), images: Vec::new() }
+        let [w, h] = [width, height].map(|v| v.ceil().max(1.0) * SCALE);
+        let mut pixels =
+            if w.max(h) <= FAR && w * h <= MOST_PIXELS { Pixmap::new(w as u32, h as u32) } else { None };
+        if let Some(pixels) = &mut pixels {
+            pixels.fill(Color::WHITE);
+        }
+        Canvas { pixels, corner: (0, 0) }
     }
 
     pub fn finish(self) -> Result<Picture> {
-        let mut pixels = rasterised(&self.scene)?;
-        for text in &self.upwards {
-            stamp_upwards(&mut pixels, text)?;
-        }
-        for ((x, y), image) in &self.images {
-            multiply(&mut pixels, image, (x * SCALE).round() as i64, (y * SCALE).round() as i64);
-        }
+        let too_large = || Error::Failed("the picture cannot be drawn: it has too many pixels".into());
+        let drawn = self.pixels.ok_or_else(too_large)?;
+        let rgb = drawn.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
+        let pixels = RgbImage::from_raw(drawn.width(), drawn.height(), rgb).ok_or_else(too_large)?;
         Ok(Picture { pixels })
+    }
+
+    /// From logical pixels of the picture to device pixels of this canvas.
+    fn at(&self, (x, y): (f64, f64)) -> (f32, f32) {
+        let on = |v: f64, corner: i32| (v * SCALE - f64::from(corner)).clamp(-FAR, FAR) as f32;
+        (on(x, self.corner.0), on(y, self.corner.1))
+    }
+
+    fn device_rect(&self, r: Rect) -> Option<tiny_skia::Rect> {
+        let ((left, top), (right, bottom)) = (self.at((r.x, r.y)), self.at((r.right(), r.bottom())));
+        tiny_skia::Rect::from_ltrb(left, top, right, bottom)
+    }
+
+    /// A line through finite points, as a path.
+    fn path(&self, points: &[(f64, f64)], closed: bool) -> Option<Path> {
+        let mut path = PathBuilder::new();
+        for (i, p) in points.iter().enumerate() {
+            let (x, y) = self.at(*p);
+            if i == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
+        }
+        if closed {
+            path.close();
+        }
+        path.finish()
+    }
+
+    /// Fills a path that is moved or turned by `place`.
+    fn fill(&mut self, path: Option<Path>, colour: Rgb, opacity: f64, place: Transform) {
+        if let (Some(pixels), Some(path)) = (&mut self.pixels, path) {
+            pixels.fill_path(&path, &paint(colour, opacity), FillRule::Winding, place, None);
+        }
+    }
+
+    /// Strokes a path. Dashes run on over its corners.
+    fn stroke(&mut self, path: Option<Path>, pen: Pen) {
+        let width = (pen.width * SCALE).min(FAR) as f32;
+        if let (Some(pixels), Some(path)) = (&mut self.pixels, path)
+            && width > 0.0
+        {
+            let dash = pen.dash.and_then(|d| StrokeDash::new(d.map(|v| (v * SCALE) as f32).to_vec(), 0.0));
+            let line_cap = if dash.is_some() { LineCap::Butt } else { LineCap::Round };
+            let stroke = Stroke { width, dash, line_cap, line_join: LineJoin::Round, ..Stroke::default() };
+            pixels.stroke_path(&path, &paint(pen.colour, 1.0), &stroke, Transform::identity(), None);
+        }
     }
 
     /// A filled box.
     pub fn rect(&mut self, r: Rect, fill: Rgb, opacity: f64) {
-        self.scene.add(Primitive::Rect {
-            x: r.x,
-            y: r.y,
-            width: r.w,
-            height: r.h,
-            fill: color(fill),
-            stroke: None,
-            stroke_width: None,
-            opacity: Some(opacity),
-        });
+        let r = self.device_rect(r);
+        if let (Some(pixels), Some(r)) = (&mut self.pixels, r) {
+            pixels.fill_rect(r, &paint(fill, opacity), Transform::identity(), None);
+        }
     }
 
     /// The four sides of a box, centred on its edges, with square corners.
@@ -174,222 +214,266 @@ impl Canvas {
         self.rect(Rect { x: r.right() - h, y: r.y - h, w: width, h: r.h + width }, colour, 1.0);
     }
 
-    /// Boxes of many colours that share no border line, as a heat map has.
+    /// Boxes of many colours on whole device pixels, as a heat map has.
     pub fn boxes(&mut self, boxes: Vec<(Rect, Rgb)>) {
-        self.scene.add(Primitive::RectBatch {
-            x: boxes.iter().map(|b| b.0.x).collect(),
-            y: boxes.iter().map(|b| b.0.y).collect(),
-            w: boxes.iter().map(|b| b.0.w).collect(),
-            h: boxes.iter().map(|b| b.0.h).collect(),
-            fills: boxes.iter().map(|b| color(b.1)).collect(),
-        });
-    }
-
-    pub fn polyline(&mut self, points: &[(f64, f64)], pen: Pen) {
-        // The rasteriser restarts its dashes at each point, so they are cut here.
-        let pieces = match pen.dash {
-            Some(dash) => dashes(points, dash),
-            None => vec![points.to_vec()],
-        };
-        for points in pieces.into_iter().filter(|p| p.len() > 1) {
-            self.scene.add(Primitive::PolyLine {
-                points,
-                stroke: color(pen.colour),
-                stroke_width: pen.width,
-                stroke_dasharray: None,
-            });
+        for (r, [red, green, blue]) in boxes {
+            let Some(r) = self.device_rect(r) else {
+                continue;
+            };
+            let Some(pixels) = &mut self.pixels else {
+                return;
+            };
+            let (width, height) = (pixels.width() as usize, pixels.height() as usize);
+            // What is left of the picture, or above it, is at 0 after the cast.
+            let [x0, x1] = [r.left(), r.right()].map(|v| (v.round() as usize).min(width));
+            let [y0, y1] = [r.top(), r.bottom()].map(|v| (v.round() as usize).min(height));
+            let colour = ColorU8::from_rgba(red, green, blue, 255).premultiply();
+            for line in pixels.pixels_mut().chunks_exact_mut(width).take(y1).skip(y0) {
+                line[x0..x1].fill(colour);
+            }
         }
     }
 
+    /// A line through points. It is broken at those that are not finite.
+    pub fn polyline(&mut self, points: &[(f64, f64)], pen: Pen) {
+        for piece in points.split(|p| !(p.0.is_finite() && p.1.is_finite())) {
+            self.stroke(self.path(piece, false), pen);
+        }
+    }
+
+    /// A closed line; nothing when a point is not finite.
     pub fn polygon(&mut self, points: &[(f64, f64)], fill: Option<(Rgb, f64)>, stroke: Option<Pen>) {
         if points.len() < 2 {
             return;
         }
         if let Some((fill, opacity)) = fill.filter(|_| points.len() > 2) {
-            let mut d = String::new();
-            for (i, (x, y)) in points.iter().enumerate() {
-                d.push_str(&format!("{}{x:.3} {y:.3} ", if i == 0 { 'M' } else { 'L' }));
-            }
-            d.push('Z');
-            self.scene.add(Primitive::Path(Box::new(PathData {
-                d,
-                fill: Some(color(fill)),
-                stroke: Color::None,
-                stroke_width: 0.0,
-                opacity: Some(opacity),
-                stroke_dasharray: None,
-            })));
+            self.fill(self.path(points, true), fill, opacity, Transform::identity());
         }
         if let Some(pen) = stroke {
-            let mut closed = points.to_vec();
-            closed.push(points[0]);
-            self.polyline(&closed, pen);
+            self.stroke(self.path(points, true), pen);
         }
     }
 
     pub fn circle(
         &mut self,
-        (cx, cy): (f64, f64),
+        centre: (f64, f64),
         r: f64,
         fill: Option<(Rgb, f64)>,
         stroke: Option<(Rgb, f64)>,
     ) {
-        self.scene.add(Primitive::Circle {
-            cx,
-            cy,
-            r,
-            fill: fill.map_or(Color::None, |f| color(f.0)),
-            fill_opacity: fill.map(|f| f.1),
-            stroke: stroke.map(|s| color(s.0)),
-            stroke_width: stroke.map(|s| s.1),
-        });
+        let (x, y) = self.at(centre);
+        let circle = PathBuilder::from_circle(x, y, (r * SCALE).min(FAR) as f32);
+        if let Some((colour, opacity)) = fill {
+            self.fill(circle.clone(), colour, opacity, Transform::identity());
+        }
+        if let Some((colour, width)) = stroke {
+            self.stroke(circle, Pen::solid(colour, width));
+        }
     }
 
     /// Text with its baseline at `y`.
     pub fn text(&mut self, (x, y): (f64, f64), content: &str, size: u32, anchor: Anchor, colour: Rgb) {
-        self.scene.add(Primitive::Text {
-            x,
-            y,
-            // A dollar would start a formula.
-            content: content.replace('$', "\\$"),
-            size,
-            anchor: match anchor {
-                Anchor::Start => TextAnchor::Start,
-                Anchor::Middle => TextAnchor::Middle,
-                Anchor::End => TextAnchor::End,
-            },
-            rotate: None,
-            bold: false,
-            color: Some(color(colour)),
-        });
+        let before = match anchor {
+            Anchor::Start => 0.0,
+            Anchor::Middle => 0.5,
+            Anchor::End => 1.0,
+        };
+        let (x, y) = self.at((x - before * text_width(content, size), y));
+        // On a whole pixel the feet of letters are sharp.
+        let place = Transform::from_translate(x, y.round());
+        self.fill(outline(content, f64::from(size) * SCALE), colour, 1.0, place);
     }
 
     /// Text that runs upwards, its baseline at `x` and its middle at `y`.
     pub fn text_upwards(&mut self, (x, y): (f64, f64), content: &str, size: u32, colour: Rgb) {
-        self.upwards.push(Upwards { baseline_x: x, middle_y: y, content: content.into(), size, colour });
+        let (x, y) = self.at((x, y + 0.5 * text_width(content, size)));
+        let place = Transform::from_row(0.0, -1.0, 1.0, 0.0, x.round(), y);
+        self.fill(outline(content, f64::from(size) * SCALE), colour, 1.0, place);
     }
 
-    /// An image in device pixels on a white ground, multiplied into the picture with its upper left
-    /// corner at (x, y).
-    pub fn image(&mut self, at: (f64, f64), image: RgbImage) {
-        self.images.push((at, image));
+    /// An image in device pixels on a white ground, multiplied into what is drawn so far with its upper left corner at
+    /// (x, y); what falls outside is cut off.
+    pub fn image(&mut self, (x, y): (f64, f64), image: RgbImage) {
+        let (left, top) = self.at((x, y));
+        let Some(pixels) = &mut self.pixels else {
+            return;
+        };
+        let (width, height) = (pixels.width(), pixels.height());
+        let (left, top) = (left.round() as i64, top.round() as i64);
+        for (x, y, ink) in image.enumerate_pixels() {
+            let at = (u32::try_from(left + i64::from(x)), u32::try_from(top + i64::from(y)));
+            if let (Ok(x), Ok(y)) = at
+                && x < width
+                && y < height
+            {
+                let p = &mut pixels.pixels_mut()[y as usize * width as usize + x as usize];
+                let [r, g, b] = [(p.red(), ink[0]), (p.green(), ink[1]), (p.blue(), ink[2])]
+                    .map(|(p, ink)| (u16::from(p) * u16::from(ink) / 255) as u8);
+                *p = ColorU8::from_rgba(r, g, b, 255).premultiply();
+            }
+        }
     }
 
-    /// What `draw` draws is cut off at `r`.
+    /// What `draw` draws is cut off at `r`, outwards to whole device pixels.
     pub fn clipped(&mut self, r: Rect, draw: impl FnOnce(&mut Canvas)) {
-        self.clips += 1;
-        let id = format!("clip{}", self.clips);
-        self.scene.add(Primitive::ClipStart { x: r.x, y: r.y, width: r.w, height: r.h, id });
-        draw(self);
-        self.scene.add(Primitive::ClipEnd);
-    }
-}
-
-fn rasterised(scene: &Scene) -> Result<RgbImage> {
-    let failed = |e: String| Error::Failed(format!("the picture cannot be drawn: {e}"));
-    let png = RasterBackend::new().with_scale(SCALE as f32).render_scene(scene).map_err(failed)?;
-    image::load_from_memory_with_format(&png, image::ImageFormat::Png)
-        .map(|i| i.into_rgb8())
-        .map_err(|e| failed(e.to_string()))
-}
-
-/// The rasteriser loses the smooth edges of text that it turns, so such text is drawn level, on white,
-/// turned by whole pixels and multiplied into the picture.
-fn stamp_upwards(pixels: &mut RgbImage, text: &Upwards) -> Result<()> {
-    let width = (text_width(&text.content, text.size) + 16.0).ceil();
-    let baseline = f64::from(text.size) * 1.2;
-    let mut level = Canvas::new(width, baseline + f64::from(text.size) * 0.5);
-    level.text((0.5 * width, baseline), &text.content, text.size, Anchor::Middle, text.colour);
-    let turned = image::imageops::rotate270(&rasterised(&level.scene)?);
-    let left = ((text.baseline_x - baseline) * SCALE).round() as i64;
-    let top = (text.middle_y * SCALE).round() as i64 - i64::from(turned.height() / 2);
-    multiply(pixels, &turned, left, top);
-    Ok(())
-}
-
-/// Multiplies an image on white into a picture; what falls outside is cut off.
-fn multiply(pixels: &mut RgbImage, image: &RgbImage, left: i64, top: i64) {
-    for (x, y, ink) in image.enumerate_pixels() {
-        let at = (u32::try_from(left + i64::from(x)), u32::try_from(top + i64::from(y)));
-        if let (Ok(x), Ok(y)) = at
-            && let Some(p) = pixels.get_pixel_mut_checked(x, y)
-        {
-            for (p, ink) in p.0.iter_mut().zip(ink.0) {
-                *p = (u16::from(*p) * u16::from(ink) / 255) as u8;
-            }
+        let inside = self.device_rect(r).and_then(|r| r.round_out());
+        let Some(pixels) = &mut self.pixels else {
+            return;
+        };
+        let whole = IntRect::from_xywh(0, 0, pixels.width(), pixels.height());
+        let Some(part) = inside.zip(whole).and_then(|(r, whole)| r.intersect(&whole)) else {
+            return;
+        };
+        let corner = (self.corner.0 + part.x(), self.corner.1 + part.y());
+        let mut canvas = Canvas { pixels: pixels.clone_rect(part), corner };
+        draw(&mut canvas);
+        let Some(drawn) = canvas.pixels else {
+            return;
+        };
+        let (width, x, w) = (pixels.width() as usize, part.x() as usize, part.width() as usize);
+        let lines = pixels.pixels_mut().chunks_exact_mut(width).skip(part.y() as usize);
+        for (line, drawn) in lines.zip(drawn.pixels().chunks_exact(w)) {
+            line[x..x + w].copy_from_slice(drawn);
         }
     }
 }
 
-fn color(c: Rgb) -> Color {
-    Color::Rgb(c[0], c[1], c[2])
-}
-
-fn dashes(points: &[(f64, f64)], [on, off]: [f64; 2]) -> Vec<Vec<(f64, f64)>> {
-    let mut pieces = Vec::new();
-    let (mut drawing, mut left) = (true, on);
-    let mut piece: Vec<(f64, f64)> = points.first().copied().into_iter().collect();
-    for pair in points.windows(2) {
-        let ((mut x, mut y), (x1, y1)) = (pair[0], pair[1]);
-        loop {
-            let length = (x1 - x).hypot(y1 - y);
-            if length <= left {
-                left -= length;
-                if drawing {
-                    piece.push((x1, y1));
-                }
-                break;
-            }
-            x += (x1 - x) * left / length;
-            y += (y1 - y) * left / length;
-            if drawing {
-                piece.push((x, y));
-                pieces.push(std::mem::take(&mut piece));
-            } else {
-                piece = vec![(x, y)];
-            }
-            drawing = !drawing;
-            left = if drawing { on } else { off };
-        }
-    }
-    pieces.push(piece);
-    pieces
-}
-
-/// Width of a line of text in logical pixels, from the advance widths of DejaVu Sans.
-pub fn text_width(text: &str, size: u32) -> f64 {
-    // Thousandths of an em for ' ' to '~'.
-    #[rustfmt::skip]
-    const ADVANCE: [u16; 95] = [
-        318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337, 636, 636, 636,
-        636, 636, 636, 636, 636, 636, 636, 337, 337, 838, 838, 838, 531, 1000, 684, 686, 698, 770, 632,
-        575, 775, 752, 295, 295, 656, 557, 863, 748, 787, 603, 787, 695, 635, 611, 732, 684, 989, 685,
-        611, 685, 390, 337, 390, 838, 500, 500, 613, 635, 550, 635, 615, 352, 635, 634, 278, 278, 579,
-        278, 974, 634, 612, 635, 635, 411, 521, 392, 634, 592, 818, 592, 592, 525, 636, 337, 636, 838,
-    ];
-    let thousandths: u32 = text
-        .chars()
-        .map(|c| match c {
-            ' '..='~' => u32::from(ADVANCE[c as usize - 32]),
-            '−' | '≥' | '±' => 838,
-            '°' => 500,
-            _ => 636,
-        })
-        .sum();
-    f64::from(thousandths) * 1e-3 * f64::from(size)
+fn paint([r, g, b]: Rgb, opacity: f64) -> Paint<'static> {
+    let mut paint = Paint { anti_alias: true, ..Paint::default() };
+    paint.set_color_rgba8(r, g, b, (opacity.clamp(0.0, 1.0) * 255.0).round() as u8);
+    paint
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn drawn(draw: impl FnOnce(&mut Canvas)) -> RgbImage {
+        let mut c = Canvas::new(40.0, 30.0);
+        draw(&mut c);
+        c.finish().unwrap().pixels
+    }
+
+    /// Whether the pixel at these logical pixels is darker than grey.
+    fn dark(img: &RgbImage, x: f64, y: f64) -> bool {
+        img.get_pixel((x * SCALE) as u32, (y * SCALE) as u32).0[0] < 128
+    }
+
     #[test]
     fn dashes_run_on_over_corners() {
-        // Ten units of path with a corner in the middle: 3 on, 1 off.
-        let pieces = dashes(&[(0.0, 0.0), (5.0, 0.0), (5.0, 5.0)], [3.0, 1.0]);
-        assert_eq!(pieces[0], [(0.0, 0.0), (3.0, 0.0)]);
-        assert_eq!(pieces[1], [(4.0, 0.0), (5.0, 0.0), (5.0, 2.0)]);
-        assert_eq!(pieces[2], [(5.0, 3.0), (5.0, 5.0)]);
+        // 30 of path with a corner in the middle: 6 on, 3 off; the second dash ends at the corner, and the third begins 3 on.
+        let pen = Pen::dashed(BLACK, 2.0, [6.0, 3.0]);
+        let img = drawn(|c| c.polyline(&[(5.0, 5.0), (20.0, 5.0), (20.0, 20.0)], pen));
+        for (along, on) in [(1.0, true), (5.0, true), (7.5, false), (10.0, true), (14.0, true), (16.5, false)]
+        {
+            let at = if along < 15.0 { (5.0 + along, 5.0) } else { (20.0, along - 10.0) };
+            assert_eq!(dark(&img, at.0, at.1), on, "{along}");
+        }
+        assert!(dark(&img, 20.0, 9.0) && dark(&img, 20.0, 13.0) && !dark(&img, 20.0, 15.5));
+    }
+
+    #[test]
+    fn shapes_are_filled_stroked_and_smooth() {
+        let img = drawn(|c| c.circle((20.0, 15.0), 8.0, Some((BLACK, 0.5)), None));
+        assert_eq!(img.get_pixel(40, 30).0, [140; 3]);
+        assert!(img.pixels().any(|p| p.0[0] > 150 && p.0[0] < 240), "no smooth edge");
+        let area = img.pixels().map(|p| f64::from(255 - p.0[0]) / 115.0).sum::<f64>() / (SCALE * SCALE);
+        assert!((area - std::f64::consts::PI * 64.0).abs() < 2.0, "{area}");
+        let img = drawn(|c| c.circle((20.0, 15.0), 8.0, None, Some((BLACK, 2.0))));
+        assert!(dark(&img, 28.0, 15.0) && dark(&img, 20.0, 7.0) && !dark(&img, 20.0, 15.0));
+        let corners = [(5.0, 5.0), (35.0, 5.0), (5.0, 25.0)];
+        let img = drawn(|c| c.polygon(&corners, Some((GRID, 1.0)), Some(Pen::solid(BLACK, 1.0))));
+        assert_eq!((img.get_pixel(20, 20).0, img.get_pixel(70, 50).0), (GRID, WHITE));
+        assert!([(20.0, 5.0), (5.0, 15.0), (20.0, 15.0)].iter().all(|p| dark(&img, p.0, p.1)));
+    }
+
+    #[test]
+    fn nothing_is_drawn_outside_a_clip() {
+        let all = Rect { x: -50.0, y: -50.0, w: 200.0, h: 200.0 };
+        let (outer, inner) =
+            (Rect { x: 10.0, y: 5.0, w: 50.0, h: 20.0 }, Rect { x: 0.0, y: 10.0, w: 20.0, h: 50.0 });
+        let ink = |img: &RgbImage| img.pixels().filter(|p| p.0 == BLACK).count();
+        let fills: [&dyn Fn(&mut Canvas); 3] =
+            [&|c| c.rect(all, BLACK, 1.0), &|c| c.boxes(vec![(all, BLACK)]), &|c| {
+                c.image((-10.0, -10.0), RgbImage::from_pixel(200, 200, image::Rgb(BLACK)))
+            }];
+        for fill in fills {
+            let img = drawn(|c| c.clipped(outer, |c| c.clipped(inner, fill)));
+            assert_eq!(ink(&img), 20 * 30);
+            assert!(dark(&img, 10.0, 10.0) && dark(&img, 19.9, 24.9) && !dark(&img, 9.9, 10.0));
+        }
+        // Places are those of the picture also within.
+        let img =
+            drawn(|c| c.clipped(outer, |c| c.boxes(vec![(Rect { x: 12.0, y: 7.0, w: 1.0, h: 1.0 }, BLACK)])));
+        assert!(ink(&img) == 4 && dark(&img, 12.0, 7.0));
+        let away = Rect { x: 500.0, ..outer };
+        assert_eq!(ink(&drawn(|c| c.clipped(away, |c| c.rect(all, BLACK, 1.0)))), 0);
+    }
+
+    #[test]
+    fn anchors_and_upwards_text() {
+        let extent = |img: &RgbImage| {
+            let ink = |p: &(u32, u32, &image::Rgb<u8>)| p.2.0[0] < 200;
+            let (xs, ys): (Vec<u32>, Vec<u32>) =
+                img.enumerate_pixels().filter(ink).map(|p| (p.0, p.1)).unzip();
+            let ends = |v: &[u32]| [v.iter().min(), v.iter().max()].map(|v| f64::from(*v.unwrap()) / SCALE);
+            (ends(&xs), ends(&ys))
+        };
+        for (anchor, middle) in [(Anchor::Start, 26.0), (Anchor::Middle, 20.0), (Anchor::End, 14.0)] {
+            // Two letters as wide as high, of an advance of 6 each.
+            let text = "oo";
+            let width = text_width(text, 10);
+            let (x, y) = extent(&drawn(|c| c.text((20.0, 20.0), text, 10, anchor, BLACK)));
+            let middle = 20.0 + (middle - 20.0) / 12.0 * width;
+            assert!((0.5 * (x[0] + x[1]) - middle).abs() < 0.6, "{anchor:?} {x:?}");
+            assert!(y[1] > 19.0 && y[1] < 20.6 && y[0] > 13.5 && y[0] < 15.5, "{y:?}");
+        }
+        let (x, y) = extent(&drawn(|c| c.text_upwards((20.0, 15.0), "ooo", 10, BLACK)));
+        assert!((0.5 * (y[0] + y[1]) - 15.0).abs() < 0.6 && y[1] - y[0] > 15.0, "{y:?}");
+        assert!(x[1] > 19.0 && x[1] < 20.6 && x[0] > 13.5, "{x:?}");
+    }
+
+    #[test]
+    fn odd_coordinates_and_characters_do_no_harm() {
+        let odd =
+            [0.0, -0.0, 12.5, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, -1e300, 3e9, -4e5, 1e-300];
+        for x in odd {
+            for y in odd {
+                let r = Rect { x, y, w: y, h: x };
+                let img = drawn(|c| {
+                    c.rect(r, BLACK, x);
+                    c.border(r, BLACK, y);
+                    c.boxes(vec![(r, GREY), (Rect { x: 1.0, y: 1.0, w: x, h: y }, GREY)]);
+                    c.circle((x, y), 3.0, Some((BLACK, y)), Some((GREY, x)));
+                    c.circle((3.0, 4.0), x, Some((BLACK, 1.0)), Some((GREY, y)));
+                    c.image((x, y), RgbImage::new(3, 2));
+                    let points = [(x, y), (10.0, 10.0), (y, x), (20.0, y), (x, 20.0)];
+                    for dash in [None, Some([3.0, 2.0]), Some([x, y])] {
+                        c.polyline(&points, Pen { colour: BLACK, width: 1.5, dash });
+                        c.polygon(&points, Some((GRID, 1.0)), Some(Pen { colour: BLACK, width: x, dash }));
+                    }
+                    for text in ["", "車両 🚗 \n\t\0$x$ e\u{301} \u{202e}שלום"] {
+                        c.text((x, y), text, 12, Anchor::End, BLACK);
+                        c.text_upwards((x, y), text, 12, BLACK);
+                    }
+                    c.clipped(r, |c| c.rect(Rect { x: 0.0, y: 0.0, w: 9.0, h: 9.0 }, BLACK, 1.0));
+                });
+                assert_eq!(img.dimensions(), (80, 60));
+            }
+        }
+        assert_eq!(Canvas::new(f64::NAN, 0.0).finish().unwrap().pixels.dimensions(), (2, 2));
+        for huge in [1e6, 1e300, f64::INFINITY] {
+            let mut c = Canvas::new(huge, 1e6);
+            c.text((5.0, 5.0), "lost", 12, Anchor::Start, BLACK);
+            c.clipped(Rect { x: 0.0, y: 0.0, w: 9.0, h: 9.0 }, |c| c.circle((5.0, 5.0), 2.0, None, None));
+            assert!(c.finish().is_err());
+        }
+    }
+
+    #[test]
+    fn a_character_that_the_font_lacks_is_seen() {
+        let img = drawn(|c| c.text((5.0, 20.0), "車", 16, Anchor::Start, BLACK));
+        assert!(img.pixels().filter(|p| p.0 == BLACK).count() > 20);
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod canvas;
 mod chart;
 mod classes;
 mod file;
+mod font;
 mod labels;
 mod polar;
 mod profile;

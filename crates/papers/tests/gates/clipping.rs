@@ -123,18 +123,6 @@ fn outlines_enclose_what_they_are_made_of() {
     }
 }
 
-/// Number and summed power of the echoes that the receiver hears, by the objects met.
-fn by_chain(radar: &Radar, list: &[Echo]) -> BTreeMap<Vec<u32>, (usize, f64)> {
-    let mut sums = BTreeMap::new();
-    for r in list.iter().filter(|r| passes(radar, r)) {
-        let chain = r.chain[..r.bounces as usize].to_vec();
-        let sum: &mut (usize, f64) = sums.entry(chain).or_default();
-        sum.0 += 1;
-        sum.1 += r.path_gain.iter().flatten().map(|z| z.norm_sqr()).sum::<f64>();
-    }
-    sums
-}
-
 /// By the objects met and by stretches of the path: the sum of all echoes as the receiver hears them, and of their powers.
 fn sums(
     look: &Look,
@@ -213,34 +201,30 @@ fn ten_nanometres_change_nothing() {
 fn short_cuts_leave_what_is_heard() {
     for look in looks() {
         let Look { name, geometry, radar, pose, velocity_mps, options } = &look;
-        let want = by_chain(radar, &look.plainly());
+        let plain = look.plainly();
         let engine = Engine::Cpu(Precision::F64);
         let single = TraceOptions { merge: false, most_bounces: 0, ..*options };
         let short = engine.echoes(geometry, radar, pose, *velocity_mps, &single);
-        let got = by_chain(radar, &short.list);
-        let total =
-            |sums: &BTreeMap<_, (usize, f64)>| sums.values().fold((0, 0.0), |(n, p), (m, q)| (n + m, p + q));
-        let ((n, power), (m, _)) = (total(&want), total(&got));
-        println!("{name}: {:?}", changes(&sums_of(&look, &look.plainly()), &sums_of(&look, &short.list), 1e-6));
-        let (mut moved, mut worst) = (0.0, 0.0f64);
-        for chain in want.keys().chain(got.keys().filter(|c| !want.contains_key(*c))) {
-            let of = |sums: &BTreeMap<Vec<u32>, (usize, f64)>| sums.get(chain).map_or(0.0, |s| s.1);
-            let (a, b) = (of(&want), of(&got));
-            moved += (a - b).abs() / power;
-            // A curved facet is summed up in cells, which go with how its lit part was cut: a weak chain of a drawn scene moves by 7.5e-3 of
-            // itself with the order of the cuts. What moves by less than -75 dB of the whole has no say in how well chains agree.
-            if (a - b).abs() > 3e-8 * power {
-                worst = worst.max((a - b).abs() / a.max(b));
-            }
-        }
+        let [n, m] = [&plain, &short.list].map(|list| list.iter().filter(|r| passes(radar, r)).count());
+        // Sums with their phases: the order of the cuts decides on which of the waves of one corner a part of its amplitude goes, so that powers
+        // of single echoes move where nothing that a receiver hears does.
+        let [want, got] = [&plain, &short.list].map(|list| sums_of(&look, list));
+        let [strong, moved] = changes(&want, &got, 1e-4);
+        let [weak, _] = changes(&want, &got, 1e-6);
         let (far, faces) = (short.beyond_reach, geometry.faces().faces.len());
         println!("{name}: {far} of {faces} faces beyond reach");
-        println!("{name}: {n} and {m} echoes, {} chains; moved {moved:e}, worst {worst:e}", want.len());
+        println!(
+            "{name}: {n} and {m} echoes, {} sums; moved {moved:.1e} of the power, worst {strong:.1e}, of a weak one {weak:.1e}",
+            want.len()
+        );
         assert!(far > 0 && short.list.iter().filter(|r| !passes(radar, r)).count() < short.list.len() / 2);
         // An outline that does not close within the tolerance of corners gives the waves of all its pieces' sides, more of them for the
         // same sum.
         assert!(n > 1000 && n.abs_diff(m) <= n / 1000, "{name}: {n} and {m} echoes");
-        assert!(moved < 1e-7 && worst < 1e-4, "{name}: {moved:e} of the power moved, {worst:e} of one chain");
+        // A curved facet is summed up in cells, which go with how its lit part was cut: its echo moves by 1e-4 to 1e-3 of itself with the order
+        // of the cuts, and the sum of several that nearly cancel by 3.5e-3 of their powers' root. That is less than the 5e-3 which the window
+        // leaves over of a surface that goes on. Flat facets alone move by 1e-12.
+        assert!(moved < 1e-7 && strong < 5e-3 && weak < 1e-2, "{name}: {moved:e}, {strong:e}, {weak:e}");
     }
 }
 
