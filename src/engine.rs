@@ -5,6 +5,7 @@ mod chain;
 pub mod devices;
 pub mod memory;
 pub mod reach;
+pub mod solver;
 pub mod sweep;
 
 use crate::adc::{self, Cube};
@@ -242,7 +243,7 @@ impl Engine {
         aspects: &[BistaticAspect],
         options: &RcsOptions,
     ) -> Result<Vec<Scattering>> {
-        self.rcs_watched(scene, frequencies_hz, aspects, options, &|_| ())
+        self.scattering_at(scene, frequencies_hz, aspects, options, 1.0, &|_| ())
     }
 
     /// How far S moves, in dB, when cells at finite range and facets of curved surfaces have a quarter of the
@@ -260,7 +261,7 @@ impl Engine {
     ) -> Result<Option<f64>> {
         let options = RcsOptions { last: false, ..options.clone() };
         let found = self.rcs(scene, frequencies_hz, aspects, &options)?;
-        let finer = self.swept(scene, frequencies_hz, aspects, &options, 4.0, &|_| ())?;
+        let finer = self.scattering_at(scene, frequencies_hz, aspects, &options, 4.0, &|_| ())?;
         let mut worst: Option<f64> = None;
         for i in 0..2 {
             let peak = finer.iter().map(|s| s.every[i][i].norm()).fold(0.0, f64::max);
@@ -274,23 +275,9 @@ impl Engine {
         Ok(worst)
     }
 
-    /// [`Engine::rcs`] that tells `watch` how many aspects were finished since it last did.
-    ///
-    /// # Errors
-    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
-    pub fn rcs_watched(
-        &self,
-        scene: &Scene,
-        frequencies_hz: &[f64],
-        aspects: &[BistaticAspect],
-        options: &RcsOptions,
-        watch: &(dyn Fn(u64) + Sync),
-    ) -> Result<Vec<Scattering>> {
-        self.swept(scene, frequencies_hz, aspects, options, 1.0, watch)
-    }
-
-    /// [`Engine::rcs_watched`] with the phases that decide the accuracy divided by `finer`.
-    fn swept(
+    /// [`Engine::rcs`] that tells `watch` how many aspects were finished since it last did, with the phases that decide the accuracy divided
+    /// by `finer`.
+    fn scattering_at(
         &self,
         scene: &Scene,
         frequencies_hz: &[f64],
@@ -301,7 +288,7 @@ impl Engine {
     ) -> Result<Vec<Scattering>> {
         if options.height_m != 0.0 {
             let (raised, below) = options.raised(scene);
-            let mut found = self.swept(&raised, frequencies_hz, aspects, &below, finer, watch)?;
+            let mut found = self.scattering_at(&raised, frequencies_hz, aspects, &below, finer, watch)?;
             for (s, aspect) in found.iter_mut().zip(aspects.iter().cycle()) {
                 s.scale(
                     [aspect.transmit, aspect.receive].map(|a| options.distance_ratio(a)).iter().product(),
@@ -314,7 +301,7 @@ impl Engine {
                 // Each aspect is taken several times with its images.
                 let share = aspects.len() as f64 / l.len() as f64;
                 let done = std::sync::Mutex::new(0.0);
-                self.swept(s, f, l, o, finer, &|n| {
+                self.scattering_at(s, f, l, o, finer, &|n| {
                     let mut sum = done.lock().unwrap_or_else(|e| e.into_inner());
                     let before = *sum as u64;
                     *sum += n as f64 * share;
@@ -343,12 +330,13 @@ impl Engine {
         let mut by_aspect = Vec::with_capacity(aspects.len());
         for batch in aspects.chunks(ASPECTS_PER_BATCH) {
             by_aspect.extend(match self {
-                Engine::Cpu(_) => beam_sum::sweep(&geometry, &frequencies, batch, options.distance, &beams)
-                    .map_err(|why| {
-                    impassable(why, passed.as_deref().unwrap_or_default(), options.distance)
-                })?,
+                Engine::Cpu(_) => {
+                    beam_sum::by_beams(&geometry, &frequencies, batch, options.distance, &beams).map_err(
+                        |why| impassable(why, passed.as_deref().unwrap_or_default(), options.distance),
+                    )?
+                }
                 Engine::Gpu(gpu) => {
-                    rcs::beam_sum::sweep(gpu, &geometry, &frequencies, batch, options.distance, &beams)?
+                    rcs::beam_sum::by_beams(gpu, &geometry, &frequencies, batch, options.distance, &beams)?
                 }
             });
             watch(batch.len() as u64);
@@ -357,7 +345,7 @@ impl Engine {
             Diffraction::None => None,
             Diffraction::Ptd => {
                 let edges = edges::find(&geometry, edges::SMOOTH_RAD);
-                Some(ptd::sweep(&geometry, &edges, frequencies_hz, aspects, options.distance))
+                Some(ptd::of_edges(&geometry, &edges, frequencies_hz, aspects, options.distance))
             }
         };
         let mut out = Vec::with_capacity(frequencies_hz.len() * aspects.len());
@@ -404,11 +392,11 @@ impl Engine {
         aspects: &[Aspect],
         options: &RayGrid,
     ) -> Result<Vec<Scattering>> {
-        let mut swept = match self {
-            Engine::Cpu(_) => crate::rcs::cpu::po_sum::sweep(geometry, aspects, options),
-            Engine::Gpu(gpu) => po_sum::sweep(gpu, geometry, aspects, options)?,
+        let mut found = match self {
+            Engine::Cpu(_) => crate::rcs::cpu::po_sum::by_rays(geometry, aspects, options),
+            Engine::Gpu(gpu) => po_sum::by_rays(gpu, geometry, aspects, options)?,
         };
-        for (s, a) in swept.iter_mut().zip(aspects) {
+        for (s, a) in found.iter_mut().zip(aspects) {
             s.add(&rcs::point_sum(
                 geometry,
                 BistaticAspect::monostatic(*a),
@@ -416,8 +404,8 @@ impl Engine {
                 options.distance,
             )?);
         }
-        match swept.iter().position(|s| !s.is_finite()) {
-            None => Ok(swept),
+        match found.iter().position(|s| !s.is_finite()) {
+            None => Ok(found),
             Some(i) => Err(not_a_number(&aspects[i])),
         }
     }

@@ -2,10 +2,13 @@
 
 use crate::errors::refuse;
 use catseye::base::error::BadInput;
+use catseye::formats::column::{Column, Get};
+use catseye::trace::MAX_BOUNCES;
 use glam::DVec3;
 use numpy::{Element, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
+use std::borrow::Cow;
 
 /// An array that owns `data`, without a copy.
 pub fn array<T: Element>(py: Python<'_>, data: Vec<T>, shape: &[usize]) -> PyResult<Py<PyAny>> {
@@ -15,7 +18,7 @@ pub fn array<T: Element>(py: Python<'_>, data: Vec<T>, shape: &[usize]) -> PyRes
 /// A structured array; the columns are name, NumPy's format, shape of a value (empty for a number) and values.
 pub struct Records<'py> {
     rows: usize,
-    fields: Vec<(String, &'static str, Vec<usize>)>,
+    fields: Vec<(String, String, Vec<usize>)>,
     values: Vec<Bound<'py, PyAny>>,
 }
 
@@ -24,13 +27,7 @@ impl<'py> Records<'py> {
         Records { rows, fields: Vec::new(), values: Vec::new() }
     }
 
-    pub fn numbers<T: Element>(
-        self,
-        py: Python<'py>,
-        name: &str,
-        data: Vec<T>,
-        format: &'static str,
-    ) -> Self {
+    pub fn numbers<T: Element>(self, py: Python<'py>, name: &str, data: Vec<T>, format: &str) -> Self {
         self.vectors(py, name, data, format, &[])
     }
 
@@ -40,30 +37,47 @@ impl<'py> Records<'py> {
         py: Python<'py>,
         name: &str,
         data: Vec<T>,
-        format: &'static str,
+        format: &str,
         shape: &[usize],
     ) -> Self {
-        self.fields.push((name.into(), format, shape.to_vec()));
+        self.fields.push((name.into(), format.into(), shape.to_vec()));
         self.values.push(PyArray1::from_vec(py, data).into_any());
         self
     }
 
     /// Of text, cut to the width of the format.
-    pub fn text(
-        mut self,
-        py: Python<'py>,
-        name: &str,
-        data: Vec<&str>,
-        format: &'static str,
-    ) -> PyResult<Self> {
-        self.fields.push((name.into(), format, Vec::new()));
+    pub fn text(mut self, py: Python<'py>, name: &str, data: Vec<&str>, format: &str) -> PyResult<Self> {
+        self.fields.push((name.into(), format.into(), Vec::new()));
         self.values.push(data.into_pyobject(py)?.into_any());
         Ok(self)
     }
 
+    /// Columns of all rows, as every output has them.
+    pub fn columns<T>(self, py: Python<'py>, columns: &[Column<T>], rows: &[T]) -> PyResult<Self> {
+        columns.iter().try_fold(self, |table, c| {
+            let name = c.name;
+            Ok(match &c.get {
+                Get::Number(get) | Get::Bound(get) => {
+                    table.numbers(py, name, rows.iter().map(get).collect::<Vec<f64>>(), "f8")
+                }
+                Get::Count(get) => table.numbers(py, name, rows.iter().map(get).collect::<Vec<u32>>(), "u4"),
+                Get::Small(get) => table.numbers(py, name, rows.iter().map(get).collect::<Vec<u8>>(), "u1"),
+                Get::Flag(get) => table.numbers(py, name, rows.iter().map(get).collect::<Vec<bool>>(), "?"),
+                Get::Text(most, get) => {
+                    let cells: Vec<Cow<'_, str>> = rows.iter().map(get).collect();
+                    table.text(py, name, cells.iter().map(|c| &**c).collect(), &format!("U{most}"))?
+                }
+                Get::Ids(get) => {
+                    let ids = rows.iter().flat_map(get).collect::<Vec<u32>>();
+                    table.vectors(py, name, ids, "u4", &[MAX_BOUNCES])
+                }
+            })
+        })
+    }
+
     pub fn build(self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let numpy = py.import("numpy")?;
-        let fields: Vec<_> = self.fields.iter().map(|(n, f, s)| (n, *f, numpy_shape(py, s))).collect();
+        let fields: Vec<_> = self.fields.iter().map(|(n, f, s)| (n, f, numpy_shape(py, s))).collect();
         let fields = fields.into_iter().map(|(n, f, s)| Ok((n, f, s?))).collect::<PyResult<Vec<_>>>()?;
         let dtype = numpy.call_method1("dtype", (fields,))?;
         let table = numpy.call_method1("empty", (self.rows, dtype))?;

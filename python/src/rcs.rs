@@ -218,7 +218,7 @@ pub fn rcs(
     let (swept, told) = work::run(py, progress, move |watch| {
         watch.expect(looks);
         let mut told = scene::warnings(&contents, sweep.frequencies_hz[0])?;
-        let swept = engine.sweep(&contents, &sweep, &mut |w| told.push(w.into()), &|n| watch.step(n))?;
+        let swept = sweep.take(&*engine, &contents, &mut |w| told.push(w.into()), &|n| watch.step(n))?;
         Ok((swept, told))
     })?;
     let warn = py.import("warnings")?.getattr("warn")?;

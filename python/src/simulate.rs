@@ -5,11 +5,8 @@ use crate::errors::{OrRaise, refuse};
 use crate::radar::Radar;
 use crate::scene::Scene;
 use crate::{engine, work};
-use catseye::adc::synthesis::Levels;
 use catseye::base::error::{BadInput, Error};
-use catseye::base::frames::angles_from_direction;
-use catseye::base::units::dbm_from_w;
-use catseye::detect::Point;
+use catseye::detect::{Point, columns};
 use catseye::dsp::RangeDoppler;
 use catseye::engine::{AnyCube, Engine};
 use catseye::road::labels::RoadTruth;
@@ -17,7 +14,7 @@ use catseye::road::site::Site;
 use catseye::scene::radar::Radar as Described;
 use catseye::scene::scenario;
 use catseye::simulate::{Depths, Frame as Made, remarks, simulate_with};
-use catseye::trace::{Echo, MAX_BOUNCES};
+use catseye::trace::Echoes;
 use catseye_io::files::Truth;
 use catseye_io::manifest::Axes;
 use pyo3::prelude::*;
@@ -196,7 +193,7 @@ pub struct Frame {
     /// Seconds of each stage.
     #[pyo3(get)]
     seconds: Py<PyAny>,
-    echoes: Vec<Echo>,
+    echoes: Echoes,
     described: Described,
     truth: String,
     road: Option<Py<PyAny>>,
@@ -205,29 +202,15 @@ pub struct Frame {
 #[pymethods]
 impl Frame {
     /// Structured array [echo]: range_m, range_rate_mps, azimuth_deg, elevation_deg (of arrival), power_dbm (mean over channels, of this echo
-    /// alone), bounces, chain [8] (ids of the objects met, then zeros), path_length_m, spread [2, 2] (complex128, S/(R_t R_r) in 1/m, [rx,
+    /// alone), chain [8] (ids of the objects met, then zeros), bounces, path_length_m, spread [2, 2] (complex128, S/(R_t R_r) in 1/m, [rx,
     /// tx], 0 vertical).
     #[getter]
     fn returns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let levels = Levels::new(&self.described);
-        let all = &self.echoes;
-        let angles: Vec<(f64, f64)> = all.iter().map(|r| angles_from_direction(r.arrival)).collect();
-        let f8 = |f: &dyn Fn(&Echo) -> f64| all.iter().map(f).collect::<Vec<f64>>();
-        Records::new(all.len())
-            .numbers(py, "range_m", f8(&|r| r.range_m()), "f8")
-            .numbers(py, "range_rate_mps", f8(&|r| r.range_rate_mps()), "f8")
-            .numbers(py, "azimuth_deg", angles.iter().map(|a| a.0.to_degrees()).collect(), "f8")
-            .numbers(py, "elevation_deg", angles.iter().map(|a| a.1.to_degrees()).collect(), "f8")
-            .numbers(py, "power_dbm", f8(&|r| dbm_from_w(levels.amplitude(r).norm_sqr())), "f8")
-            .numbers(py, "bounces", all.iter().map(|r| r.bounces).collect::<Vec<u8>>(), "u1")
-            .vectors(
-                py,
-                "chain",
-                all.iter().flat_map(|r| r.chain).collect::<Vec<u32>>(),
-                "u4",
-                &[MAX_BOUNCES],
-            )
-            .numbers(py, "path_length_m", f8(&|r| r.path_length_m), "f8")
+        let heard = columns::heard(&self.described, &self.echoes);
+        let all = &self.echoes.list;
+        Records::new(heard.len())
+            .columns(py, &columns::echoes(), &heard)?
+            .numbers(py, "path_length_m", all.iter().map(|r| r.path_length_m).collect(), "f8")
             .vectors(py, "spread", all.iter().flat_map(|r| r.path_gain.concat()).collect(), "c16", &[2, 2])
             .build(py)
     }
@@ -286,7 +269,7 @@ impl Frame {
             points: points(py, &made.points)?,
             triangles: made.triangles,
             seconds: dictionary(py, &stages)?.into_any().unbind(),
-            echoes: made.echoes.list,
+            echoes: made.echoes,
             described: radar,
             truth,
             road,
@@ -318,34 +301,7 @@ pub fn axes(py: Python<'_>, radar: &Described) -> PyResult<[Py<PyAny>; 2]> {
 
 /// The columns of points.csv; NaN where the array cannot tell an angle.
 pub fn points(py: Python<'_>, list: &[Point]) -> PyResult<Py<PyAny>> {
-    let f8 = |f: &dyn Fn(&Point) -> f64| list.iter().map(f).collect::<Vec<f64>>();
-    let degrees = |x: Option<f64>| x.map_or(f64::NAN, f64::to_degrees);
-    let table = Records::new(list.len())
-        .numbers(py, "range_m", f8(&|p| p.range_m), "f8")
-        .numbers(py, "range_rate_mps", f8(&|p| p.range_rate_mps), "f8")
-        .numbers(py, "azimuth_deg", f8(&|p| p.azimuth_rad.to_degrees()), "f8")
-        .numbers(py, "elevation_deg", f8(&|p| p.elevation_rad.to_degrees()), "f8")
-        .numbers(py, "x_m", f8(&|p| p.position_m.x), "f8")
-        .numbers(py, "y_m", f8(&|p| p.position_m.y), "f8")
-        .numbers(py, "z_m", f8(&|p| p.position_m.z), "f8")
-        .numbers(py, "power_dbm", f8(&|p| p.power_dbm), "f8")
-        .numbers(py, "snr_db", f8(&|p| p.snr_db), "f8")
-        .numbers(py, "rcs_dbsm", f8(&|p| p.rcs_dbsm), "f8")
-        .numbers(py, "object_id", list.iter().map(|p| p.object_id).collect::<Vec<u32>>(), "u4")
-        .text(py, "class", list.iter().map(|p| p.class.as_str()).collect(), "U32")?
-        .numbers(py, "range_std_m", f8(&|p| p.std.range_m), "f8")
-        .numbers(py, "range_rate_std_mps", f8(&|p| p.std.range_rate_mps), "f8")
-        .numbers(py, "azimuth_std_deg", f8(&|p| degrees(p.std.azimuth_rad)), "f8")
-        .numbers(py, "elevation_std_deg", f8(&|p| degrees(p.std.elevation_rad)), "f8")
-        .text(py, "ambiguity", list.iter().map(|p| p.ambiguity.name()).collect(), "U12")?
-        .numbers(py, "bounces", list.iter().map(|p| p.bounces).collect::<Vec<u8>>(), "u1")
-        .numbers(py, "ghost", list.iter().map(|p| p.ghost).collect::<Vec<bool>>(), "?")
-        .numbers(py, "share", f8(&|p| p.share), "f8")
-        .numbers(py, "range_rate_modulo_mps", f8(&|p| p.modulo_mps), "f8")
-        .numbers(py, "at_search_edge", list.iter().map(|p| p.at_search_edge).collect::<Vec<bool>>(), "?")
-        .numbers(py, "side_lobe", list.iter().map(|p| p.side_lobe).collect::<Vec<bool>>(), "?")
-        .build(py)?;
-    Ok(table.unbind())
+    Ok(Records::new(list.len()).columns(py, &columns::POINTS, list)?.build(py)?.unbind())
 }
 
 /// The frames of a scenario, computed one after another as they are asked for; the same scenario, seed, engine and

@@ -1,7 +1,10 @@
-//! Which bounces of a chain radiate.
+//! Bounces: how many a chain has at most, and which of them radiate.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// Most bounces of a chain.
+pub const MAX_BOUNCES: usize = 8;
 
 /// Which bounces of a chain radiate to the receiver.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]

@@ -45,6 +45,7 @@ pub mod accuracy;
 pub mod ambiguity;
 pub mod assignment;
 pub mod cluster;
+pub mod columns;
 pub mod ego_motion;
 pub mod files;
 pub mod grid;

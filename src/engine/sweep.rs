@@ -1,9 +1,9 @@
 //! A cross section as it is asked for: the request checked, its accuracy measured and, where it can be, reached.
 
 use super::Engine;
+use super::solver::Solver;
 use crate::base::error::{BadInput, Result};
 use crate::geom::{Geometry, curved};
-use crate::rcs::validity::Faces;
 use crate::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
 use crate::scene::Scene;
 use crate::trace::MAX_BOUNCES;
@@ -39,7 +39,7 @@ pub enum Accuracy {
     Measured(f64),
     /// No echo to compare.
     NoEcho,
-    /// The finer run was too large.
+    /// It was not measured: the solver does not, or its finer run was too large.
     Unknown,
 }
 
@@ -53,9 +53,9 @@ impl Accuracy {
     }
 }
 
-/// A sweep that was taken.
+/// What a sweep gave.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Swept {
+pub struct SweepResult {
     /// For each of `transmit` all of `receive`.
     pub aspects: Vec<BistaticAspect>,
     /// `[frequency, aspect]`.
@@ -185,36 +185,36 @@ fn check_angles(list: &[Aspect], keys: [&str; 2]) -> Result<()> {
     Ok(())
 }
 
-impl Engine {
-    /// S of the scene over a sweep. At finite range the cells shrink until the change that a stricter run makes is within
-    /// `accuracy_db`. Facets of curved surfaces grow so many that their change is only told. `warn` hears what may be
-    /// wrong with the result as soon as it is known, `watch` how many aspects were finished since it last did.
+impl Sweep {
+    /// S of the scene over this sweep, by a solver. An [`Engine`] makes cells at finite range smaller until the change that a stricter run
+    /// makes is within `accuracy_db`, and only tells how far facets of curved surfaces, which would grow too many, are from it. `warn` hears
+    /// what may be wrong with the result as soon as it is known, `watch` how many aspects were finished since it last did.
     ///
     /// # Errors
-    /// Those of [`Sweep::check`] and of [`Engine::rcs`]; a radar inside the target.
-    pub fn sweep(
+    /// Those of [`Sweep::check`] and of the solver; a radar inside the target.
+    pub fn take(
         &self,
+        solver: &dyn Solver,
         scene: &Scene,
-        sweep: &Sweep,
         warn: &mut dyn FnMut(&str),
         watch: &(dyn Fn(u64) + Sync),
-    ) -> Result<Swept> {
-        sweep.check()?;
-        let frequencies = &sweep.frequencies_hz;
-        let aspects = sweep.aspects();
-        if frequencies.is_empty() || aspects.is_empty() {
-            return Ok(Swept { aspects, scattering: Vec::new(), accuracy: Accuracy::NoEcho });
+    ) -> Result<SweepResult> {
+        self.check()?;
+        let aspects = self.aspects();
+        if self.frequencies_hz.is_empty() || aspects.is_empty() {
+            return Ok(SweepResult { aspects, scattering: Vec::new(), accuracy: Accuracy::NoEcho });
         }
-        sweep.check_for(scene)?;
-        let validity = Faces::of(scene).validity(frequencies, &sweep.transmit, &sweep.options);
-        validity.lines().iter().for_each(|w| warn(w));
-        let (options, accuracy) = self.accurate(scene, sweep, &aspects, warn)?;
-        let scattering = self.rcs_watched(scene, frequencies, &aspects, &options, watch)?;
-        Ok(Swept { aspects, scattering, accuracy })
+        self.check_for(scene)?;
+        solver.remarks(scene, self).iter().for_each(|line| warn(line));
+        let (options, accuracy) = solver.settle(scene, self, &aspects, warn)?;
+        let scattering = solver.scattering(scene, &self.frequencies_hz, &aspects, &options, watch)?;
+        Ok(SweepResult { aspects, scattering, accuracy })
     }
+}
 
+impl Engine {
     /// The options with which the sweep reaches its accuracy.
-    fn accurate(
+    pub(super) fn converged(
         &self,
         scene: &Scene,
         sweep: &Sweep,

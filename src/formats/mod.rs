@@ -1,5 +1,6 @@
 //! Files: NumPy arrays and CSV tables, what is read of others, and results that appear under their name only when complete.
 
+pub mod column;
 pub mod csv;
 pub mod input;
 mod lock;

@@ -67,12 +67,12 @@ const THREADS: [usize; 2] = [1 << 15, 1016];
 const HALVINGS: u32 = 4;
 
 /// S of the geometry's facets for each aspect and each frequency (`[aspect][frequency]`), as
-/// `rcs::cpu::beam_sum::sweep` gives it.
+/// `rcs::cpu::beam_sum::by_beams` gives it.
 ///
 /// # Errors
 /// A polygon with more corners or pieces than a thread has room for, or more work than the adapter's driver allows
 /// it; a single aspect that does not fit the adapter's buffers.
-pub fn sweep(
+pub fn by_beams(
     gpu: &Gpu,
     geometry: &Geometry,
     frequencies: &[FrequencyPoint],

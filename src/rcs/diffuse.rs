@@ -12,7 +12,12 @@ use rayon::prelude::*;
 /// Mean cross section in m^2 that the visible rough facets add in power to the coherent one, for each
 /// aspect: [V sent, H sent], all received polarisations together. The lobe's strength is what the
 /// roughness takes from the coherent reflection; smooth materials add nothing.
-pub fn sweep(geometry: &Geometry, aspects: &[Aspect], lobe: Lobe, rays_per_wavelength: f64) -> Vec<[f64; 2]> {
+pub fn mean_m2(
+    geometry: &Geometry,
+    aspects: &[Aspect],
+    lobe: Lobe,
+    rays_per_wavelength: f64,
+) -> Vec<[f64; 2]> {
     if geometry.triangles.is_empty() || geometry.surfaces.iter().all(|s| s.roughness_rms_m == 0.0) {
         return vec![[0.0; 2]; aspects.len()];
     }
@@ -77,7 +82,7 @@ mod tests {
 
     fn at(geometry: &Geometry, azimuth_deg: f64) -> [f64; 2] {
         let aspect = Aspect { azimuth: azimuth_deg.to_radians(), elevation: 0.0 };
-        sweep(geometry, &[aspect], Lobe::Lambert, 4.0)[0]
+        mean_m2(geometry, &[aspect], Lobe::Lambert, 4.0)[0]
     }
 
     /// A plate of area A: 4 A D cos^2, D what eq. 27 takes from the coherent power.

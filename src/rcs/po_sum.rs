@@ -102,11 +102,11 @@ const TUBES_PER_BLOCK: u32 = 256;
 /// workgroups per dimension.
 const BLOCKS_PER_DISPATCH: usize = 8192;
 
-/// S of the geometry for each aspect (monostatic), as `rcs::cpu::po_sum::sweep` gives it.
+/// S of the geometry for each aspect (monostatic), as `rcs::cpu::po_sum::by_rays` gives it.
 ///
 /// # Errors
 /// Failures of the adapter.
-pub fn sweep(
+pub fn by_rays(
     gpu: &Gpu,
     geometry: &Geometry,
     aspects: &[Aspect],

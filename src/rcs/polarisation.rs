@@ -62,7 +62,7 @@ mod tests {
     use super::*;
     use crate::base::frames::{Pose, direction_from_angles, polarisation_basis};
     use crate::geom::Geometry;
-    use crate::rcs::cpu::po_sum::sweep;
+    use crate::rcs::cpu::po_sum::by_rays;
     use crate::rcs::{Aspect, Distance, RayGrid};
     use crate::scene::{Material, Mesh, Scene};
     use glam::DVec3;
@@ -102,7 +102,7 @@ mod tests {
         scene.add_mesh("t", "", mesh, Pose::from_yaw_pitch_roll(DVec3::ZERO, 0.0, 0.0, roll));
         let geometry = Geometry::build(&scene, 0.0, 77e9).unwrap();
         let grid = RayGrid { bounces: 3, rays_per_wavelength: 4.0, distance: Distance::Infinite };
-        sweep(&geometry, &[aspect], &grid)[0].last
+        by_rays(&geometry, &[aspect], &grid)[0].last
     }
 
     fn db(z: Complex64, over: Complex64) -> f64 {

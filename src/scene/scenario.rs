@@ -17,6 +17,7 @@ use super::waveform::{Multiplex, Waveform};
 use super::weather::{self, Weather, WeatherTable};
 use super::{Mesh, Scene, Shape};
 use crate::base::convention::Convention;
+use crate::base::convention::MAX_BOUNCES;
 use crate::base::error::{BadInput, Error, Result, nearest};
 use crate::base::frames::{Pose, Target, Vehicle, World};
 use glam::DVec3;
@@ -345,6 +346,8 @@ pub struct Output {
     pub adc: bool,
     /// range_doppler.npy.
     pub range_doppler: bool,
+    /// cfar_threshold.npy: the power that each cell of the map has to exceed, in the map's shape.
+    pub cfar_threshold: bool,
     /// points.csv.
     pub points: bool,
     /// tracks.csv and ego_motion.csv of a run of several frames, from their points.
@@ -355,6 +358,8 @@ pub struct Output {
     pub truth: bool,
     /// Classes and points on grids: mask_road.npy, mask_markers.npy, grid_road.npy, grid_markers.npy.
     pub masks: bool,
+    /// scene.glb beside the frames: the whole scene as binary glTF with its motions and, of a road, its labels.
+    pub scene: bool,
     /// The PNGs.
     pub plots: bool,
 }
@@ -364,20 +369,22 @@ impl Default for Output {
         Output {
             adc: true,
             range_doppler: true,
+            cfar_threshold: false,
             points: true,
             tracks: true,
             returns: true,
             truth: true,
             masks: false,
+            scene: false,
             plots: true,
         }
     }
 }
 
+/// Most bounces that may be asked for.
+const MOST_BOUNCES: u32 = MAX_BOUNCES as u32;
 /// Reflections that are followed where a scenario does not say.
 const BOUNCES: u32 = 3;
-/// Most bounces that may be asked for (the length of a return's object chain).
-pub const MAX_BOUNCES: u32 = 8;
 
 /// A scenario that has been read and checked. Paths are resolved against the scenario's folder.
 #[derive(Debug, Clone, PartialEq)]
@@ -618,7 +625,7 @@ impl Frames {
 pub struct TraceSettings {
     /// Rays of a frame.
     pub rays: u64,
-    /// 1 to [`MAX_BOUNCES`].
+    /// 1 to [`MAX_BOUNCES`](crate::base::convention::MAX_BOUNCES).
     pub bounces: u32,
     /// Followed on to, until what one bounce more would bring is below the accuracy; nothing up to `bounces`.
     pub most_bounces: u32,
@@ -1171,16 +1178,16 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         trace: TraceSettings {
             rays: doc.in_range(&f.trace.rays, 0..=100_000_000, "samples of rough surfaces in a frame")?,
             bounces: match &f.trace.bounces {
-                Some(n) => doc.in_range(n, 1..=MAX_BOUNCES, "reflections that are followed")?,
+                Some(n) => doc.in_range(n, 1..=MOST_BOUNCES, "reflections that are followed")?,
                 None => BOUNCES.min(f.trace.most_bounces.as_ref().map_or(BOUNCES, |n| n.value)).max(1),
             },
             most_bounces: match (&f.trace.most_bounces, &f.trace.bounces) {
                 (Some(n), least) => {
-                    let least = least.as_ref().map_or(1, |n| n.value.clamp(1, MAX_BOUNCES));
-                    doc.in_range(n, least..=MAX_BOUNCES, "reflections at most, no fewer than `bounces`")?
+                    let least = least.as_ref().map_or(1, |n| n.value.clamp(1, MOST_BOUNCES));
+                    doc.in_range(n, least..=MOST_BOUNCES, "reflections at most, no fewer than `bounces`")?
                 }
                 (None, Some(_)) => 0,
-                (None, None) => MAX_BOUNCES,
+                (None, None) => MOST_BOUNCES,
             },
             accuracy_db: doc.in_range(
                 &f.trace.accuracy_db,

@@ -1,10 +1,8 @@
 //! The echoes that come out of a scene.
 
+use crate::base::convention::MAX_BOUNCES;
 use crate::base::matrix::Matrix2;
 use glam::DVec3;
-
-/// Longest chain of facets that is kept.
-pub const MAX_BOUNCES: usize = 8;
 
 /// One echo, seen from the radar's phase centre, at the frame time. The received complex amplitude
 /// in sqrt(W) of a channel is

@@ -16,7 +16,8 @@ pub mod upload;
 pub mod windows;
 
 use crate::base::convention::Convention;
-pub use echo::{Echo, Echoes, MAX_BOUNCES, drop_weak, strength};
+pub use crate::base::convention::MAX_BOUNCES;
+pub use echo::{Echo, Echoes, drop_weak, strength};
 use glam::DVec3;
 
 /// What to follow and what to keep.

@@ -5,7 +5,7 @@ use catseye::base::matrix::Matrix2;
 use catseye::base::units::{dbsm_from_amplitude, wavenumber};
 use catseye::geom::Geometry;
 use catseye::rcs::closed_form::po_plate;
-use catseye::rcs::cpu::beam_sum::{FrequencyPoint, sweep};
+use catseye::rcs::cpu::beam_sum::{FrequencyPoint, by_beams};
 use catseye::rcs::cpu::po_sum;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, Scattering};
 use catseye::road::reflector::Reflector;
@@ -31,7 +31,7 @@ fn of_mesh(mesh: Mesh) -> Geometry {
 fn beams(g: &Geometry, looks: &[BistaticAspect], distance: Distance, accuracy_db: f64) -> Vec<Scattering> {
     let options = BeamOptions::new(3, accuracy_db, true);
     let tone = FrequencyPoint { wavenumber: wavenumber(g.freq_hz), surfaces: &g.surfaces };
-    sweep(g, &[tone], looks, distance, &options).unwrap().into_iter().map(|s| s[0]).collect()
+    by_beams(g, &[tone], looks, distance, &options).unwrap().into_iter().map(|s| s[0]).collect()
 }
 
 fn aspect(azimuth_deg: f64, elevation_deg: f64) -> Aspect {
@@ -189,7 +189,7 @@ fn occlusion_against_rays() {
         for l in looks(&at) {
             exact.extend(beams(&g, &[l], Distance::Infinite, 0.1));
             let grid = RayGrid { bounces: 3, rays_per_wavelength: 48.0, distance: Distance::Infinite };
-            rays.extend(po_sum::sweep(&g, &[l.transmit], &grid));
+            rays.extend(po_sum::by_rays(&g, &[l.transmit], &grid));
         }
         let r = relative(&rays, &exact);
         println!("{name}: rays at 48 per wavelength differ by {r:.2e}");
@@ -211,7 +211,7 @@ fn finite_range_against_rays_and_against_stricter_runs() {
             let strict = beams(&g, &looks(&at), Distance::At(r0), 0.1 / 256.0);
             let aspects: Vec<Aspect> = looks(&at).iter().map(|l| l.transmit).collect();
             let grid = RayGrid { bounces: 3, rays_per_wavelength: 30.0, distance: Distance::At(r0) };
-            let rays = po_sum::sweep(&g, &aspects, &grid);
+            let rays = po_sum::by_rays(&g, &aspects, &grid);
             let (own, other) = (relative(&found, &strict), relative(&rays, &strict));
             println!("{spec} at {r0} m: 0.1 dB run {own:.2e}, rays {other:.2e}");
             // 0.1 dB is 1.2 % of the amplitude.
@@ -264,9 +264,9 @@ fn tones_of_one_sweep_are_those_of_single_runs() {
     let tones = k.map(|wavenumber| FrequencyPoint { wavenumber, surfaces: &g.surfaces });
     let options = BeamOptions::new(3, 0.1, true);
     let at = looks(&[(0.0, 1.0), (11.0, 2.0)]);
-    let all = sweep(&g, &tones, &at, Distance::Infinite, &options).unwrap();
+    let all = by_beams(&g, &tones, &at, Distance::Infinite, &options).unwrap();
     for (i, k) in k.into_iter().enumerate() {
-        let alone = sweep(
+        let alone = by_beams(
             &g,
             &[FrequencyPoint { wavenumber: k, surfaces: &g.surfaces }],
             &at,

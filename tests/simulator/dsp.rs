@@ -608,6 +608,26 @@ fn an_axis_without_aperture_has_one_bin() {
     assert_eq!((grid.azimuth_rad, grid.elevation_rad.len()), (vec![0.0], 9));
 }
 
+/// The picture of the threshold is the one that the detector compared with, for every kind and with bands.
+#[test]
+fn the_threshold_is_what_was_detected_by() {
+    let (guard, train) = ([2, 1], [8, 4]);
+    for kind in [CfarKind::Ca, CfarKind::Go, CfarKind::So, CfarKind::Os { rank: 100 }] {
+        for multiplex in [Multiplex::Tdm, Multiplex::Ddm { bands: 4 }] {
+            let mut radar = Radar { multiplex, ..radar(128, 32, Sampling::Iq) };
+            radar.processing.cfar = Cfar { kind, guard, train, pfa: 1e-2 };
+            let mut cube = Cube::<f64>::zeros(radar.rows(), radar.channels(), radar.samples);
+            let mut random = Random(5);
+            cube.data.iter_mut().for_each(|z| *z = random.normal());
+            let (_, found) = cpu::process(&cube, &radar).unwrap();
+            let level = cpu::threshold(&found.map, &radar.processing.cfar, found.snapshots.channels).unwrap();
+            let above: Vec<bool> = found.map.data.iter().zip(&level).map(|(p, t)| p > t).collect();
+            assert!(above.contains(&true) && above.contains(&false));
+            assert_eq!(above, found.detection.mask, "{kind:?} {multiplex:?}");
+        }
+    }
+}
+
 #[test]
 fn a_silent_cube_has_no_detections() {
     let radar = radar(32, 32, Sampling::Iq);

@@ -46,8 +46,8 @@ fn flat(s: &[Scattering]) -> (Vec<f64>, Vec<f64>) {
 fn compare_sweeps(scene: &Scene, aspects: &[Aspect], options: &RayGrid) {
     let gpu = compare::test_gpu();
     let geometry = Geometry::build(scene, 0.0, 77e9).unwrap();
-    let truth = flat(&catseye::rcs::cpu::po_sum::sweep(&geometry, aspects, options));
-    let found = flat(&po_sum::sweep(gpu, &geometry, aspects, options).unwrap());
+    let truth = flat(&catseye::rcs::cpu::po_sum::by_rays(&geometry, aspects, options));
+    let found = flat(&po_sum::by_rays(gpu, &geometry, aspects, options).unwrap());
     for (name, t, f) in [("every", &truth.0, &found.0), ("last", &truth.1, &found.1)] {
         let f32s: Vec<f32> = f.iter().map(|x| *x as f32).collect();
         let found = compare::check_close(&f32s, t, po_sum::KERNEL.tolerance.relative_l2);

@@ -6,7 +6,7 @@ use catseye::base::units::{dbsm_from_amplitude, wavelength_m, wavenumber};
 use catseye::em::covering::coverings;
 use catseye::em::layers::{Backing, Stack};
 use catseye::geom::{Geometry, Surface};
-use catseye::rcs::cpu::po_sum::sweep;
+use catseye::rcs::cpu::po_sum::by_rays;
 use catseye::rcs::{Aspect, Distance, RayGrid, Scattering};
 use catseye::scene::material::{self, Layer, Material, MaterialKind};
 use catseye::scene::{Mesh, Scene};
@@ -30,7 +30,7 @@ fn plate(width_m: f64, height_m: f64, material: Material, freq_hz: f64) -> Geome
 fn seen(geometry: &Geometry, azimuth_deg: f64) -> Scattering {
     let aspect = Aspect { azimuth: azimuth_deg.to_radians(), elevation: 0.0 };
     let options = RayGrid { bounces: 1, rays_per_wavelength: 8.0, distance: Distance::Infinite };
-    sweep(geometry, &[aspect], &options)[0]
+    by_rays(geometry, &[aspect], &options)[0]
 }
 
 fn dielectric(name: &str, eps_real: f64, eps_loss: f64) -> Material {

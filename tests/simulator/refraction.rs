@@ -6,7 +6,7 @@ use catseye::base::units::wavenumber;
 use catseye::em::layers::{Backing, Layer, Stack};
 use catseye::engine::{Engine, Precision};
 use catseye::geom::Geometry;
-use catseye::rcs::cpu::beam_sum::{FrequencyPoint, sweep};
+use catseye::rcs::cpu::beam_sum::{FrequencyPoint, by_beams};
 use catseye::rcs::{Aspect, BistaticAspect, Distance, Impassable, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Material, MaterialKind, Mesh, Scene, material};
@@ -79,7 +79,7 @@ fn deg(azimuth: f64, elevation: f64) -> DVec3 {
 fn scattered(g: &Geometry, l: BistaticAspect, bounces: usize) -> Scattering {
     let options = BeamOptions::new(bounces, 0.1, true);
     let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &g.surfaces };
-    sweep(g, &[tone], &[l], Distance::Infinite, &options).unwrap()[0][0]
+    by_beams(g, &[tone], &[l], Distance::Infinite, &options).unwrap()[0][0]
 }
 
 fn db(z: Complex64) -> f64 {
@@ -334,8 +334,8 @@ fn a_flush_filling_is_the_empty_corner_at_snells_angle() {
         let inside = normal * ci + side * si;
         let l = look(inside, inside);
         let tone = FrequencyPoint { wavenumber: n * k, surfaces: &empty.surfaces };
-        let bare =
-            sweep(&empty, &[tone], &[l], Distance::Infinite, &BeamOptions::new(3, 0.1, true)).unwrap()[0][0];
+        let bare = by_beams(&empty, &[tone], &[l], Distance::Infinite, &BeamOptions::new(3, 0.1, true))
+            .unwrap()[0][0];
         // Transmission by angles, with E across and in the plane of incidence (outside vectors to inside ones).
         let across = if so > 0.0 { normal.cross(side) } else { u };
         let t = [2.0 * co / (co + n * ci), 2.0 * co / (n * co + ci)];
@@ -595,8 +595,8 @@ fn what_is_not_entered_and_what_is_refused() {
         let g = Geometry::build(&scene, 0.0, F).unwrap();
         let look = look(deg(20.0, 30.0), deg(20.0, 30.0));
         let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &g.surfaces };
-        let same =
-            sweep(&g, &[tone], &[look], Distance::Infinite, &BeamOptions::new(3, 0.1, true)).unwrap()[0][0];
+        let same = by_beams(&g, &[tone], &[look], Distance::Infinite, &BeamOptions::new(3, 0.1, true))
+            .unwrap()[0][0];
         assert_eq!(s.every, same.every);
     }
     // Of plastic, smaller, it is entered: other numbers, and no finite range.
@@ -621,7 +621,7 @@ fn what_is_not_entered_and_what_is_refused() {
         for (distance, why) in
             [(Distance::Infinite, Impassable::NoBody), (Distance::At(5.0), Impassable::NearPort)]
         {
-            assert_eq!(sweep(&g, &tone, &look, distance, &BeamOptions::new(3, 0.1, true)), Err(why));
+            assert_eq!(by_beams(&g, &tone, &look, distance, &BeamOptions::new(3, 0.1, true)), Err(why));
         }
     }
     // The gpu engine does not follow them.
@@ -645,9 +645,9 @@ fn tones_are_those_of_single_runs() {
         let tone = |i: usize| FrequencyPoint { wavenumber: wavenumber(f[i]), surfaces: &surfaces[i] };
         let l = look(deg(30.0, 20.0), deg(30.0, 20.0));
         let options = BeamOptions::new(4, 0.1, true);
-        let all = sweep(&g, &[tone(0), tone(1), tone(2)], &[l], Distance::Infinite, &options).unwrap();
+        let all = by_beams(&g, &[tone(0), tone(1), tone(2)], &[l], Distance::Infinite, &options).unwrap();
         for (i, together) in all[0].iter().enumerate() {
-            let alone = sweep(&g, &[tone(i)], &[l], Distance::Infinite, &options).unwrap()[0][0];
+            let alone = by_beams(&g, &[tone(i)], &[l], Distance::Infinite, &options).unwrap()[0][0];
             assert_eq!(*together, alone, "{name}");
         }
     }

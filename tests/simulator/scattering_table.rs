@@ -4,7 +4,7 @@ use catseye::base::frames::{Pose, Sensor, World, polarisation_basis};
 use catseye::base::matrix::Matrix2;
 use catseye::base::units::wavenumber;
 use catseye::geom::Geometry;
-use catseye::rcs::cpu::beam_sum::{FrequencyPoint, between, sweep};
+use catseye::rcs::cpu::beam_sum::{FrequencyPoint, between, by_beams};
 use catseye::rcs::table::{RcsTable, Row};
 use catseye::rcs::{Aspect, BistaticAspect, Distance, point_sum};
 use catseye::road::reflector::Reflector;
@@ -25,7 +25,7 @@ fn exact(geometry: &Geometry, aspects: &[Aspect]) -> Vec<Matrix2> {
     let tone = FrequencyPoint { wavenumber: wavenumber(F), surfaces: &geometry.surfaces };
     let looks: Vec<BistaticAspect> = aspects.iter().map(|a| BistaticAspect::monostatic(*a)).collect();
     let options = BeamOptions::new(3, 0.1, false);
-    sweep(geometry, &[tone], &looks, Distance::Infinite, &options)
+    by_beams(geometry, &[tone], &looks, Distance::Infinite, &options)
         .unwrap()
         .iter()
         .map(|s| s[0].every)

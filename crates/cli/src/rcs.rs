@@ -227,7 +227,7 @@ impl Rcs {
             bar.suspend(|| global.say(&format!("warning: {w}")));
             warnings.push(w.into());
         };
-        let swept = engine.sweep(&target.scene, &sweep, &mut warn, &|n| bar.inc(n)).map_err(as_option)?;
+        let swept = sweep.take(&engine, &target.scene, &mut warn, &|n| bar.inc(n)).map_err(as_option)?;
         drop(bar);
         let looks = &swept.aspects;
         let rows =

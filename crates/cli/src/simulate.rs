@@ -3,13 +3,14 @@
 use super::bar::Kept;
 use super::frames::draw_frame;
 use super::global::{Global, print, print_json};
+use catseye::base::convention::MAX_BOUNCES;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::machine;
 use catseye::base::units::{db_from_power, power_from_db};
 use catseye::engine::memory::FrameMemory;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar;
-use catseye::scene::scenario::{MAX_BOUNCES, Scenario};
+use catseye::scene::scenario::Scenario;
 use catseye::simulate::Prepared;
 use catseye_io::files::expected_bytes;
 use catseye_io::manifest::FrameRecord;
@@ -137,7 +138,7 @@ pub fn simulate(
     let cut = |f: &FrameRecord| f.front_end.cut_power_w > bearable * f.front_end.power_w;
     if let (Some(first), many) =
         (report.frames.iter().find(|f| cut(f)), report.frames.iter().filter(|f| cut(f)).count())
-        && first.front_end.bounces < MAX_BOUNCES.into()
+        && first.front_end.bounces < MAX_BOUNCES as u64
         && first.front_end.power_w > 0.0
     {
         global.say(&format!(

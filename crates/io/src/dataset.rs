@@ -1,7 +1,7 @@
 //! Files that say what a dataset is made from and which shards are complete, and what makes them: scenes and their frames.
 
+use super::drawn_scene::DrawnScene;
 use super::recipe::Recipe;
-use super::site::Site;
 use super::store::{Layout, ShardFile};
 use super::tally::Tally;
 use catseye::base::control::Control;
@@ -159,8 +159,8 @@ impl Marker {
 ///
 /// # Errors
 /// As its readers and builders have them, with the scene's number.
-pub fn site(recipe: &Recipe, scene: u32) -> Result<Site> {
-    Site::new(recipe.draw(scene)?).map_err(|e| match e {
+pub fn drawn_scene(recipe: &Recipe, scene: u32) -> Result<DrawnScene> {
+    DrawnScene::new(recipe.draw(scene)?).map_err(|e| match e {
         Error::Input(mut b) => {
             b.problem += &format!(" in scene {scene}");
             b.file = b.file.or_else(|| Some(recipe.path().to_path_buf()));
@@ -176,7 +176,7 @@ pub fn site(recipe: &Recipe, scene: u32) -> Result<Site> {
 /// What the simulation of a frame reports, with its scene and frame.
 pub fn frames_of(
     engine: &Engine,
-    site: &Site,
+    site: &DrawnScene,
     prepared: &Prepared<'_>,
     index: u32,
     control: Control<'_>,

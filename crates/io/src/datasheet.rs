@@ -1,7 +1,7 @@
 //! What a complete dataset says of itself: README, schema, statistics, pictures of some frames, and the manifest with the
 //! checksum of every file.
 
-use super::dataset::{DATASET, DatasetFile, Device, Marker, frames_of, site, write_json};
+use super::dataset::{DATASET, DatasetFile, Device, Marker, drawn_scene, frames_of, write_json};
 use super::files::{PICTURES_BYTES, Truth};
 use super::recipe::{Recipe, SPLITS};
 use super::rows::TRUTH_RANGE_M;
@@ -171,7 +171,7 @@ fn previews(engine: &Engine, recipe: &Recipe, out: &Path, pictures: Pictures<'_>
         if folder.is_dir() {
             return Ok(number);
         }
-        let site = site(recipe, scene)?;
+        let site = drawn_scene(recipe, scene)?;
         let prepared = Prepared::new(&site.scenario, &site.scene)?;
         let temporary = folder.with_file_name(format!(".frame_{number:06}.partial-{}", std::process::id()));
         for frame in frames_of(engine, &site, &prepared, 0, Control::default())? {

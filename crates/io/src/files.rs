@@ -4,6 +4,7 @@ use catseye::base::error::{Error, Result};
 use catseye::detect::files::{write_echoes, write_points};
 use catseye::detect::grid::PointGrid;
 use catseye::detect::points::Point;
+use catseye::dsp::cpu::threshold;
 use catseye::dsp::{PowerMap, RangeDoppler};
 use catseye::engine::AnyCube;
 use catseye::formats::npy;
@@ -40,10 +41,24 @@ pub fn write_cube(dir: &Path, cube: &AnyCube) -> Result<()> {
     npy::write(dir.join("adc.npy"), &[cube.chirps, cube.channels, cube.samples], &cube.data)
 }
 
-/// float32 power in W, `[doppler, range]`, zero Doppler in the middle row.
-fn write_map(path: &Path, map: &PowerMap<f64>) -> Result<()> {
-    let data: Vec<f32> = map.data.iter().map(|p| *p as f32).collect();
-    npy::write(path, &[map.doppler_bins, map.range_bins], &data)
+/// float32 power in W, `[doppler, range]`, zero Doppler in the middle row: `NAME.npy` of the first ramp, `NAME_1.npy` and so on of the others.
+fn write_map(dir: &Path, name: &str, ramp: usize, map: &PowerMap<f64>, power_w: &[f64]) -> Result<()> {
+    let file = match ramp {
+        0 => format!("{name}.npy"),
+        i => format!("{name}_{i}.npy"),
+    };
+    let data: Vec<f32> = power_w.iter().map(|p| *p as f32).collect();
+    npy::write(dir.join(file), &[map.doppler_bins, map.range_bins], &data)
+}
+
+/// `cfar_threshold.npy` and so on: the power that each cell has to exceed to be detected.
+fn write_thresholds(dir: &Path, radar: &Radar, maps: &[RangeDoppler<f64>]) -> Result<()> {
+    for (i, found) in maps.iter().enumerate() {
+        let part = radar.part(i);
+        let threshold_w = threshold(&found.map, &part.processing.cfar, found.snapshots.channels)?;
+        write_map(dir, "cfar_threshold", i, &found.map, &threshold_w)?;
+    }
+    Ok(())
 }
 
 /// `range_doppler.npy` of the first ramp, `range_doppler_1.npy` and so on of the others.
@@ -52,11 +67,7 @@ fn write_map(path: &Path, map: &PowerMap<f64>) -> Result<()> {
 /// What the disk says.
 pub fn write_maps(dir: &Path, maps: &[RangeDoppler<f64>]) -> Result<()> {
     for (i, map) in maps.iter().enumerate() {
-        let name = match i {
-            0 => "range_doppler.npy".to_string(),
-            i => format!("range_doppler_{i}.npy"),
-        };
-        write_map(&dir.join(name), &map.map)?;
+        write_map(dir, "range_doppler", i, &map.map, &map.map.data)?;
     }
     Ok(())
 }
@@ -100,6 +111,9 @@ pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, tr
     }
     if output.range_doppler {
         write_maps(dir, &frame.maps)?;
+    }
+    if output.cfar_threshold {
+        write_thresholds(dir, radar, &frame.maps)?;
     }
     if output.points {
         write_point_file(dir, &frame.points)?;
@@ -166,10 +180,9 @@ pub fn expected_bytes(
     if o.adc {
         bytes.arrays += HEADER_BYTES + 8 * (radar.rows() * radar.channels() * radar.samples) as u64;
     }
-    if o.range_doppler {
-        let parts = radar.waveform.parts() as u64;
-        bytes.arrays += parts * (HEADER_BYTES + 4 * (radar.doppler_rows() * radar.range_bins()) as u64);
-    }
+    let map_bytes = HEADER_BYTES + 4 * (radar.doppler_rows() * radar.range_bins()) as u64;
+    let maps = u64::from(o.range_doppler) + u64::from(o.cfar_threshold);
+    bytes.arrays += maps * radar.waveform.parts() as u64 * map_bytes;
     if o.masks {
         // A byte of the mask and four planes of f32.
         let cells = |g: &Grid| 2 * HEADER_BYTES + 17 * (g.rows * g.columns) as u64;

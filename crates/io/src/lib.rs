@@ -9,6 +9,7 @@ pub mod dataset;
 pub mod datasheet;
 pub mod diff;
 pub mod draw;
+pub mod drawn_scene;
 pub mod files;
 pub mod follow;
 #[cfg(feature = "hdf5")]
@@ -20,7 +21,6 @@ pub mod recipe;
 pub mod recording;
 pub mod rows;
 pub mod run;
-pub mod site;
 mod source;
 pub mod store;
 pub mod tally;

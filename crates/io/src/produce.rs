@@ -3,8 +3,9 @@
 //! missing, and the bytes are the same whatever the order, the number of workers and the interruptions.
 
 use super::board::{Board, Claim, Queue};
-use super::dataset::{DATASET, DatasetFile, Device, Marker, SHARDS, frames_of, site, write_json};
+use super::dataset::{DATASET, DatasetFile, Device, Marker, SHARDS, drawn_scene, frames_of, write_json};
 use super::datasheet;
+use super::drawn_scene::DrawnScene;
 use super::hold::Hold;
 use super::recipe::Recipe;
 use super::rows;
@@ -142,7 +143,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
             });
         }
     }
-    let first = site(recipe, 0)?;
+    let first = drawn_scene(recipe, 0)?;
     let remarks = remarks(&first.scenario, &first.scene, 0)?;
     drop(first);
     let basis = recipe.basis()?;
@@ -310,7 +311,7 @@ pub fn estimate(engine: &Engine, recipe: &Recipe) -> Result<Estimate> {
     let radars = AtomicU64::new(0);
     let make = |k: u32| -> Result<Record> {
         let scene = (u64::from(k) * u64::from(recipe.scenes) / u64::from(tried)) as u32;
-        let site = site(recipe, scene)?;
+        let site = drawn_scene(recipe, scene)?;
         let prepared = Prepared::new(&site.scenario, &site.scene)?;
         let frames = frames_of(engine, &site, &prepared, 0, Control::default())?;
         radars.store(frames.len() as u64, Ordering::Relaxed);
@@ -321,7 +322,7 @@ pub fn estimate(engine: &Engine, recipe: &Recipe) -> Result<Estimate> {
     let layout = Layout {
         frames: u64::from(tried),
         frames_per_shard: recipe.frames_per_shard.min(u64::from(tried)),
-        ..layout_of(recipe, &records[0])
+        ..layout_of(recipe, &drawn_scene(recipe, 0)?, &records[0])
     };
     let scratch = Scratch(std::env::temp_dir().join(format!("catseye-dry-run-{}", std::process::id())));
     layout.create(&scratch.0)?;
@@ -551,21 +552,21 @@ fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layo
     if let Some(dir) = begun.filter(|d| d.join(LAYOUT).exists()) {
         return Layout::open(dir);
     }
-    let site = site(recipe, 0)?;
+    let site = drawn_scene(recipe, 0)?;
     let prepared = Prepared::new(&site.scenario, &site.scene)?;
     let record = rows::record(recipe, &site, 0, frames_of(engine, &site, &prepared, 0, Control::default())?)?;
-    Ok(layout_of(recipe, &record))
+    Ok(layout_of(recipe, &site, &record))
 }
 
 /// The layout of a dataset whose frames hold what this one does.
-fn layout_of(recipe: &Recipe, record: &Record) -> Layout {
+fn layout_of(recipe: &Recipe, site: &DrawnScene, record: &Record) -> Layout {
     Layout {
         format: recipe.format,
         compression: recipe.compression,
         frames: recipe.frames(),
         frames_per_shard: recipe.frames_per_shard,
         arrays: record.arrays.iter().map(rows::array_spec).collect(),
-        tables: record.tables.iter().map(rows::table_spec).collect(),
+        tables: rows::table_specs(recipe, site),
         attributes: [("name".to_string(), recipe.name.clone().into())].into_iter().collect(),
     }
 }
@@ -663,7 +664,7 @@ impl Run<'_> {
 
     /// What was claimed, as long as it is wanted.
     fn frames(&self, claim: &Claim<Item>) -> Result<()> {
-        let site = site(self.recipe, claim.scene)?;
+        let site = drawn_scene(self.recipe, claim.scene)?;
         let depths = self
             .depths
             .lock()

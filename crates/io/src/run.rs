@@ -11,8 +11,10 @@ use catseye::formats::stage::{
     MANIFEST, StagedDir, checksums, files_of, sha256_of_bytes, sha256_of_file, sync_file, sync_folder,
     sync_tree,
 };
+use catseye::road::glb;
 use catseye::road::site::Site;
 use catseye::scene::Scene;
+use catseye::scene::gltf;
 use catseye::scene::radar_toml::to_toml;
 use catseye::scene::scenario::{Scenario, SitedScenario};
 use catseye::simulate::{Frame, Prepared, convergence};
@@ -146,6 +148,14 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         sync_file(&note_path)?;
         keep(note, &mut records, &mut sums);
         (options.progress)(index + 1, resumed);
+    }
+    if scenario.output.scene {
+        let path = staged.path().join("scene.glb");
+        let glb = match &site.road {
+            Some(truth) => glb::to_glb(scene, truth)?,
+            None => gltf::to_glb(scene)?,
+        };
+        fs::write(&path, glb).map_err(|e| Error::io(&path, e))?;
     }
     if scenario.frames.count > 1 && scenario.output.points && scenario.output.tracks {
         follow::write(staged.path(), scenario)?;

@@ -1,6 +1,6 @@
 //! Counts over frames: what a dataset's statistics say. Sums of integers, so the order of frames does not matter.
 
-use super::site::Site;
+use super::drawn_scene::DrawnScene;
 use super::store::Table;
 use catseye::simulate::Frame;
 use serde::{Deserialize, Serialize};
@@ -65,7 +65,7 @@ fn bin(x: f64, width: f64) -> i32 {
 
 impl Tally {
     /// One frame of all radars of a site.
-    pub fn of(site: &Site, split: &str, radars: &[Frame]) -> Tally {
+    pub fn of(site: &DrawnScene, split: &str, radars: &[Frame]) -> Tally {
         let mut t = Tally { frames: 1, ..Default::default() };
         t.splits.insert(split.to_string(), 1);
         for f in radars {

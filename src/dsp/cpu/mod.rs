@@ -89,3 +89,16 @@ pub fn noise<T: Real>(map: &PowerMap<T>, cfar: &Cfar, channels: usize, cells: &[
     let columns = dsp::cfar::columns(cfar, channels, map.doppler_bins, map.range_bins)?;
     Ok(cfar_noise::noise(map, cfar, &columns, cells))
 }
+
+/// The power in W that each cell of a map has to exceed to be detected, `[doppler, range]`.
+///
+/// # Errors
+/// As [`detect`].
+pub fn threshold<T: Real>(map: &PowerMap<T>, cfar: &Cfar, channels: usize) -> Result<Vec<T>> {
+    let (rows, columns) = (map.doppler_bins, map.range_bins);
+    let cell = |i: usize| Cell { doppler: (i / columns) as u32, range: (i % columns) as u32 };
+    let every: Vec<Cell> = (0..rows * columns).map(cell).collect();
+    let ratio: Vec<T> = dsp::cfar::ratios(&dsp::cfar::columns(cfar, channels, rows, columns)?);
+    let noise = noise(map, cfar, channels, &every)?;
+    Ok(noise.into_iter().enumerate().map(|(i, w)| w * ratio[i % columns]).collect())
+}

@@ -26,7 +26,7 @@ const CELL_TO_DISTANCE: f64 = 0.01;
 ///
 /// # Errors
 /// `Impassable` as for [`between`].
-pub fn sweep(
+pub fn by_beams(
     geometry: &Geometry,
     frequencies: &[FrequencyPoint],
     aspects: &[BistaticAspect],

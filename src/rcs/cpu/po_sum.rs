@@ -11,7 +11,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 /// S of the geometry for each aspect (monostatic).
-pub fn sweep(geometry: &Geometry, aspects: &[Aspect], options: &RayGrid) -> Vec<Scattering> {
+pub fn by_rays(geometry: &Geometry, aspects: &[Aspect], options: &RayGrid) -> Vec<Scattering> {
     if geometry.triangles.is_empty() {
         return vec![Scattering::default(); aspects.len()];
     }
@@ -121,7 +121,7 @@ mod tests {
         let g = geometry(&[[o, rr, l], [o, l, t], [o, t, rr]]);
         let aspect = Aspect { azimuth: 0.0, elevation: (0.5f64.sqrt()).atan() };
         let options = RayGrid { bounces: 3, rays_per_wavelength: 10.0, distance: Distance::Infinite };
-        let s = sweep(&g, &[aspect], &options)[0];
+        let s = by_rays(&g, &[aspect], &options)[0];
         let db = |z: Complex64| dbsm_from_amplitude(z.norm());
         println!("every {:?} last {:?}", s.every.map(|r| r.map(db)), s.last.map(|r| r.map(db)));
         assert!((db(s.last[0][0]) - 14.414).abs() < 0.05);
@@ -135,7 +135,7 @@ mod tests {
         let (la, lb, ra, rb) = (p(w, w, -h), p(w, w, h), p(w, -w, -h), p(w, -w, h));
         let g = geometry(&[[a, b, lb], [a, lb, la], [a, rb, b], [a, ra, rb]]);
         let options = RayGrid { bounces: 3, rays_per_wavelength: 10.0, distance: Distance::Infinite };
-        let s = sweep(&g, &[Aspect { azimuth: 0.0, elevation: 0.0 }], &options)[0];
+        let s = by_rays(&g, &[Aspect { azimuth: 0.0, elevation: 0.0 }], &options)[0];
         let db = |z: Complex64| dbsm_from_amplitude(z.norm());
         println!("every {:?} last {:?}", s.every.map(|r| r.map(db)), s.last.map(|r| r.map(db)));
         println!("{:?}", s.last);

@@ -67,7 +67,7 @@ impl Port {
 
 /// S of the geometry's edges for each frequency and aspect (`[frequency, aspect]`), the same in both conventions,
 /// to be added to the physical-optics sum. `edges` are those of `geom::edges::find`.
-pub fn sweep(
+pub fn of_edges(
     geometry: &Geometry,
     edges: &[Edge],
     frequencies_hz: &[f64],

@@ -254,6 +254,36 @@ fn frames_points_and_signs() {
     );
 }
 
+/// Keys of `[output]` that are off unless they are asked for: the threshold beside the map, and the scene once a run.
+#[test]
+fn thresholds_and_the_scene_are_written_on_request() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    let text = std::fs::read_to_string(d.join("s.toml")).unwrap();
+    let object =
+        "[[object]]\nreflector = \"type1\"\nposition_m = [12, 1, 0]\nvelocity_mps = [-2, 0, 0]\n[frames]";
+    let asked = text
+        .replace("plots = false", "plots = false\ncfar_threshold = true\nscene = true")
+        .replace("[frames]", object);
+    std::fs::write(d.join("asked.toml"), asked).unwrap();
+    done(d, &["simulate", "s.toml", "-o", "plain"]);
+    assert!(!d.join("plain/scene.glb").exists() && !d.join("plain/frame_000000/cfar_threshold.npy").exists());
+    done(d, &["simulate", "asked.toml", "-o", "out"]);
+    let read = |name: &str| catseye::formats::npy::read_f32(d.join("out/frame_000000").join(name)).unwrap();
+    let (map, level) = (read("range_doppler.npy"), read("cfar_threshold.npy"));
+    assert_eq!(map.shape, level.shape);
+    let above = map.data.iter().zip(&level.data).filter(|(p, t)| p > t).count();
+    let rows = std::fs::read_to_string(d.join("out/frame_000000/points.csv")).unwrap().lines().count() - 1;
+    assert!(rows > 0 && above >= rows && above < map.data.len() / 20, "{above} cells for {rows} points");
+    // It is the scene that the frames were traced in, and the manifest knows it.
+    let scene = catseye::scene::gltf::import(&d.join("out/scene.glb"), &Default::default()).unwrap();
+    let mut speeds: Vec<f64> = scene.objects.iter().map(|o| o.velocity_mps.x).collect();
+    speeds.sort_by(f64::total_cmp);
+    assert_eq!(speeds, [-5.0, -2.0, 6.0]);
+    done(d, &["verify", "out"]);
+}
+
 #[test]
 fn an_interrupted_run_goes_on_and_gives_the_same_bytes() {
     let t = tempfile::tempdir().unwrap();

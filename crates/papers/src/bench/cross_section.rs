@@ -126,7 +126,7 @@ fn run(sweep: &Sweep, engine: &Engine, mut sheet: Sheet<'_>) -> Result<Outcome> 
     let geometry = Geometry::build(&scene, 0.0, DEFAULT_FREQUENCY_HZ)?;
     let grid = |aspects: &[Aspect], rays_per_wavelength| {
         let grid = RayGrid { bounces: 3, rays_per_wavelength, distance: Distance::Infinite };
-        catseye::rcs::cpu::po_sum::sweep(&geometry, aspects, &grid)
+        catseye::rcs::cpu::po_sum::by_rays(&geometry, aspects, &grid)
     };
     let (some, got) = thin(sweep.every[0]);
     let (rays_worst, rays_mean, rays_compared) = compare(&got, &grid(&some, sweep.reference[0]), floor);

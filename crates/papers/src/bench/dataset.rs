@@ -86,7 +86,7 @@ fn run(
         sheet.accuracy("core_seconds_a_frame", core_s / frames as f64);
     }
     sheet.accuracy("complete", report.complete);
-    let site = dataset::site(&recipe, 0)?;
+    let site = dataset::drawn_scene(&recipe, 0)?;
     let frame = Frame::of(&site.scenario, site.scene)?;
     let geometry = frame.geometry(&*frame.refined(frame.options.accuracy_db)?)?;
     let echoes = frame.echoes(engine, &geometry, &frame.options, frame.budget);
@@ -120,7 +120,7 @@ mod tests {
             let recipe = Recipe::load(&scratch.path().join(RECIPE), Some(1)).unwrap();
             assert_eq!((recipe.scenes, recipe.frames_per_scene, recipe.seed), (3, 2, 1));
             assert_eq!(recipe.format, catseye_io::store::Format::Frames);
-            assert!(dataset::site(&recipe, 0).is_ok());
+            assert!(dataset::drawn_scene(&recipe, 0).is_ok());
         }
         assert!(resized("scenes = 3\n", &Size { scenes: 1, frames_per_scene: 1 }).is_err());
     }

@@ -104,7 +104,7 @@ fn street() -> Result<Frame> {
 fn awr1843() -> Result<Frame> {
     let scratch = Scratch::with("w13", &AWR1843)?;
     let recipe = Recipe::load(&scratch.path().join(AWR1843[0].0), None)?;
-    let site = dataset::site(&recipe, 0)?;
+    let site = dataset::drawn_scene(&recipe, 0)?;
     Frame::of(&site.scenario, site.scene)
 }
 

@@ -8,7 +8,7 @@ use super::view::{View, view};
 use catseye::base::error::{Error, Result};
 use catseye::base::matrix::Matrix2;
 use catseye::base::units::{db_from_power, power_from_db};
-use catseye::engine::Engine;
+use catseye::engine::solver::Solver;
 use catseye::rcs::Aspect;
 use catseye::rcs::validity::{Faces, Validity};
 use std::collections::HashMap;
@@ -42,15 +42,15 @@ pub struct Outcome {
 /// Computes every quantity of `study`.
 ///
 /// # Errors
-/// What the engine says; a quantity that is not a number.
+/// The solver's errors; a quantity that is not a number.
 pub fn compute(
-    engine: &Engine,
+    solver: &dyn Solver,
     study: &Study,
     cache: Option<&Cache<'_>>,
     progress: &(dyn Fn(u64, u64) + Sync),
 ) -> Result<Outcome> {
     let mut work = Work::collect(study, study.points(), &|i| study.values_at(i))?;
-    let fields = work.fields(engine, study, &study.quantities, cache, progress)?;
+    let fields = work.fields(solver, study, &study.quantities, cache, progress)?;
     let field = |(q, values): (&Quantity, Vec<f64>)| {
         let (name, label) = (q.name().into(), q.label().into());
         Field { name, label, values }
@@ -159,10 +159,10 @@ impl Work {
     /// Each quantity at each point.
     ///
     /// # Errors
-    /// What the engine says; NaN.
+    /// The solver's errors; NaN.
     pub fn fields(
         &mut self,
-        engine: &Engine,
+        solver: &dyn Solver,
         study: &Study,
         quantities: &[Quantity],
         cache: Option<&Cache<'_>>,
@@ -171,7 +171,7 @@ impl Work {
         let total = self.cases.len() as u64;
         progress(0, total);
         let solved = solve(
-            engine,
+            solver,
             &self.sources,
             &self.cases,
             study.convention,

@@ -9,7 +9,8 @@ use super::solve::Cache;
 use super::spec::Study;
 use crate::comparison::Comparison;
 use catseye::base::error::{BadInput, Error, Result};
-use catseye::engine::{Engine, EngineReport};
+use catseye::engine::EngineReport;
+use catseye::engine::solver::Solver;
 use catseye::formats::stage::{MANIFEST, StagedDir, sha256_of_bytes, write_file};
 use std::collections::BTreeMap;
 use std::fs;
@@ -129,12 +130,12 @@ pub fn load_all(files: &[PathBuf], quick: bool) -> Result<Vec<(PathBuf, Result<S
     Ok(loaded)
 }
 
-/// Runs `studies` on `engine` into the folder `out`.
+/// Runs `studies` by `solver` into the folder `out`.
 ///
 /// # Errors
 /// A folder that cannot be written; with a single study, what that study says.
 pub fn run(
-    engine: &Engine,
+    solver: &dyn Solver,
     studies: Vec<(PathBuf, Result<Study>)>,
     out: &Path,
     options: &RunOptions<'_>,
@@ -155,7 +156,7 @@ pub fn run(
         let done = match study {
             Ok(study) => {
                 sources.insert(study.name.clone(), study.source.clone());
-                one(engine, &study, staged.path(), &cache, options)
+                one(solver, &study, staged.path(), &cache, options)
                     .map_err(|e| (study.name.clone(), study.title.clone(), e))
             }
             Err(e) => {
@@ -181,11 +182,11 @@ pub fn run(
         "# Studies\n\nWritten by catseye {} on {}. \"Document\" is what the text set beside a study states; \"here\" is what this \
          program computes from the same description, with nothing tuned towards it.\n\n",
         env!("CARGO_PKG_VERSION"),
-        described(&engine.report())
+        described(&solver.report())
     );
     write_file(staged.path().join("REPORT.md"), true, format!("{head}{text}").as_bytes())?;
     let manifest =
-        Manifest { catseye: env!("CARGO_PKG_VERSION"), engine: engine.report(), studies: &reports, sources };
+        Manifest { catseye: env!("CARGO_PKG_VERSION"), engine: solver.report(), studies: &reports, sources };
     let json = serde_json::to_vec_pretty(&manifest).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
     write_file(staged.path().join(MANIFEST), true, &json)?;
     let folder = staged.commit()?;
@@ -201,13 +202,13 @@ fn described(r: &EngineReport) -> String {
 }
 
 fn one(
-    engine: &Engine,
+    solver: &dyn Solver,
     study: &Study,
     folder: &Path,
     cache: &Path,
     options: &RunOptions<'_>,
 ) -> Result<(StudyReport, String)> {
-    let r = engine.report();
+    let r = solver.report();
     // The number of threads does not change a result.
     let EngineReport { engine: kind, precision, adapter, driver, .. } = &r;
     let version = env!("CARGO_PKG_VERSION");
@@ -216,7 +217,7 @@ fn one(
         None => {
             let kept = Cache { folder: cache, prefix };
             let progress = |done: u64, all: u64| (options.progress)(study, done, all);
-            StudyResult::Table(compute(engine, study, Some(&kept), &progress)?)
+            StudyResult::Table(compute(solver, study, Some(&kept), &progress)?)
         }
         Some(search) => {
             let all = search.front_values.value.len() as u64;
@@ -236,7 +237,7 @@ fn one(
                 let design = match known {
                     Some(d) => d,
                     None => {
-                        let d = best(engine, study, search, cost, i as u32)?;
+                        let d = best(solver, study, search, cost, i as u32)?;
                         let json =
                             serde_json::to_vec(&d).map_err(|e| Error::Failed(format!("design: {e}")))?;
                         write_file(&file, true, &json)?;

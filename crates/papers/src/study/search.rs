@@ -13,7 +13,7 @@ use argmin::solver::neldermead::NelderMead;
 use argmin_math::{ArgminAdd, ArgminMul, ArgminSub};
 use catseye::base::error::{Error, Result};
 use catseye::base::rng::philox4x32_10;
-use catseye::engine::Engine;
+use catseye::engine::solver::Solver;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 
@@ -61,7 +61,7 @@ struct Found {
 }
 
 struct Problem<'a> {
-    engine: &'a Engine,
+    solver: &'a dyn Solver,
     study: &'a Study,
     search: &'a SearchTable,
     cost: f64,
@@ -121,7 +121,7 @@ impl Problem<'_> {
             _ => Quantity::Margin,
         };
         let mut work = Work::collect(&study, study.points(), &|i| study.values_at(i))?;
-        let field = work.fields(self.engine, &study, &[quantity], None, &|_, _| {})?.remove(0);
+        let field = work.fields(self.solver, &study, &[quantity], None, &|_, _| {})?.remove(0);
         let least = field.iter().copied().fold(f64::INFINITY, f64::min);
         Ok(match self.search.goal {
             Goal::LeastRcs | Goal::LeastMargin => Score { worth: least, guide: least },
@@ -216,10 +216,16 @@ impl CostFunction for &Problem<'_> {
 /// The best design of `study` at `cost`.
 ///
 /// # Errors
-/// What the engine says; no design that can be built.
-pub fn best(engine: &Engine, study: &Study, search: &SearchTable, cost: f64, index: u32) -> Result<Design> {
+/// The solver's errors; no design that can be built.
+pub fn best(
+    solver: &dyn Solver,
+    study: &Study,
+    search: &SearchTable,
+    cost: f64,
+    index: u32,
+) -> Result<Design> {
     let problem =
-        Problem { engine, study, search, cost, found: RefCell::default(), failed: RefCell::new(None) };
+        Problem { solver, study, search, cost, found: RefCell::default(), failed: RefCell::new(None) };
     let n = search.parameter.len();
     for start in 0..search.starts.value {
         let origin: Vec<f64> = (0..n).map(|i| uniform(search.seed, index, start as u32, i as u32)).collect();

@@ -7,7 +7,7 @@ use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::frames::{Pose, Target};
 use catseye::base::matrix::Matrix2;
 use catseye::em::sphere_marking::{BinShape, Marking, bin_share, mie_m2};
-use catseye::engine::Engine;
+use catseye::engine::solver::Solver;
 use catseye::formats::stage::{sha256_of_bytes, sha256_of_file, write_file};
 use catseye::rcs::validity::Faces;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
@@ -273,9 +273,9 @@ const CALLS: usize = 128;
 /// the number of cases newly done.
 ///
 /// # Errors
-/// What the engine says; a cache that cannot be written.
+/// The solver's errors; a cache that cannot be written.
 pub fn solve(
-    engine: &Engine,
+    solver: &dyn Solver,
     sources: &Sources,
     cases: &[Case],
     convention: Convention,
@@ -314,7 +314,8 @@ pub fn solve(
                 outside(scene, &sources.scenes[first.scene].spec, range_m)?;
             }
         }
-        let s: Vec<Scattering> = engine.rcs(scene, &[first.frequency_hz], &looks, &options)?;
+        let s: Vec<Scattering> =
+            solver.scattering(scene, &[first.frequency_hz], &looks, &options, &|_| ())?;
         progress(looks.len() as u64);
         Ok(s.iter().map(|s| *s.of(convention)).collect())
     };
@@ -332,10 +333,9 @@ pub fn solve(
                 s
             }
             None => {
-                let parts: Vec<Vec<Matrix2>> = match engine {
-                    // Calls of one look each would leave threads idle.
-                    Engine::Cpu(_) => group.par_iter().map(&call).collect::<Result<_>>()?,
-                    Engine::Gpu(_) => group.iter().map(&call).collect::<Result<_>>()?,
+                let parts: Vec<Vec<Matrix2>> = match solver.is_faster_in_parallel() {
+                    true => group.par_iter().map(&call).collect::<Result<_>>()?,
+                    false => group.iter().map(&call).collect::<Result<_>>()?,
                 };
                 let s: Vec<Matrix2> = parts.concat();
                 if let Some(f) = &file {

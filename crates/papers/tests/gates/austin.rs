@@ -107,7 +107,7 @@ fn fringe(faces: &[Vec<DVec3>], edges: usize, cut: &Cut) -> Vec<Matrix2> {
     let found = find(&g, SMOOTH_RAD);
     assert_eq!(found.len(), edges);
     let looks: Vec<BistaticAspect> = cut.aspects().into_iter().map(BistaticAspect::monostatic).collect();
-    ptd::sweep(&g, &found, &[cut.freq_hz], &looks, Distance::Infinite).iter().map(|s| s.every).collect()
+    ptd::of_edges(&g, &found, &[cut.freq_hz], &looks, Distance::Infinite).iter().map(|s| s.every).collect()
 }
 
 /// Physical optics of a plane convex face by its outline (W. B. Gordon, IEEE Trans. Antennas Propag.

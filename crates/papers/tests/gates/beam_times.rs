@@ -6,7 +6,7 @@ use catseye::base::units::wavenumber;
 use catseye::engine::{Engine, Precision};
 use catseye::geom::Geometry;
 use catseye::geom::curved::{refined_scene, sagitta_m};
-use catseye::rcs::cpu::beam_sum::{FrequencyPoint, sweep};
+use catseye::rcs::cpu::beam_sum::{FrequencyPoint, by_beams};
 use catseye::rcs::{Aspect, BistaticAspect, Distance, Scattering};
 use catseye::scene::{Material, Mesh, Scene};
 use catseye::trace::beams::BeamOptions;
@@ -105,7 +105,7 @@ fn w1_and_w2() {
             let times = (0..7)
                 .map(|_| {
                     let (s, t) =
-                        timed(|| sweep(&geometry, &tones, &looks, Distance::Infinite, &options).unwrap());
+                        timed(|| by_beams(&geometry, &tones, &looks, Distance::Infinite, &options).unwrap());
                     found = s;
                     t
                 })
@@ -140,7 +140,7 @@ fn a_car_of_a_hundred_thousand_triangles() {
         for (azimuth, elevation) in [(0.0, 2.0), (30.0, 0.0), (90.0, 5.0), (135.0, 30.0), (180.0, 1.0)] {
             let aspect = Aspect { azimuth: f64::to_radians(azimuth), elevation: f64::to_radians(elevation) };
             let look = [BistaticAspect::monostatic(aspect)];
-            let (s, t) = timed(|| sweep(&geometry, &tones, &look, distance, &options).unwrap());
+            let (s, t) = timed(|| by_beams(&geometry, &tones, &look, distance, &options).unwrap());
             found.extend(s);
             times.push(t);
         }

@@ -75,12 +75,12 @@ fn looks() -> [Look; 4] {
                 [ego]\nspeed_mps = 20\non_road = { lane = 1, s_m = 10 }\n";
     let driven = Site::new(&scenario::parse(&place("road/scenario.toml"), text).unwrap()).unwrap();
     let recipe = Recipe::load(Path::new(&place("recipes/template.toml")), None).unwrap();
-    let drawn = dataset::site(&recipe, 3).unwrap();
+    let drawn = dataset::drawn_scene(&recipe, 3).unwrap();
     let highways = std::fs::read_to_string(place("recipes/highways.toml")).unwrap();
     let recipe =
         Recipe::parse(&place("recipes/highways.toml"), &highways.replace("\"zarr\"", "\"frames\""), None)
             .unwrap();
-    let motorway = dataset::site(&recipe, 4).unwrap();
+    let motorway = dataset::drawn_scene(&recipe, 4).unwrap();
     [
         boxes,
         Look::of_frame("road_everything", &driven.scenario, &driven.scene),
@@ -99,7 +99,7 @@ fn ten_looks() -> Vec<Look> {
     {
         let recipe = Recipe::parse(&place(file), &text(file), None).unwrap();
         for i in scenes {
-            let drawn = dataset::site(&recipe, i).unwrap();
+            let drawn = dataset::drawn_scene(&recipe, i).unwrap();
             all.push(Look::of_frame(name, &drawn.scenario, &drawn.scene));
         }
     }

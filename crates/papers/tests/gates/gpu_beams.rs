@@ -130,12 +130,17 @@ impl<'a> Case<'a> {
         let tones: Vec<FrequencyPoint> =
             self.freqs_hz.iter().map(|f| FrequencyPoint { wavenumber: wavenumber(*f), surfaces }).collect();
         let options = BeamOptions::new(self.bounces, self.accuracy_db, true);
-        let truth =
-            catseye::rcs::cpu::beam_sum::sweep(self.geometry, &tones, &self.looks, self.distance, &options)
-                .unwrap();
+        let truth = catseye::rcs::cpu::beam_sum::by_beams(
+            self.geometry,
+            &tones,
+            &self.looks,
+            self.distance,
+            &options,
+        )
+        .unwrap();
         let gpu = compare::test_gpu();
         let found =
-            beam_sum::sweep(gpu, self.geometry, &tones, &self.looks, self.distance, &options).unwrap();
+            beam_sum::by_beams(gpu, self.geometry, &tones, &self.looks, self.distance, &options).unwrap();
         (found, truth)
     }
 
@@ -269,7 +274,7 @@ fn runs_repeat_to_the_bit_whatever_fits_a_buffer() {
     let looks = monostatic((0..700).map(|i| (-45.0 + 0.13 * i as f64, 20.0 + 0.02 * i as f64)));
     let tones = [FrequencyPoint { wavenumber: wavenumber(FREQ_HZ), surfaces: &g.surfaces }];
     let options = BeamOptions::new(3, 0.1, true);
-    let run = |gpu: &Gpu| beam_sum::sweep(gpu, &g, &tones, &looks, Distance::Infinite, &options);
+    let run = |gpu: &Gpu| beam_sum::by_beams(gpu, &g, &tones, &looks, Distance::Infinite, &options);
     let whole = run(compare::test_gpu()).unwrap();
     assert_eq!(whole, run(compare::test_gpu()).unwrap());
     // Room for 1,820 of the 2,100 pairs of looks and faces.
@@ -298,8 +303,8 @@ fn more_pieces_than_there_is_room_for_are_an_error() {
     let g = strips(34);
     let tones = [FrequencyPoint { wavenumber: wavenumber(FREQ_HZ), surfaces: &g.surfaces }];
     let options = BeamOptions::new(1, 0.1, true);
-    let e =
-        beam_sum::sweep(compare::test_gpu(), &g, &tones, &looks, Distance::Infinite, &options).unwrap_err();
+    let e = beam_sum::by_beams(compare::test_gpu(), &g, &tones, &looks, Distance::Infinite, &options)
+        .unwrap_err();
     assert!(e.to_string().contains("more than 32 pieces") && e.to_string().contains("--device cpu"), "{e}");
 }
 
@@ -342,11 +347,11 @@ fn times_of_w1_and_w2() {
             let (mut found, mut truth) = (Vec::new(), Vec::new());
             for _ in 0..6 {
                 let start = std::time::Instant::now();
-                found =
-                    beam_sum::sweep(&gpu, &geometry, &tones, &looks, Distance::Infinite, &options).unwrap();
+                found = beam_sum::by_beams(&gpu, &geometry, &tones, &looks, Distance::Infinite, &options)
+                    .unwrap();
                 times[0].push(start.elapsed().as_secs_f64());
                 let start = std::time::Instant::now();
-                truth = catseye::rcs::cpu::beam_sum::sweep(
+                truth = catseye::rcs::cpu::beam_sum::by_beams(
                     &geometry,
                     &tones,
                     &looks,

@@ -2,9 +2,12 @@
 
 use catseye::base::error::{BadInput, Result};
 use catseye::base::frames::Pose;
+use catseye::formats::column::unit;
 use catseye::scene::motion::{Channel, Joint};
 use catseye::scene::scenario::{self, Builder, Builtin, Scenario, SceneSource};
 use catseye::scene::{Mesh, Scene, Shape, gltf, material, radar_toml};
+use catseye_io::recipe::Recipe;
+use catseye_io::{dataset, rows};
 use glam::DVec3;
 use proptest::prelude::*;
 use std::path::Path;
@@ -337,8 +340,6 @@ fn defaults() {
     assert_eq!(s.scene, SceneSource::Builtin(Builtin::Empty));
     assert_eq!((s.seed, s.frames.count, s.trace.bounces), (0, 1, 3));
     assert!(s.output.adc && s.output.plots);
-    // The chain of objects in a return has as many places as bounces may be asked for.
-    assert_eq!(scenario::MAX_BOUNCES as usize, catseye::trace::MAX_BOUNCES);
 }
 
 /// CATSEYE_WRITE_SCHEMA=1 writes the files instead, after the keys were changed on purpose.
@@ -356,6 +357,29 @@ fn committed_schemas_are_those_of_the_code() {
         assert_eq!(schema["additionalProperties"], false, "{name}");
         assert!(schema["properties"]["name"].is_object(), "{name}");
     }
+}
+
+/// The tables of datasets, of which `points` and `returns` are points.csv and returns.csv as well: names, types, units and meanings of
+/// their columns, from which docs/reference/tables.md is made.
+#[test]
+fn the_committed_schema_of_tables_is_that_of_the_code() {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
+    let mut recipe = Recipe::load(&root.join("scenes/recipes/template.toml"), None).unwrap();
+    recipe.keep.returns = true;
+    let specs = rows::table_specs(&recipe, &dataset::drawn_scene(&recipe, 0).unwrap());
+    let mut tables = serde_json::to_value(&specs).unwrap();
+    for column in tables.as_array_mut().unwrap().iter_mut().flat_map(|t| t["columns"].as_array_mut().unwrap())
+    {
+        assert!(column["about"].is_string(), "{column} says nothing");
+        column["unit"] = unit(column["name"].as_str().unwrap()).into();
+    }
+    let (path, text) =
+        (root.join("schema/tables.json"), serde_json::to_string_pretty(&tables).unwrap() + "\n");
+    if std::env::var_os("CATSEYE_WRITE_SCHEMA").is_some() {
+        return std::fs::write(&path, &text).unwrap();
+    }
+    let committed = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(committed == text, "tables.json is out of date: run this test with CATSEYE_WRITE_SCHEMA=1");
 }
 
 proptest! {

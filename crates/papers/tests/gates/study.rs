@@ -1,10 +1,12 @@
 //! Studies from file to report: closed forms, mistakes in files, resuming, the ready studies.
 
 use catseye::base::units::dbsm_from_amplitude;
-use catseye::engine::{Engine, Precision};
-use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions};
+use catseye::engine::solver::Solver;
+use catseye::engine::sweep::{Accuracy, Sweep};
+use catseye::engine::{Engine, EngineReport, Precision};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
-use catseye::scene::material;
+use catseye::scene::{Scene, material};
 use catseye_papers::study::file;
 use catseye_papers::study::outcome::{Outcome, compute};
 use catseye_papers::study::report::StudyResult;
@@ -140,6 +142,59 @@ fn a_marker_stands_over_the_ground_and_not_with_it() {
          elevation_deg = 0.7161599454704085\n[[sweep]]\nparameter = \"range_m\"\nvalues = [40.00312487793922]\n",
     );
     assert!((direct.fields[0].values[0] - study("40", "0.3", "pec", "vv")[0]).abs() < 1e-6);
+}
+
+/// A study and a sweep take any solver in place of an engine.
+#[test]
+fn another_solver_takes_the_place_of_an_engine() {
+    /// Whatever is seen from wherever has two square metres.
+    struct TwoSquareMetres;
+    impl Solver for TwoSquareMetres {
+        fn report(&self) -> EngineReport {
+            EngineReport {
+                engine: "constant",
+                precision: Precision::F64,
+                adapter: "constant".into(),
+                driver: String::new(),
+                driver_info: String::new(),
+            }
+        }
+        fn scattering(
+            &self,
+            _: &Scene,
+            frequencies_hz: &[f64],
+            aspects: &[BistaticAspect],
+            _: &RcsOptions,
+            watch: &(dyn Fn(u64) + Sync),
+        ) -> catseye::Result<Vec<Scattering>> {
+            watch(aspects.len() as u64);
+            let s = Complex64::from((2.0 / (4.0 * PI)).sqrt());
+            let every = [[s, Complex64::ZERO], [Complex64::ZERO, s]];
+            Ok(vec![Scattering { every, last: every }; frequencies_hz.len() * aspects.len()])
+        }
+    }
+    let study = "name = \"p\"\ntitle = \"\"\n[set]\ntarget = \"plate\"\n[[sweep]]\nparameter = \"azimuth_deg\"\nvalues = [0, 2, 7]\n";
+    let table = compute(&TwoSquareMetres, &parse(study).unwrap(), None, &|_, _| {}).unwrap();
+    let two_dbsm = 10.0 * 2.0f64.log10();
+    assert_eq!(table.fields[0].values.len(), 3);
+    assert!(table.fields[0].values.iter().all(|v| (v - two_dbsm).abs() < 1e-9));
+
+    let sweep = Sweep {
+        frequencies_hz: vec![24e9, 77e9],
+        transmit: vec![Aspect { azimuth: 0.1, elevation: 0.0 }],
+        receive: None,
+        options: RcsOptions::default(),
+    };
+    let plate = Reflector::parse("plate").unwrap().to_scene(&material::by_name).unwrap();
+    let done = AtomicU64::new(0);
+    let mut said = Vec::new();
+    let found = sweep
+        .take(&TwoSquareMetres, &plate, &mut |w| said.push(w.to_string()), &|n| {
+            done.fetch_add(n, Ordering::Relaxed);
+        })
+        .unwrap();
+    assert_eq!((found.scattering.len(), done.into_inner(), found.accuracy), (2, 1, Accuracy::Unknown));
+    assert!(said.is_empty(), "physical optics speaks for another method: {said:?}");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use catseye::scene::scenario::SitedScenario;
 
 /// Scene and scenario together.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Site {
+pub struct DrawnScene {
     /// Number of the scene in its dataset.
     pub number: u32,
     /// The scenario.
@@ -24,18 +24,18 @@ pub struct Site {
     pub dropped: u32,
 }
 
-impl Site {
+impl DrawnScene {
     /// The only place where a drawn road and a drawn scenario come together.
     ///
     /// # Errors
     /// Those of the builders.
-    pub fn new(drawn: Drawn) -> Result<Site> {
+    pub fn new(drawn: Drawn) -> Result<DrawnScene> {
         let made = match drawn.plan {
             Some(plan) => site::Site::on(&drawn.parsed, plan)?,
             None => site::Site::new(&drawn.parsed)?,
         };
         let site::Site { scenario, scene, road } = made;
         let (redrawn, dropped) = (drawn.redrawn, drawn.dropped);
-        Ok(Site { number: drawn.scene, scenario, scene, road, redrawn, dropped })
+        Ok(DrawnScene { number: drawn.scene, scenario, scene, road, redrawn, dropped })
     }
 }

@@ -1,0 +1,114 @@
+//! The columns of points and echoes, each told once: `points.csv` and `returns.csv`, the tables of datasets, Python's structured
+//! arrays and the page of tables in the manual are made of these lists.
+
+use super::points::Point;
+use crate::adc::synthesis::Levels;
+use crate::base::frames::angles_from_direction;
+use crate::base::units::dbm_from_w;
+use crate::formats::column::{Column, Get};
+use crate::scene::radar::Radar;
+use crate::trace::{Echo, Echoes};
+use std::borrow::Cow;
+
+/// Columns of detected points, in the sensor frame. Standard deviations are not a number where the array cannot tell the angle, and
+/// `range_rate_modulo_mps` is infinite where nothing folds; `share` is a share of power (CONVENTIONS eq. 160).
+pub const POINTS: [Column<Point>; 23] = [
+    Column::number("range_m", "in the middle of the frame", |p| p.range_m),
+    Column::number("range_rate_mps", "positive receding", |p| p.range_rate_mps),
+    Column::number("azimuth_deg", "positive left", |p| p.azimuth_rad.to_degrees()),
+    Column::number("elevation_deg", "positive up", |p| p.elevation_rad.to_degrees()),
+    Column::number("x_m", "forward", |p| p.position_m.x),
+    Column::number("y_m", "left", |p| p.position_m.y),
+    Column::number("z_m", "up", |p| p.position_m.z),
+    Column::number("power_dbm", "after beamforming, at the peak between cells", |p| p.power_dbm),
+    Column::number("snr_db", "after beamforming, over the noise of one channel's cell", |p| p.snr_db),
+    Column::number("rcs_dbsm", "as the antennas' polarisation sees it", |p| p.rcs_dbsm),
+    Column {
+        name: "object_id",
+        about: "of the object whose echoes made the point, 0 for none",
+        get: Get::Count(|p| p.object_id),
+    },
+    Column {
+        name: "class",
+        about: "of the object; of a point that no object made leakage (inside the radar), noise (also other radars) or weather",
+        get: Get::Text(32, |p| Cow::Borrowed(&p.class)),
+    },
+    Column::number("range_std_m", "standard deviation", |p| p.std.range_m),
+    Column::number("range_rate_std_mps", "standard deviation", |p| p.std.range_rate_mps),
+    Column::number("azimuth_std_deg", "standard deviation; NaN where the array cannot tell", |p| {
+        degrees(p.std.azimuth_rad)
+    }),
+    Column::number("elevation_std_deg", "standard deviation; NaN where the array cannot tell", |p| {
+        degrees(p.std.elevation_rad)
+    }),
+    Column {
+        name: "ambiguity",
+        about: "of the range rate: unambiguous, resolved, ego_speed, ambiguous or unresolved",
+        get: Get::Text(12, |p| p.ambiguity.name().into()),
+    },
+    Column { name: "bounces", about: "reflections of its strongest echo", get: Get::Small(|p| p.bounces) },
+    Column::flag(
+        "ghost",
+        "the point stands where none of the objects is that its strongest echo met, and in that echo's main lobe",
+        |p| p.ghost,
+    ),
+    Column::number("share", "of the cell's echoes, that the object gave, 0 to 1", |p| p.share),
+    Column {
+        name: "range_rate_modulo_mps",
+        about: "the radar itself knows the range rate but for multiples of this; infinite: for none",
+        get: Get::Bound(|p| p.modulo_mps),
+    },
+    Column::flag(
+        "at_search_edge",
+        "the direction is the edge of the angles that are searched, no measured one",
+        |p| p.at_search_edge,
+    ),
+    Column::flag(
+        "side_lobe",
+        "the point lies in a side lobe of its strongest echo, which is elsewhere in range, range rate or direction",
+        |p| p.side_lobe,
+    ),
+];
+
+fn degrees(angle_rad: Option<f64>) -> f64 {
+    angle_rad.map_or(f64::NAN, f64::to_degrees)
+}
+
+/// An echo as its radar hears it.
+pub struct HeardEcho<'a> {
+    /// The echo.
+    pub echo: &'a Echo,
+    /// Its power alone, mean over channels, dBm.
+    pub power_dbm: f64,
+    /// Azimuth and elevation of arrival, degrees.
+    pub angles_deg: [f64; 2],
+}
+
+/// The echoes of a frame as their radar hears them, in their order.
+pub fn heard<'a>(radar: &Radar, echoes: &'a Echoes) -> Vec<HeardEcho<'a>> {
+    let levels = Levels::new(radar);
+    let heard = |echo: &'a Echo| {
+        let (azimuth, elevation) = angles_from_direction(echo.arrival);
+        HeardEcho {
+            echo,
+            power_dbm: dbm_from_w(levels.amplitude(echo).norm_sqr()),
+            angles_deg: [azimuth, elevation].map(f64::to_degrees),
+        }
+    };
+    echoes.list.iter().map(heard).collect()
+}
+
+/// Columns of echoes as the tracer found them, in the sensor frame.
+pub const fn echoes<'a>() -> [Column<HeardEcho<'a>>; 7] {
+    [
+        Column::number("range_m", "half of the path's length, in the middle of the frame", |e| {
+            e.echo.range_m()
+        }),
+        Column::number("range_rate_mps", "positive receding", |e| e.echo.range_rate_mps()),
+        Column::number("azimuth_deg", "of arrival, positive left", |e| e.angles_deg[0]),
+        Column::number("elevation_deg", "of arrival, positive up", |e| e.angles_deg[1]),
+        Column::number("power_dbm", "of this echo alone, mean over channels", |e| e.power_dbm),
+        Column { name: "chain", about: "ids of the objects met, in order", get: Get::Ids(|e| e.echo.chain) },
+        Column { name: "bounces", about: "reflections", get: Get::Small(|e| e.echo.bounces) },
+    ]
+}
