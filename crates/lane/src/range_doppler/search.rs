@@ -167,7 +167,7 @@ impl Fit<'_> {
                 let part = [f64::NEG_INFINITY, start];
                 self.s.row_between(&q, is_left, phase, part, |m| blots.add(&m, &mut before));
             }
-            // What a curvature moves the farthest cell by, m per 1/m.
+            // Displacement of the farthest cell by the curvature, m per 1/m.
             let reach = 0.5 * (far - start).max(0.0).powi(2);
             let mut curvatures = Vec::new();
             let mut k = 1.05 / self.s.min_radius_m;

@@ -27,7 +27,7 @@ pub enum Search {
     Near {
         /// The rough pose of the radar.
         pose: Pose,
-        /// Half the square that is searched, m.
+        /// Half the side of the square that is searched, m.
         half_m: f64,
         /// Largest angle to the rough pose, rad.
         turn_rad: f64,
