@@ -49,7 +49,7 @@ pub struct StudyFile {
     /// Settings of the solver of cross sections.
     #[serde(default)]
     pub solver: SolverTable,
-    /// How targets that are files are read.
+    /// Settings for reading targets from files.
     pub import: Option<ImportKeys>,
     /// Data for sigma_min_dbsm and margin_db.
     pub detection: Option<DetectionTable>,
@@ -144,7 +144,7 @@ impl Default for SolverTable {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum DiffractionName {
-    /// Nothing.
+    /// No edge diffraction.
     None,
     /// The physical theory of diffraction.
     Ptd,
