@@ -186,7 +186,7 @@ impl Tree {
     /// The text with the places of its keys, for complaints.
     ///
     /// # Errors
-    /// Text that is no TOML.
+    /// Returns an error if the text is not TOML.
     pub fn document(&self) -> Result<Document<'_>> {
         Document::parse(&self.file, &self.text)
     }
@@ -237,7 +237,7 @@ impl Tree {
     }
 }
 
-/// From a parsed file to nodes.
+/// Converts a parsed file to nodes.
 struct Reader<'a> {
     doc: &'a Document<'a>,
 }
@@ -543,7 +543,7 @@ impl<'a> Draws<'a> {
     /// The draws of one scene.
     ///
     /// # Errors
-    /// A distribution that cannot be drawn from.
+    /// Returns an error for a distribution from which nothing can be drawn.
     pub fn new(tree: &'a Tree, seed: u64, scene: u32, changes: Changes) -> Result<Draws<'a>> {
         Ok(Draws {
             tree,
@@ -560,7 +560,7 @@ impl<'a> Draws<'a> {
     /// The plain value of `node`, which stands at `path` of the recipe. None when a chance left it out.
     ///
     /// # Errors
-    /// Numbers that only this scene makes impossible.
+    /// Returns an error for numbers that only this scene makes impossible.
     pub fn plain(&mut self, node: &Node, path: &str) -> Result<Option<toml::Value>> {
         self.entry(node, path, path, false)
     }
@@ -575,7 +575,7 @@ impl<'a> Draws<'a> {
         word(self.seed, self.scene, id, self.attempt)
     }
 
-    /// In [0, 1), of 53 bits.
+    /// A uniform random number in [0, 1) with 53 bits.
     fn unit(&self, id: &str) -> f64 {
         (self.word(id) >> 11) as f64 / (1u64 << 53) as f64
     }

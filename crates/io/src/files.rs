@@ -27,7 +27,7 @@ pub fn frame_name(index: u32) -> String {
 /// `adc.npy`: complex64 `[chirp, rx_virtual, sample]`.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be written.
 pub fn write_cube(dir: &Path, cube: &AnyCube) -> Result<()> {
     let rounded;
     let cube = match cube {
@@ -49,7 +49,7 @@ fn write_map(path: &Path, map: &PowerMap<f64>) -> Result<()> {
 /// `range_doppler.npy` of the first ramp, `range_doppler_1.npy` and so on of the others.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if a file cannot be written.
 pub fn write_maps(dir: &Path, maps: &[RangeDoppler<f64>]) -> Result<()> {
     for (i, map) in maps.iter().enumerate() {
         let name = match i {
@@ -64,7 +64,7 @@ pub fn write_maps(dir: &Path, maps: &[RangeDoppler<f64>]) -> Result<()> {
 /// `points.csv`.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be written.
 pub fn write_point_file(dir: &Path, points: &[Point]) -> Result<()> {
     let path = dir.join("points.csv");
     let file = File::create(&path).map_err(|e| Error::io(&path, e))?;
@@ -77,7 +77,7 @@ pub fn write_point_file(dir: &Path, points: &[Point]) -> Result<()> {
 /// [`PointGrid::planes`] orders them.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if a file cannot be written.
 pub fn write_masks(dir: &Path, scene: &Scene, frame: &Frame, truth: &Truth) -> Result<()> {
     for (name, grid, classes) in
         [("road", Grid::ROAD, &mask::ROAD_CLASSES), ("markers", Grid::MARKERS, &mask::MARKER_CLASSES)]
@@ -93,7 +93,7 @@ pub fn write_masks(dir: &Path, scene: &Scene, frame: &Frame, truth: &Truth) -> R
 /// Writes the files that `output` asks for, but the pictures and what [`write_masks`] writes.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if a folder or file cannot be written.
 pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, truth: &Truth) -> Result<()> {
     if output.adc {
         write_cube(dir, &frame.cube)?;

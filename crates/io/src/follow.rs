@@ -1,5 +1,6 @@
-//! What only a run of frames shows: the ego motion of each frame from its standing points, and tracks of what moves. Both are
-//! made from the files of the frames, so that a resumed run gives the same bytes.
+//! Results that only a sequence of frames gives: the ego-motion of each frame from its stationary points, and
+//! tracks of moving objects. Both are made from the files of the frames, so that a resumed run gives the same
+//! bytes.
 
 use super::files::frame_name;
 use catseye::base::error::{Error, Result};
@@ -85,7 +86,7 @@ impl Follower {
     /// Follows a run with the default settings.
     ///
     /// # Errors
-    /// None with the default settings.
+    /// Returns the tracker's error for invalid settings, which the default settings never are.
     pub fn new() -> Result<Follower> {
         Ok(Follower { tracker: Tracker::new(TrackerSettings::default())? })
     }
@@ -93,7 +94,7 @@ impl Follower {
     /// The points of a frame that do not stand go to the tracker, which is told the ego vehicle's own motion.
     ///
     /// # Errors
-    /// Points that the tracker refuses: values that are not finite.
+    /// Returns an error for points with non-finite values, which the tracker refuses.
     pub fn points(
         &mut self,
         scenario: &SitedScenario,
@@ -166,7 +167,7 @@ fn read_points(path: &Path) -> Result<Vec<SensorPoint>> {
 /// ego vehicle's own motion.
 ///
 /// # Errors
-/// Points that cannot be read.
+/// Returns an error if the points cannot be read.
 pub fn write(dir: &Path, scenario: &SitedScenario) -> Result<()> {
     let mut follower = Follower::new()?;
     let mut rows: Vec<TrackRow> = Vec::new();

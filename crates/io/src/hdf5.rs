@@ -32,8 +32,8 @@ fn wrong(path: &Path, what: &str, e: impl std::fmt::Display) -> Error {
 /// it, it is `adc`, else the only one. `axes` as in [`array_layout`].
 ///
 /// # Errors
-/// `BadInput` for a file that is no HDF5, no such dataset (with the names that are there), another
-/// type, axes that do not fit.
+/// Returns `BadInput` for a file that is not HDF5, a missing dataset (with the names that exist), another
+/// type, or axes that do not fit.
 pub fn open(path: &Path, dataset: Option<&str>, axes: Option<&[Axis]>) -> Result<Source> {
     let size = open_file(path)?.metadata().map_err(|e| Error::io(path, e))?.len();
     let file = hdf5_pure::File::open_streaming(path)
@@ -192,7 +192,7 @@ fn number_of(t: &Datatype) -> Result<(Number, bool, Option<[usize; 2]>), String>
 /// in memory: a copy of the samples is held.
 ///
 /// # Errors
-/// A shape that does not hold the samples; what the disk says.
+/// Returns an error if the shape does not hold the samples, or if the file cannot be written.
 pub fn write<T: Real + bytemuck::Pod>(
     path: &Path,
     shape: &[usize],

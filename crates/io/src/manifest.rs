@@ -181,7 +181,7 @@ impl<T> PerRadar<T> {
     /// What `what` says of each radar.
     ///
     /// # Errors
-    /// What `what` fails with.
+    /// Returns the first error of `what`.
     pub fn of(radars: &[Radar], what: impl Fn(&Radar) -> Result<T>) -> Result<Self> {
         match radars {
             [one] => Ok(PerRadar::One(what(one)?)),
@@ -197,7 +197,7 @@ impl<T> PerRadar<T> {
 /// radars `calibration_NAME.csv`. The TOML names the copy, so beside it, it is read as the same radar.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// Returns an error if a file cannot be written.
 pub fn keep_radars(dir: &Path, radars: &[Radar]) -> Result<PerRadar<String>> {
     PerRadar::of(radars, |radar| {
         let mut kept = radar.clone();
@@ -230,7 +230,7 @@ pub struct Manifest {
     pub scenario_name: String,
     /// The radar in full, as TOML ([`keep_radars`]).
     pub radar: PerRadar<String>,
-    /// Of its maps.
+    /// Axes of its maps.
     pub axes: PerRadar<Axes>,
     /// What was found in an imported file.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -245,7 +245,7 @@ impl Manifest {
     /// Writes the file into `dir`; `StagedDir::commit` adds kind and checksums.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if the manifest cannot be serialized or written.
     pub fn write(&self, dir: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
         let path = dir.join(MANIFEST);

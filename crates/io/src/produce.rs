@@ -78,7 +78,7 @@ pub struct Report {
     pub shards: u64,
     /// Shards of the whole dataset that are complete.
     pub shards_complete: u64,
-    /// Of them found complete.
+    /// Number of shards that were found complete.
     pub shards_resumed: u64,
     /// Shards that an earlier recipe had made, and that are the same in this one.
     pub shards_kept: u64,
@@ -92,7 +92,7 @@ pub struct Report {
     pub cancelled: bool,
     /// What the meshes of the first scene have that may show in frames, one line each.
     pub remarks: Vec<String>,
-    /// Of complete shards.
+    /// Counts over the complete shards.
     pub tally: Tally,
     /// Bytes of the dataset.
     pub bytes: u64,
@@ -281,13 +281,13 @@ pub struct Estimate {
     pub array_bytes_a_frame: u64,
     /// Bytes of a frame as it is stored, with its tables and their files.
     pub bytes_a_frame: u64,
-    /// Of the datasheet with its pictures, and of the checksums, about.
+    /// Approximate size of the datasheet with its pictures and of the checksums, bytes.
     pub datasheet_bytes: u64,
-    /// Of all of it.
+    /// Size of the whole dataset, bytes.
     pub bytes: u64,
 }
 
-/// Frames that an estimate makes at most.
+/// Largest number of frames that an estimate makes.
 const TRIED: u32 = 8;
 
 /// A folder that goes when this does.

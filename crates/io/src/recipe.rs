@@ -36,9 +36,9 @@ pub const SCENARIO_FILE: &str = "scenario.toml";
 pub struct RecipeFile {
     /// Shown in results.
     pub name: String,
-    /// Of the data, said in its README, as in "CC-BY-4.0".
+    /// Licence of the data, stated in its README, as in "CC-BY-4.0".
     pub licence: Option<String>,
-    /// Of all draws, noise and speckle; default 0.
+    /// Seed of all draws, noise and speckle; default 0.
     #[serde(default)]
     pub seed: At<u64>,
     /// Number of scenes.
@@ -68,13 +68,13 @@ pub struct RecipeFile {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SplitTable {
-    /// For training.
+    /// Share of scenes for training.
     #[serde(default)]
     pub train: At<Share>,
-    /// For validation.
+    /// Share of scenes for validation.
     #[serde(default)]
     pub validation: At<Share>,
-    /// For testing.
+    /// Share of scenes for testing.
     #[serde(default)]
     pub test: At<Share>,
 }
@@ -201,7 +201,7 @@ impl Recipe {
     /// Reads a recipe; `seed` takes the place of its own.
     ///
     /// # Errors
-    /// One line with file, line, key, value and remedy.
+    /// Returns an error of one line with file, line, key, value and remedy.
     pub fn load(path: &Path, seed: Option<u64>) -> Result<Recipe> {
         Recipe::parse(path, &read_text(path)?, seed)
     }
@@ -209,7 +209,7 @@ impl Recipe {
     /// The same from a text; files that it names are looked for beside `path`. `seed` takes the place of the recipe's.
     ///
     /// # Errors
-    /// As [`Recipe::load`].
+    /// Returns the errors of [`Recipe::load`].
     pub fn parse(path: &Path, text: &str, seed: Option<u64>) -> Result<Recipe> {
         let doc = Document::parse(path, text)?;
         let file: RecipeFile = doc.read()?;
@@ -291,7 +291,7 @@ impl Recipe {
     /// Refuses to make frames where this build cannot write the recipe's format; its scenes can be drawn all the same.
     ///
     /// # Errors
-    /// `BadInput` with the line of the format and the feature to build with.
+    /// Returns `BadInput` with the line of the format and the feature to build with.
     pub fn check_built(&self) -> Result<()> {
         self.unbuilt.clone().map_or(Ok(()), |b| Err(b.into()))
     }
@@ -327,7 +327,7 @@ impl Recipe {
     /// The files below the recipe's folder that it names, and those that they name: path as it is written, and the file's.
     ///
     /// # Errors
-    /// A file that is named and cannot be read.
+    /// Returns an error if a named file cannot be read.
     pub fn files(&self) -> Result<BTreeMap<String, PathBuf>> {
         let mut texts: BTreeSet<String> = BTreeSet::new();
         for part in ["draw", "road", "scenario"] {
@@ -355,7 +355,7 @@ impl Recipe {
     /// SHA-256 of all that decides on the frames: the text, the seed, the files that it names, this version of the program.
     ///
     /// # Errors
-    /// A file that is named and cannot be read.
+    /// Returns an error if a named file cannot be read.
     pub fn identity(&self) -> Result<String> {
         let mut all = format!("{}\n{}\n{}\n", env!("CARGO_PKG_VERSION"), self.seed, self.text());
         for (name, path) in self.files()? {
@@ -368,7 +368,7 @@ impl Recipe {
     /// `cancel` is set.
     ///
     /// # Errors
-    /// The first scene that is refused, and how many others are.
+    /// Returns the error of the first scene that is refused, with the number of others.
     pub fn check(&self, cancel: &AtomicBool, drawn: &(dyn Fn() + Sync)) -> Result<()> {
         let refused = |scene: u32| {
             if cancel.load(Ordering::Relaxed) {
@@ -397,7 +397,7 @@ impl Recipe {
     /// the recipe names.
     ///
     /// # Errors
-    /// A file that is named and cannot be read.
+    /// Returns an error if a named file cannot be read.
     pub fn basis(&self) -> Result<String> {
         let mut all = format!("{}\n{:?}\n", env!("CARGO_PKG_VERSION"), self.keep);
         for (name, path) in self.files()? {
@@ -409,7 +409,7 @@ impl Recipe {
     /// SHA-256 of what decides on the bytes of some frames beside [`Recipe::basis`]: their scenes as they were drawn.
     ///
     /// # Errors
-    /// As [`Recipe::draw`].
+    /// Returns the errors of [`Recipe::draw`].
     pub fn drawn_from(&self, basis: &str, frames: Range<u64>) -> Result<String> {
         let mut all = basis.to_string();
         let mut at = frames.start;
@@ -428,7 +428,7 @@ impl Recipe {
     /// Draws a scene.
     ///
     /// # Errors
-    /// A scene that its readers refuse, named with its number, the key and the drawn value.
+    /// Returns an error for a scene that its readers refuse, with its number, the key and the drawn value.
     pub fn draw(&self, scene: u32) -> Result<Drawn> {
         if scene >= self.scenes {
             return Err(BadInput::new("there is no such scene")

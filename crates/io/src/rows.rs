@@ -26,7 +26,7 @@ pub const TRUTH_RANGE_M: f64 = 150.0;
 /// Arrays are named `adc`, `range_doppler`, with `_1` and so on for more ramps, with the radar's name where there are several.
 ///
 /// # Errors
-/// Arrays or tables that are not those of the layout.
+/// Returns an error for arrays or tables that do not match the layout.
 pub fn record(recipe: &Recipe, site: &Site, frame: u64, mut radars: Vec<Frame>) -> Result<Record> {
     let keep = recipe.keep;
     let mut arrays = Vec::new();

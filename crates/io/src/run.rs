@@ -66,7 +66,8 @@ struct Note {
 /// Runs all frames of the scenario on `engine` into `out`.
 ///
 /// # Errors
-/// A folder that holds something else; what a frame or the disk reports. Frames that are complete stay.
+/// Returns an error for a folder that holds something else, and the errors of frames and of writing. Complete
+/// frames stay.
 pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOptions<'_>) -> Result<RunReport> {
     let site = Site::new(scenario)?;
     let (scenario, scene) = (&site.scenario, &site.scene);

@@ -16,7 +16,7 @@ pub struct Site {
     pub scenario: SitedScenario,
     /// The scene with its objects.
     pub scene: Scene,
-    /// Of a road scene.
+    /// Truth of the road; None for a scene without a road.
     pub road: Option<RoadTruth>,
     /// Draws that were repeated because vehicles stood in one another, and vehicles that were left out.
     pub redrawn: u32,
@@ -28,7 +28,7 @@ impl Site {
     /// The only place where a drawn road and a drawn scenario come together.
     ///
     /// # Errors
-    /// Those of the builders.
+    /// Returns the errors of the builders.
     pub fn new(drawn: Drawn) -> Result<Site> {
         let made = match drawn.plan {
             Some(plan) => site::Site::on(&drawn.parsed, plan)?,

@@ -1,4 +1,4 @@
-//! An open file of cubes: where its numbers stand ([`Layout`]), and how their bytes are fetched.
+//! An open file of cubes: the arrangement of its numbers ([`Layout`]), and the reading of their bytes.
 
 use super::cube_layout::{Layout, Real};
 use super::ti_cfg::TiRadar;
@@ -70,7 +70,7 @@ impl Source {
     /// Channels of one frame, `[chirp, channel of the range, sample]`; memory beyond the answer is small.
     ///
     /// # Errors
-    /// `BadInput` with the index for NaN, infinity or a number too large for `T`.
+    /// Returns `BadInput` with the index for NaN, infinity or a number too large for `T`.
     pub fn channels<T: Real>(&mut self, frame: usize, channels: Range<usize>) -> Result<Vec<Complex<T>>> {
         let [chirps, _, samples] = self.shape();
         let mut out = vec![Complex::<T>::default(); chirps * channels.len() * samples];
@@ -83,7 +83,7 @@ impl Source {
     /// All channels of one frame, `[chirp, rx_virtual, sample]`.
     ///
     /// # Errors
-    /// A frame that is not there; a file that is cut short; samples that are not finite.
+    /// Returns an error for a frame that does not exist, a truncated file, or a non-finite sample.
     pub fn frame<T: Real>(&mut self, frame: usize) -> Result<Vec<Complex<T>>> {
         let channels = self.shape()[1];
         self.channels(frame, 0..channels)

@@ -1,4 +1,5 @@
-//! Counts over frames: what a dataset's statistics say. Sums of integers, so the order of frames does not matter.
+//! Counts over frames for a dataset's statistics. They are sums of integers, so the order of frames does not
+//! matter.
 
 use super::site::Site;
 use super::store::Table;
@@ -11,7 +12,7 @@ pub const SNR_BIN_DB: f64 = 5.0;
 /// Width of the bins of range, m.
 pub const RANGE_BIN_M: f64 = 10.0;
 
-/// Of some frames.
+/// Counts of some frames.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tally {
@@ -42,7 +43,7 @@ pub struct Tally {
     pub rows_a_frame_most: BTreeMap<String, u64>,
 }
 
-/// Of one class, "" for none.
+/// Counts of one class, "" for none.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClassTally {
@@ -72,7 +73,7 @@ impl Tally {
             t.echoes += f.echoes.list.len() as u64;
             t.points += f.points.len() as u64;
             for p in &f.points {
-                // Of a cube without noise the ratio is infinite.
+                // In a cube without noise the ratio is infinite.
                 if p.snr_db.is_finite() {
                     *t.snr_db.entry(bin(p.snr_db, SNR_BIN_DB)).or_default() += 1;
                 }

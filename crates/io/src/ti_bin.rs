@@ -202,7 +202,8 @@ impl Writer {
     /// `radar` says layout, order and bits (its `interleaved`, `iq_order`, `adc_bits`).
     ///
     /// # Errors
-    /// A name that exists (without `force`), an odd number of samples, a full scale that is no power.
+    /// Returns an error for a name that exists (without `force`), an odd number of samples, or an invalid
+    /// full scale.
     pub fn create(
         path: impl AsRef<Path>,
         radar: &TiRadar,
@@ -237,7 +238,7 @@ impl Writer {
     /// The next chirp of whichever transmitter, `[rx, sample]`, in √W.
     ///
     /// # Errors
-    /// Another number of samples, NaN or infinity.
+    /// Returns an error for another number of samples, or a NaN or infinite one.
     pub fn push_chirp<T: Copy + Into<f64>>(&mut self, rows: &[Complex<T>]) -> Result<()> {
         let (n, rx) = (self.radar.samples, self.radar.rx.len());
         let path = self.bin.final_path();
@@ -306,7 +307,7 @@ impl Writer {
     /// A whole frame, `[chirp, rx_virtual, sample]`.
     ///
     /// # Errors
-    /// A cube of another shape; samples that are not finite; what the disk says.
+    /// Returns an error for a cube of another shape, a non-finite sample, or a failed write.
     pub fn push_frame<T: Copy + Into<f64>>(&mut self, cube: &[Complex<T>]) -> Result<()> {
         let chirp = self.radar.samples * self.radar.rx.len();
         let [a, b, c] = self.radar.shape();
@@ -323,7 +324,7 @@ impl Writer {
     /// Puts both files under their names.
     ///
     /// # Errors
-    /// A frame that is not whole.
+    /// Returns an error if the last frame is not complete, or if the file cannot be finished.
     pub fn finish(mut self) -> Result<Written> {
         let a_frame = self.radar.loops * self.radar.slots();
         if self.chirps == 0 || !self.chirps.is_multiple_of(a_frame) {

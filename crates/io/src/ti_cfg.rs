@@ -30,9 +30,9 @@ pub enum Multiplex {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum IqOrder {
-    /// In phase first (`sample_swap` 0).
+    /// In-phase part first (`sample_swap` 0).
     Iq,
-    /// Quadrature first (`sample_swap` 1, which the SDK's demo uses).
+    /// Quadrature part first (`sample_swap` 1, which the SDK's demo uses).
     Qi,
 }
 
@@ -43,17 +43,17 @@ pub struct TiRadar {
     pub start_hz: f64,
     /// Negative for a falling ramp.
     pub slope_hz_per_s: f64,
-    /// From the end of a ramp to the start of the next.
+    /// Time from the end of a ramp to the start of the next, s.
     pub idle_s: f64,
-    /// From the start of the ramp to the first sample.
+    /// Time from the start of the ramp to the first sample, s.
     pub adc_start_s: f64,
-    /// Length of the ramp.
+    /// Duration of the ramp, s.
     pub ramp_end_s: f64,
     /// When the transmitter is switched on, from the start of the ramp; negative is before it.
     pub tx_start_s: f64,
-    /// Of one chirp.
+    /// Number of samples of one chirp.
     pub samples: usize,
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
     pub sample_rate_hz: f64,
     /// Times that the chirps of `tx_masks` are repeated in a frame.
     pub loops: usize,
@@ -79,7 +79,7 @@ pub struct TiRadar {
     pub interleaved: bool,
     /// Output power below the largest, in dB, of TX1, TX2, TX3.
     pub power_backoff_db: [u8; 3],
-    /// As in `profileCfg`: bits 0 to 5 are the gain in dB.
+    /// Receiver gain as in `profileCfg`: bits 0 to 5 are the gain in dB.
     pub rx_gain: u32,
     /// Corner codes of the two high-pass filters, as in `profileCfg`.
     pub high_pass: [u32; 2],
@@ -106,7 +106,7 @@ impl TiRadar {
         [self.loops, self.channels(), self.samples]
     }
 
-    /// From the start of one chirp to the start of the next.
+    /// Time from the start of one chirp to the start of the next, s.
     pub fn chirp_period_s(&self) -> f64 {
         self.idle_s + self.ramp_end_s
     }
@@ -184,7 +184,7 @@ impl TiRadar {
     /// Refuses a stream over LVDS that holds more than plain samples.
     ///
     /// # Errors
-    /// `BadInput` for headers, chirp-quality words or the software's own stream.
+    /// Returns `BadInput` for headers, chirp-quality words or the software's own stream.
     pub fn check_plain_stream(&self, cfg: &Path) -> Result<()> {
         let Some([header, format, software]) = self.lvds else { return Ok(()) };
         if header != 0 || format > 1 || software != 0 {
@@ -202,8 +202,8 @@ impl TiRadar {
     /// The text of a catseye radar: `carrier_hz` is the centre of the ramp.
     ///
     /// # Errors
-    /// `BadInput` for a falling ramp, and for transmitters that send together: those need a radar TOML of
-    /// their own.
+    /// Returns `BadInput` for a falling ramp, and for transmitters that send together: those need a radar
+    /// TOML of their own.
     pub fn to_radar_toml(&self, name: &str, board: Board) -> Result<String> {
         let bad = |key: &str, value: String, problem: &str| {
             Error::from(

@@ -16,8 +16,8 @@ impl TiRadar {
     /// Reads a `.cfg`.
     ///
     /// # Errors
-    /// `BadInput` with the line for a value that is no number or out of range, a chirp without its
-    /// profile, samples beyond the ramp, a frame shorter than its chirps, a mask of antennas that are off.
+    /// Returns `BadInput` with the line for a value that is no number or out of range, a chirp without its
+    /// profile, samples beyond the ramp, a frame shorter than its chirps, or a mask of antennas that are off.
     pub fn read(path: impl AsRef<Path>) -> Result<TiRadar> {
         let path = path.as_ref();
         let bad = |problem: &str| Error::from(BadInput::new(problem).file(path));
@@ -28,7 +28,7 @@ impl TiRadar {
     /// The radar of a text; `file` is named in errors.
     ///
     /// # Errors
-    /// A command that is unknown, missing, or has other arguments, with its line.
+    /// Returns an error with the line for a command that is unknown, missing, or has other arguments.
     pub fn parse(file: impl AsRef<Path>, text: &str) -> Result<TiRadar> {
         Commands::parse(file.as_ref(), text)?.radar()
     }

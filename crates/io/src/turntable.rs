@@ -24,7 +24,7 @@ use std::f64::consts::PI;
 pub struct Turntable {
     /// Distance of the reflector, m.
     pub range_m: f64,
-    /// Of the reflector in the sensor's frame, ascending.
+    /// Azimuths of the reflector in the sensor's frame, ascending, degrees.
     pub azimuth_deg: Vec<f64>,
     /// Elevations that are taken, degrees.
     pub elevation_deg: Vec<f64>,
@@ -41,7 +41,8 @@ const CHIRPS: usize = 16;
 /// radar, its origin `range_m` away. `watch` is told after each angle.
 ///
 /// # Errors
-/// A reflector that is not seen, or nearer than the array is long; those of [`Calibration::from_turntable`].
+/// Returns an error for a reflector that is not seen or nearer than the array is long, and the errors of
+/// [`Calibration::from_turntable`].
 pub fn run(
     engine: &Engine,
     radar: &Radar,

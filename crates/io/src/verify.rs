@@ -1,5 +1,5 @@
-//! Whether a dataset is whole: every shard there, once, with the bytes that were written, and nothing else beside. A run of
-//! `catseye simulate` the same, by its files.
+//! Checks whether a dataset is whole: every shard present, once, with the bytes that were written, and
+//! nothing else beside. A run of `catseye simulate` is checked likewise, by its files.
 
 use super::dataset::{DATASET, DatasetFile, Marker, SHARDS};
 use super::datasheet::{DatasetManifest, is_own, is_unfinished};
@@ -174,7 +174,7 @@ fn verify_run(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
 /// are.
 ///
 /// # Errors
-/// A folder that is neither, or whose description is damaged; what the disk says.
+/// Returns an error for a folder that is neither, a damaged description, or a file that cannot be read.
 pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
     if !dir.join(DATASET).exists() {
         return verify_run(dir, progress);

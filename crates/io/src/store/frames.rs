@@ -13,7 +13,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Of a frame's folder.
+/// Name of the file that lists the contents of a frame's folder.
 const CONTENTS: &str = "frame.json";
 
 #[derive(serde::Serialize, serde::Deserialize)]

@@ -55,7 +55,7 @@ fn column_type(kind: ColumnKind, width: u32) -> Result<Datatype> {
     })
 }
 
-/// As they are stored, and the width of text.
+/// Bytes of a column as they are stored, and the width of text.
 fn column_bytes(column: &Column) -> (Vec<u8>, u32) {
     match column {
         Column::I64(v) => (bytemuck::cast_slice(v).to_vec(), 0),
@@ -81,7 +81,7 @@ pub(super) struct Writer<'a> {
     first: u64,
     frames: u64,
     arrays: Vec<Vec<u8>>,
-    /// With the row where each frame begins, and the end.
+    /// Tables with the row at which each frame begins, and the end.
     tables: Vec<(Rows, Vec<u64>)>,
 }
 

@@ -8,9 +8,9 @@ use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-/// The file that says what a folder stores.
+/// Name of the file that states what a folder stores.
 pub const LAYOUT: &str = "layout.json";
-/// Of [`LAYOUT`]; a change that an older reader would misread raises it.
+/// Version of [`LAYOUT`]; a change that an older reader would misread raises it.
 const VERSION: u32 = 1;
 /// The column that every stored table begins with.
 pub const FRAME: &str = "frame";
@@ -51,7 +51,7 @@ impl ArrayKind {
         }
     }
 
-    /// Of one number.
+    /// Size of one number, bytes.
     pub fn bytes(self) -> usize {
         match self {
             ArrayKind::C32 => 8,
@@ -92,7 +92,7 @@ pub struct ArraySpec {
     pub name: String,
     /// Names of a frame's axes, slowest first; the axis `frame` stands before them in the files.
     pub dims: Vec<String>,
-    /// Of one frame.
+    /// Shape of the array in one frame.
     pub shape: Vec<usize>,
     /// Type of its numbers.
     #[serde(rename = "type")]
@@ -183,7 +183,7 @@ impl Format {
     }
 }
 
-/// Of arrays. As text: `none`, `zstd:LEVEL` (1 to 22), `deflate:LEVEL` (1 to 9).
+/// Compression of arrays. As text: `none`, `zstd:LEVEL` (1 to 22), `deflate:LEVEL` (1 to 9).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Compression {
@@ -254,7 +254,7 @@ pub struct Layout {
     pub format: Format,
     /// Compression of arrays.
     pub compression: Compression,
-    /// Of the whole dataset.
+    /// Number of frames of the whole dataset.
     pub frames: u64,
     /// Frames of a shard.
     pub frames_per_shard: u64,
@@ -299,7 +299,7 @@ impl Layout {
     /// Refuses a layout that cannot be stored by any build.
     ///
     /// # Errors
-    /// The first thing that cannot be stored, with what can.
+    /// Returns an error for the first thing that cannot be stored, with what can.
     pub fn check(&self) -> Result<()> {
         let bad = |problem: &str| BadInput::new(problem);
         let counts = [
@@ -382,7 +382,7 @@ impl Layout {
     /// Refuses a format that this build neither writes nor reads.
     ///
     /// # Errors
-    /// `BadInput` with the formats that it has and the feature to build with.
+    /// Returns `BadInput` with the formats that the build has and the feature to build with.
     pub fn check_built(&self) -> Result<()> {
         if !self.format.is_built() {
             let feature = self.format.name();
@@ -427,7 +427,7 @@ impl Layout {
     /// The array of that name.
     ///
     /// # Errors
-    /// `BadInput` with the names that are there.
+    /// Returns `BadInput` with the existing names.
     pub fn array(&self, name: &str) -> Result<&ArraySpec> {
         self.arrays
             .iter()
@@ -438,7 +438,7 @@ impl Layout {
     /// The table of that name.
     ///
     /// # Errors
-    /// `BadInput` with the names that are there.
+    /// Returns `BadInput` with the existing names.
     pub fn table(&self, name: &str) -> Result<&TableSpec> {
         self.tables
             .iter()
@@ -449,7 +449,8 @@ impl Layout {
     /// Reads `layout.json` of `dir`.
     ///
     /// # Errors
-    /// As [`describe`](Layout::describe); a format that this build cannot read.
+    /// Returns the errors of [`describe`](Layout::describe), and `BadInput` for a format that this build
+    /// cannot read.
     pub fn open(dir: &Path) -> Result<Layout> {
         let layout = Layout::describe(dir)?;
         layout.check_built()?;
@@ -459,7 +460,7 @@ impl Layout {
     /// The same, also of a format that this build cannot read.
     ///
     /// # Errors
-    /// `BadInput` where there is none, for one that is damaged or of a later version.
+    /// Returns `BadInput` for a file that is missing, damaged or of a later version.
     pub fn describe(dir: &Path) -> Result<Layout> {
         let layout = Layout::find(dir)?.ok_or_else(|| {
             BadInput::new("is no dataset: it has no layout.json")
@@ -505,7 +506,7 @@ impl Layout {
     /// Writes `layout.json` into `dir`, or finds it there.
     ///
     /// # Errors
-    /// `BadInput` when another layout is there.
+    /// Returns `BadInput` if the folder holds another layout.
     pub(super) fn keep(&self, dir: &Path) -> Result<()> {
         let path = dir.join(LAYOUT);
         if let Some(there) = Layout::find(dir)? {

@@ -43,7 +43,7 @@ impl Layout {
     /// Makes `dir` a dataset of this layout without frames, or finds that it is one: then nothing is changed.
     ///
     /// # Errors
-    /// `BadInput` for a layout that cannot be stored and for a folder that holds another.
+    /// Returns `BadInput` for a layout that cannot be stored, or a folder that holds another one.
     pub fn create(&self, dir: &Path) -> Result<()> {
         self.check()?;
         self.check_built()?;
@@ -92,7 +92,8 @@ impl Layout {
     /// All of one frame.
     ///
     /// # Errors
-    /// `BadInput` for a frame that the dataset does not have, a shard that is missing, broken or of another layout.
+    /// Returns `BadInput` for a frame that the dataset does not have, or a shard that is missing, damaged or
+    /// of another layout.
     pub fn read(&self, dir: &Path, frame: u64) -> Result<Record> {
         let arrays = self.arrays.iter().map(|a| self.read_array(dir, &a.name, frame));
         let tables = self.tables.iter().map(|t| self.read_table(dir, &t.name, frame));
@@ -102,7 +103,8 @@ impl Layout {
     /// One array of a frame.
     ///
     /// # Errors
-    /// As [`read`](Layout::read); a name that the dataset does not have.
+    /// Returns the errors of [`read`](Layout::read), and `BadInput` for a name that the dataset does not
+    /// have.
     pub fn read_array(&self, dir: &Path, name: &str, frame: u64) -> Result<Array> {
         self.check_frame(frame)?;
         let spec = self.array(name)?;
@@ -121,7 +123,7 @@ impl Layout {
     /// The rows of one table that belong to a frame.
     ///
     /// # Errors
-    /// As [`read_array`](Layout::read_array).
+    /// Returns the errors of [`read_array`](Layout::read_array).
     pub fn read_table(&self, dir: &Path, name: &str, frame: u64) -> Result<Table> {
         self.check_frame(frame)?;
         let spec = self.table(name)?;

@@ -69,7 +69,7 @@ fn remove_leftovers(path: &Path) -> Result<()> {
 /// Opens a file of a shard for reading.
 ///
 /// # Errors
-/// `BadInput` where it is missing.
+/// Returns `BadInput` if the file is missing.
 pub fn open(path: &Path) -> Result<File> {
     // Looked at first: a pipe would wait for its writer.
     match std::fs::metadata(path) {

@@ -43,7 +43,7 @@ impl Data {
         self.len() == 0
     }
 
-    /// As they are stored, little-endian.
+    /// Bytes of the numbers as they are stored, little-endian.
     pub fn bytes(&self) -> &[u8] {
         match self {
             Data::C32(v) => bytemuck::cast_slice(v),
@@ -54,7 +54,7 @@ impl Data {
     }
 
     #[cfg(any(feature = "zarr", feature = "hdf5"))]
-    /// From stored bytes; `None` where they are no whole number of elements.
+    /// Converts stored bytes; `None` if they are no whole number of elements.
     pub(super) fn from_bytes(kind: ArrayKind, bytes: Vec<u8>) -> Option<Data> {
         fn cast<T: bytemuck::Pod>(bytes: &[u8]) -> Option<Vec<T>> {
             bytes.len().is_multiple_of(size_of::<T>()).then(|| bytemuck::pod_collect_to_vec(bytes))
@@ -182,7 +182,7 @@ impl Column {
 pub struct Table {
     /// Name of the table.
     pub name: String,
-    /// Of equal length, in the layout's order, without `frame`.
+    /// Columns of equal length, in the layout's order, without `frame`.
     pub columns: Vec<(String, Column)>,
 }
 

@@ -35,7 +35,7 @@ const CATSEYE: &str = "catseye";
 struct About {
     first_frame: u64,
     rows: Vec<u64>,
-    /// Of the bytes of each row group.
+    /// CRC32C of the bytes of each row group.
     crc32c: Vec<u32>,
 }
 

@@ -15,7 +15,7 @@ use std::fs::File;
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// Of the places of chunks: a chunk that is not there.
+/// Offset and length of a chunk that is absent.
 const ABSENT: u64 = u64::MAX;
 const CRC_BYTES: usize = 4;
 const PLACE_BYTES: u64 = 16;
