@@ -129,7 +129,7 @@ fn push_point(out: &mut Vec<u8>, sweep: &Sweep, index: usize, p: &SweepPoint) {
 pub struct Clouds {
     staged: StagedDir,
     order: Order,
-    /// Of the manifest.
+    /// Entries of the manifest.
     files: Vec<Value>,
     points: usize,
     empty: usize,

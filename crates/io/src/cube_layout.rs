@@ -175,7 +175,7 @@ pub struct Layout {
     number: Number,
     big_endian: bool,
     scale: Option<f64>,
-    /// Without an `Iq` axis: 0 where the numbers are real parts, 1 where imaginary.
+    /// Without an `Iq` axis: 0 where the numbers are real parts, 1 where they are imaginary parts.
     part: usize,
     /// Number of frames, chirps, transmitters, receivers and samples.
     extent: [usize; 5],

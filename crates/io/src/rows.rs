@@ -1,4 +1,4 @@
-//! A frame as a dataset stores it: arrays of samples and powers, tables of points, echoes and truth.
+//! A frame in the form of a dataset: arrays of samples and powers, tables of points, echoes and truth.
 
 use super::manifest::Axes;
 use super::recipe::{Keep, Recipe};
@@ -18,12 +18,13 @@ use catseye::trace::Echo;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Lanes, lines and markers are kept up to this distance from the ego vehicle.
+/// Largest distance from the ego vehicle at which lanes, lines and markers are kept, m.
 pub const TRUTH_RANGE_M: f64 = 150.0;
 
-/// One frame of all radars: frame `frame` of the dataset.
+/// Makes the record of frame `frame` of the dataset from one frame of all radars.
 ///
-/// Arrays are named `adc`, `range_doppler`, with `_1` and so on for more ramps, with the radar's name where there are several.
+/// Arrays are named `adc` and `range_doppler`, with `_1` and so on for more ramps, and with the radar's name
+/// where there are several.
 ///
 /// # Errors
 /// Returns an error for arrays or tables that do not match the layout.
@@ -46,7 +47,7 @@ pub fn record(recipe: &Recipe, site: &Site, frame: u64, mut radars: Vec<Frame>) 
     Ok(Record { frame, arrays, tables })
 }
 
-/// `base`, for one of several radars with its name.
+/// Name of an array: `base`, with the radar's name if there are several.
 fn array_name(base: &str, site: &Site, radar: &Radar) -> String {
     match site.scenario.radars.len() {
         1 => base.to_string(),
@@ -164,7 +165,7 @@ fn radar_table(site: &Site, radars: &[Frame]) -> Table {
         .table()
 }
 
-/// The columns of points.csv.
+/// Table with the columns of points.csv.
 fn point_table(site: &Site, radars: &[Frame]) -> Table {
     let name = |f: &Frame| site.scenario.radars[f.radar].name.clone();
     let degrees = |x: Option<f64>| x.map_or(f64::NAN, f64::to_degrees);
@@ -195,7 +196,7 @@ fn point_table(site: &Site, radars: &[Frame]) -> Table {
         .table()
 }
 
-/// The columns of returns.csv.
+/// Table with the columns of returns.csv.
 fn return_table(site: &Site, radars: &[Frame]) -> Table {
     struct EchoRow<'a> {
         radar: &'a Radar,
@@ -225,7 +226,7 @@ fn return_table(site: &Site, radars: &[Frame]) -> Table {
         .table()
 }
 
-/// A word of a file format.
+/// A value as the word of a file format.
 fn word(value: impl Serialize) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(s)) => s,
@@ -233,7 +234,7 @@ fn word(value: impl Serialize) -> String {
     }
 }
 
-/// Boxes, lanes, painted lines and markers, in the world.
+/// Tables of boxes, lanes, painted lines and markers, in the world.
 fn truth_tables(site: &Site, radars: &[Frame]) -> [Table; 4] {
     let time_s = radars.first().map_or(0.0, |f| f.time_s);
     let here = site.scenario.ego.pose(time_s).translation_m;
@@ -333,7 +334,7 @@ fn truth_tables(site: &Site, radars: &[Frame]) -> [Table; 4] {
     [boxes, lanes, lines, markers]
 }
 
-/// What tables and columns mean; units are the ends of names.
+/// Meanings of tables and columns; units are the endings of names.
 const TABLES: [(&str, &str); 8] = [
     ("frames", "one a frame: where the ego vehicle is, in the world, and which scene this is"),
     ("radars", "one a radar: where it is, in the world, and the axes of its map"),
@@ -426,7 +427,7 @@ const COLUMNS: [(&str, &str); 58] = [
     ("word", "code word that the gaps of the row spell; empty without a code"),
 ];
 
-/// What a layout says of a table.
+/// The layout's description of a table.
 pub fn table_spec(table: &Table) -> TableSpec {
     let known = |list: &[(&str, &str)], name: &str| {
         list.iter().find(|(n, _)| *n == name).map_or(String::new(), |(_, about)| about.to_string())
@@ -439,7 +440,7 @@ pub fn table_spec(table: &Table) -> TableSpec {
     spec
 }
 
-/// What a layout says of an array.
+/// The layout's description of an array.
 pub fn array_spec(array: &Array) -> ArraySpec {
     let mut spec = array.spec();
     spec.about = match spec.name.as_bytes().first() {

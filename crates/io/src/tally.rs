@@ -7,7 +7,7 @@ use catseye::simulate::Frame;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Width of the bins of SNR, dB, and of range, m.
+/// Width of the bins of SNR, dB.
 pub const SNR_BIN_DB: f64 = 5.0;
 /// Width of the bins of range, m.
 pub const RANGE_BIN_M: f64 = 10.0;
@@ -18,7 +18,7 @@ pub const RANGE_BIN_M: f64 = 10.0;
 pub struct Tally {
     /// Number of frames.
     pub frames: u64,
-    /// Frames of each part.
+    /// Number of frames of each part.
     pub splits: BTreeMap<String, u64>,
     /// Number of echoes.
     pub echoes: u64,
@@ -26,17 +26,17 @@ pub struct Tally {
     pub points: u64,
     /// Least and greatest number of points in a frame, of all radars.
     pub points_a_frame: Option<[u64; 2]>,
-    /// Points by the lower end of their bin, dB.
+    /// Number of points by the lower end of their SNR bin, dB.
     pub snr_db: BTreeMap<i32, u64>,
-    /// Points by the lower end of their bin, m.
+    /// Number of points by the lower end of their range bin, m.
     pub range_m: BTreeMap<i32, u64>,
     /// Counts by class.
     pub classes: BTreeMap<String, ClassTally>,
-    /// Scenes that begin in these frames.
+    /// Number of scenes that begin in these frames.
     pub scenes: u64,
-    /// Vehicles that were drawn again, and left out, because they stood in others.
+    /// Number of vehicles that were drawn again because they overlapped others.
     pub redrawn: u64,
-    /// Objects that were left out because others stand in their place.
+    /// Number of objects that were left out because others stand in their place.
     pub dropped: u64,
     /// Greatest number of rows in a frame, by table.
     #[serde(default)]
@@ -47,14 +47,14 @@ pub struct Tally {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClassTally {
-    /// Objects in the scenes, once a scene.
+    /// Number of objects in the scenes, each counted once per scene.
     pub objects: u64,
-    /// Points that are labelled with it.
+    /// Number of points that are labelled with the class.
     pub points: u64,
-    /// Those of them that are ghosts. Datasets made before November 2026 count none here, nor side lobes.
+    /// Number of those that are ghosts. Datasets made before November 2026 count none here, nor sidelobes.
     #[serde(default)]
     pub ghosts: u64,
-    /// Those of them that lie in side lobes.
+    /// Number of those that lie in sidelobes.
     #[serde(default)]
     pub side_lobes: u64,
 }
@@ -65,7 +65,7 @@ fn bin(x: f64, width: f64) -> i32 {
 }
 
 impl Tally {
-    /// One frame of all radars of a site.
+    /// Counts one frame of all radars of a site.
     pub fn of(site: &Site, split: &str, radars: &[Frame]) -> Tally {
         let mut t = Tally { frames: 1, ..Default::default() };
         t.splits.insert(split.to_string(), 1);
@@ -95,7 +95,7 @@ impl Tally {
         t
     }
 
-    /// Notes how many rows the tables of a frame have.
+    /// Notes the numbers of rows of a frame's tables.
     pub fn note_rows(&mut self, tables: &[Table]) {
         for t in tables {
             let most = self.rows_a_frame_most.entry(t.name.clone()).or_default();
@@ -103,7 +103,7 @@ impl Tally {
         }
     }
 
-    /// Adds the counts of another.
+    /// Adds the counts of another tally.
     pub fn add(&mut self, o: &Tally) {
         fn maps<K: Ord + Clone>(a: &mut BTreeMap<K, u64>, b: &BTreeMap<K, u64>) {
             b.iter().for_each(|(k, n)| *a.entry(k.clone()).or_default() += n);

@@ -71,10 +71,10 @@ pub struct Recording {
     channels: BTreeMap<String, u16>,
     sequence: BTreeMap<u16, u32>,
     white_dbm: f64,
-    /// Of the pictures, by radar.
+    /// Axes of the pictures, by radar.
     axes: BTreeMap<String, String>,
     order: Order,
-    /// Of the truth that was written last.
+    /// Time of the truth that was written last.
     truth_at: Option<i64>,
     sweeps: usize,
     points: usize,

@@ -36,7 +36,7 @@ impl Cells {
 
 /// A table in memory.
 pub struct Grid {
-    /// By their names, in order.
+    /// Columns with their names, in order.
     pub columns: Vec<(String, Cells)>,
     /// Number of rows.
     pub rows: usize,

@@ -268,7 +268,8 @@ impl SignatureMap {
     /// Makes a map from stored landmarks and poses.
     ///
     /// # Errors
-    /// Returns an error for a setting outside its range, or for a non-finite landmark or pose.
+    /// Returns an error for a setting outside its range, for a landmark whose values are non-finite or whose
+    /// covariance is not positive definite, or for a non-finite pose.
     pub fn from_parts(
         settings: MapSettings,
         landmarks: Vec<Landmark>,
@@ -305,7 +306,8 @@ impl SignatureMap {
     /// heading (rad). Without a velocity every point is taken as static.
     ///
     /// # Errors
-    /// Returns an error if the pose, its standard deviations or the velocity is non-finite.
+    /// Returns an error if the pose or the velocity is non-finite, or a standard deviation of the pose is
+    /// non-finite or negative. Non-finite points are counted as unusable.
     pub fn add_scan(
         &mut self,
         pose: Pose,

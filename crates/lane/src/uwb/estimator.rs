@@ -559,8 +559,8 @@ mod tests {
         assert!(why[why.len() - 1].contains("something else than plates"), "{}", why[why.len() - 1]);
     }
 
-    /// Of a line that comes nearer by 2 % the two last markers tell the slope as far as their deviations let them; it ends where the next
-    /// one is due.
+    /// The slope of a line that comes nearer by 2 % follows from the two last markers as far as their
+    /// standard deviations allow; the line ends where the next one is due.
     #[test]
     fn a_line_is_stated_as_far_as_it_was_seen() {
         let mut uwb = lanes();

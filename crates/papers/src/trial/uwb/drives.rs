@@ -375,7 +375,7 @@ fn is_road(o: &Object) -> bool {
     matches!(o.class.as_str(), "road" | "verge" | "lane_line")
 }
 
-/// Largest echo delay spread, in pulse lengths c / 2B.
+/// Largest extent of an echo in range, in pulse lengths c / 2B.
 const ECHO_PULSES: f64 = 3.0;
 
 /// The site without what lies beyond the samples of all radars in these frames. With one bounce nothing there
