@@ -158,8 +158,8 @@ impl Sweep {
     /// Checks what every exporter relies on.
     ///
     /// # Errors
-    /// `BadInput` for a radar's name that is no file name; `Failed` for a value that is not a number, and for a map that is not of
-    /// its size.
+    /// Returns `BadInput` for a radar's name that is no file name, and `Failed` for a value that is NaN or a
+    /// map whose size is not the stated one.
     pub fn check(&self) -> Result<()> {
         check_name("radar", &self.radar)?;
         let wrong = |what: String| {
@@ -247,13 +247,14 @@ pub trait Exporter {
     /// Takes the next sweep.
     ///
     /// # Errors
-    /// Those of [`Sweep::check`], what the format cannot hold, and what the disk says. The output is not written then.
+    /// Returns the errors of [`Sweep::check`], and an error for what the format cannot hold or a failed
+    /// write. The output is then not written.
     fn push(&mut self, sweep: &Sweep) -> Result<()>;
 
     /// Puts the output under its name.
     ///
     /// # Errors
-    /// What the disk says; nothing stays under the final name then.
+    /// Returns an error if the output cannot be written; nothing then stays under the final name.
     fn finish(self: Box<Self>) -> Result<Finished>;
 }
 

@@ -84,7 +84,8 @@ impl Recording {
     /// `white_dbm`: the level that is white in the pictures of the maps, at best the highest of the run.
     ///
     /// # Errors
-    /// `BadInput` when there is a file already and `force` is not given; what the disk says.
+    /// Returns `BadInput` if the file already exists and `force` is not given, and an error if it cannot be
+    /// written.
     pub fn create(path: &Path, white_dbm: f64, force: bool) -> Result<Recording> {
         let staged = StagedFile::new(path, force)?;
         let out = File::create(staged.path()).map_err(|e| Error::io(path, e))?;
