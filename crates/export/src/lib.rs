@@ -158,8 +158,8 @@ impl Sweep {
     /// Checks what every exporter relies on.
     ///
     /// # Errors
-    /// Returns `BadInput` for a radar's name that is no file name, and `Failed` for a value that is NaN or a
-    /// map whose size is not the stated one.
+    /// Returns `BadInput` for a radar's name that is no file name, and `Failed` for a non-finite value
+    /// (levels may be infinite) or a map whose size is not the stated one.
     pub fn check(&self) -> Result<()> {
         check_name("radar", &self.radar)?;
         let wrong = |what: String| {
