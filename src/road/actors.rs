@@ -87,7 +87,7 @@ pub fn actors(objects: &[Object]) -> Vec<Vec<usize>> {
 pub struct ActorBox {
     /// Indices into the scene's objects.
     pub parts: Vec<usize>,
-    /// Of the first part.
+    /// Pose of the first part.
     pub pose: Pose<Target, World>,
     /// Corners in the first part's frame; equal for point targets and scattering tables.
     pub lower_m: DVec3,

@@ -95,7 +95,7 @@ pub struct AxisPoint {
     pub heading_rad: f64,
     /// Rise over run along the axis.
     pub grade: f64,
-    /// Of the plan, positive to the left.
+    /// Curvature of the plan, 1/m, positive to the left.
     pub curvature_per_m: f64,
     /// Rise over run to the left.
     pub cross_slope: f64,

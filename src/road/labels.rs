@@ -31,7 +31,7 @@ pub struct RoadLabel {
     pub axis_m: Polyline,
     /// Curvature of the axis at each point, positive to the left.
     pub curvature_per_m: Vec<f64>,
-    /// Of the outermost drivable lanes.
+    /// Left edge of the outermost drivable lanes, m.
     pub left_edge_m: Polyline,
     /// Its right edge.
     pub right_edge_m: Polyline,

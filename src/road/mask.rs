@@ -111,7 +111,7 @@ impl CellClass {
         }
     }
 
-    /// Of an object of this class; None for what masks do not show.
+    /// The class of the cells of an object of this class; None for what masks do not show.
     fn of(class: &str) -> Option<CellClass> {
         match base_class(class) {
             "guard_rail" | "post" | "wall" => Some(CellClass::GuardRail),

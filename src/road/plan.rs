@@ -90,13 +90,13 @@ pub struct VergePlan {
 /// A W-beam as a sheet, with U-shaped posts behind it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RailPlan {
-    /// Of the back of the beam.
+    /// Lateral position of the back of the beam.
     pub lateral: Lateral,
     /// Where the traffic is.
     pub faces: Side,
     /// From and to, m along the axis.
     pub span_m: Range<f64>,
-    /// Of the beam's upper edge.
+    /// Height of the beam's upper edge, m.
     pub height_m: f64,
     /// 0 is without posts.
     pub post_spacing_m: f64,
@@ -109,7 +109,7 @@ pub struct RailPlan {
 pub struct WallPlan {
     /// Class of the object.
     pub class: &'static str,
-    /// Of its middle.
+    /// Lateral position of the wall's middle.
     pub lateral: Lateral,
     /// From and to, m along the axis.
     pub span_m: Range<f64>,
@@ -201,7 +201,7 @@ pub struct RowPlan {
     pub spacing: Spacing,
     /// Distances count along the row itself; otherwise along the road's axis.
     pub along_row: bool,
-    /// Of x against the direction of the road; turned on by `turn_rad` from one to the next.
+    /// Yaw of x against the direction of the road, rad; turned on by `turn_rad` from one to the next.
     pub yaw_rad: f64,
     /// Turn about the vertical, rad.
     pub turn_rad: f64,

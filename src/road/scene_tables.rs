@@ -93,7 +93,7 @@ pub enum ElementKind {
 pub struct ElementTable {
     pub kind: At<ElementKind>,
     pub length_m: Option<At<f64>>,
-    /// Of an arc.
+    /// Radius of an arc.
     pub radius_m: Option<At<f64>>,
     /// Turn of an arc, in place of its length; positive.
     pub angle_deg: Option<At<f64>>,
@@ -107,7 +107,7 @@ pub struct ElementTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GradeTable {
-    /// Of the point where the two grades' lines meet.
+    /// Station of the point where the lines of the two grades meet.
     pub s_m: At<f64>,
     /// The grade behind it, positive uphill.
     pub grade_percent: At<f64>,
@@ -204,13 +204,13 @@ pub struct VergeTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RailTable {
-    /// Of the back of its beam.
+    /// Lateral position of the back of the rail's beam.
     pub lateral: At<LateralTable>,
     /// The side of the traffic; default towards the axis.
     pub faces: Option<Side>,
     pub from_m: Option<At<f64>>,
     pub to_m: Option<At<f64>>,
-    /// Of its upper edge; default 0.75.
+    /// Height of the rail's upper edge; default 0.75.
     pub height_m: Option<At<f64>>,
     /// Default 4; 0 is without posts.
     pub post_spacing_m: Option<At<f64>>,
@@ -222,7 +222,7 @@ pub struct RailTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WallTable {
-    /// Of its middle.
+    /// Lateral position of the wall's middle.
     pub lateral: At<LateralTable>,
     pub from_m: Option<At<f64>>,
     pub to_m: Option<At<f64>>,
@@ -260,7 +260,7 @@ pub struct FenceTable {
 #[serde(deny_unknown_fields)]
 pub struct GantryTable {
     pub s_m: At<f64>,
-    /// Of its legs.
+    /// Lateral position of the gantry's legs: from here to `to`.
     pub from: At<LateralTable>,
     pub to: At<LateralTable>,
     /// Height of the beam's lower side over the road; default 5.5.
@@ -295,7 +295,7 @@ pub struct RowTable {
     /// As in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
     pub reflector: At<String>,
     pub lateral: At<LateralTable>,
-    /// Of the first one; default 0.
+    /// Station of the first one; default 0.
     pub from_m: Option<At<f64>>,
     /// None stands behind it; default the end of the road.
     pub to_m: Option<At<f64>>,
@@ -308,7 +308,8 @@ pub struct RowTable {
     /// Whether these distances count along the row itself, which differs from the road's axis in bends. Default false: along the axis.
     #[serde(default)]
     pub along_row: bool,
-    /// Of its boresight against the direction of the road; default 180, towards traffic that comes along it.
+    /// Yaw of its boresight against the direction of the road; default 180, towards traffic that comes along
+    /// it.
     pub yaw_deg: Option<At<f64>>,
     /// Turn from one to the next.
     #[serde(default)]
@@ -319,7 +320,7 @@ pub struct RowTable {
     /// Positive left side up.
     #[serde(default)]
     pub roll_deg: At<f64>,
-    /// Of its origin over the road; default 0.002 for markers, otherwise 0.
+    /// Height of its origin over the road; default 0.002 for markers, otherwise 0.
     pub lift_m: Option<At<f64>>,
     /// Whether z is straight up also where the road slopes; default false for markers, otherwise true.
     pub upright: Option<bool>,
@@ -335,7 +336,7 @@ pub struct ObjectTable {
     pub reflector: Option<At<String>>,
     /// A .glb, .gltf, .stl or .obj file below the folder of this file.
     pub file: Option<At<String>>,
-    /// Of the file: m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
+    /// Unit of the file: m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
     pub unit: Option<At<String>>,
     /// Axis of the file that points up: y (default of glTF; STL and OBJ need it) or z.
     pub up: Option<At<String>>,
@@ -348,7 +349,7 @@ pub struct ObjectTable {
     pub materials: BTreeMap<String, At<String>>,
     pub s_m: At<f64>,
     pub lateral: At<LateralTable>,
-    /// Of its x axis against the direction of the road.
+    /// Yaw of its x axis against the direction of the road.
     #[serde(default)]
     pub yaw_deg: At<f64>,
     #[serde(default)]
@@ -371,7 +372,7 @@ pub struct VehicleTable {
     /// What goes there: a vehicle or a person of the library.
     #[schemars(extend("enum" = VEHICLES))]
     pub kind: At<String>,
-    /// Of its middle.
+    /// Station of its middle.
     pub s_m: At<f64>,
     pub lateral: At<LateralTable>,
     /// Against the direction in which its lane is driven (of the road outside lanes), positive to the left.

@@ -25,7 +25,7 @@ pub struct TruthBox {
     pub rotation_xyzw: [f64; 4],
     /// Heading of the object's x axis in the ground plane, radians, positive left.
     pub yaw_rad: f64,
-    /// Of the centre, in the world.
+    /// Velocity of the centre in the world, m/s.
     pub velocity_mps: [f64; 3],
     /// In the world, right-handed about its direction.
     pub spin_rad_per_s: [f64; 3],

@@ -59,7 +59,7 @@ pub struct Backscatter {
     pub law: Law,
     /// Cross-polar over co-polar backscatter, dB, where the law does not say; None: nothing is scattered across.
     pub cross_db: Option<f64>,
-    /// Of the complex amplitudes of VV and HH.
+    /// Correlation of the complex amplitudes of VV and HH.
     pub copolar_correlation: f64,
 }
 

@@ -18,7 +18,7 @@ pub struct DriveTable {
     pub lane_change: Vec<LaneChangeTable>,
     /// Sway about the middle of the lane.
     pub sway: Option<SwayTable>,
-    /// Of the vehicle against the way that it goes, positive to the left.
+    /// Heading of the vehicle against its direction of travel, degrees, positive to the left.
     pub heading_error_deg: At<f64>,
 }
 

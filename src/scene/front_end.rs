@@ -118,7 +118,7 @@ pub struct ChannelErrors {
     pub phase_rms_rad: f64,
     /// Standard deviation of each coordinate of each antenna.
     pub position_rms_m: f64,
-    /// Of the draws above; other devices of one design have other seeds.
+    /// Seed of the draws above; other devices of one design have other seeds.
     pub seed: u64,
     /// Given for each channel, on top of what is drawn; empty for none.
     pub gain_db: Vec<f64>,
@@ -192,7 +192,7 @@ pub struct FrontEndTable {
     pub channels: Option<ChannelsTable>,
 }
 
-/// Of the oscillator that transmitters and mixers share.
+/// Phase noise of the oscillator that transmitters and mixers share.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PhaseNoiseTable {
@@ -283,10 +283,10 @@ pub struct DcTable {
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JitterTable {
-    /// Of the instants at which samples are taken.
+    /// RMS jitter of the instants at which samples are taken, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub aperture_rms_s: Option<At<f64>>,
-    /// Of the instants at which ramps start, against the converter's clock.
+    /// RMS jitter of the instants at which ramps start, against the converter's clock, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chirp_start_rms_s: Option<At<f64>>,
 }
@@ -295,13 +295,13 @@ pub struct JitterTable {
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelsTable {
-    /// Of each transmitter and of each receiver.
+    /// RMS gain error of each transmitter and of each receiver, dB.
     #[serde(default)]
     pub gain_rms_db: At<f64>,
     /// Standard deviation of the channels' phases, degrees.
     #[serde(default)]
     pub phase_rms_deg: At<f64>,
-    /// Of each coordinate of each antenna.
+    /// RMS error of each coordinate of each antenna, m.
     #[serde(default)]
     pub position_rms_m: At<f64>,
     /// Which device of the series: other seeds draw other errors.

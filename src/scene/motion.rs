@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub struct Moving {
     /// Rotation from the moving frame to the other one.
     pub rotation: DQuat,
-    /// Of the frame's origin.
+    /// Position of the frame's origin, m.
     pub translation_m: DVec3,
     /// Velocity of the origin, m/s.
     pub velocity_mps: DVec3,
@@ -52,7 +52,7 @@ impl Moving {
         Pose::new(self.rotation, self.translation_m)
     }
 
-    /// Of the body's particle at a place of the outer frame.
+    /// Velocity, m/s, of the body's particle at a place of the outer frame, m.
     #[inline]
     pub fn velocity_at(&self, place_m: DVec3) -> DVec3 {
         self.velocity_mps + self.spin_rad_per_s.cross(place_m - self.translation_m)

@@ -206,7 +206,7 @@ pub struct AngleSettings {
     pub subarray: Option<[usize; 2]>,
     /// None: wherever there are subarrays.
     pub forward_backward: Option<bool>,
-    /// Of the Bi-SVD.
+    /// Forgetting factor of the Bi-SVD.
     pub forgetting: f64,
     /// Measured steering vectors in place of the ideal array's.
     pub calibration: Option<CalibrationFile>,

@@ -54,7 +54,7 @@ pub struct RadarFile {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TransmitterTable {
-    /// Of one transmitter, at its antenna's input.
+    /// Power of one transmitter at its antenna's input, dBm.
     pub power_dbm: At<f64>,
 }
 

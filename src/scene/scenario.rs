@@ -35,7 +35,7 @@ use std::sync::Arc;
 pub struct ScenarioFile {
     /// Shown in results.
     pub name: String,
-    /// Of the noise; the same seed gives the same bytes. Default 0.
+    /// Seed of the noise; the same seed gives the same bytes. Default 0.
     #[serde(default)]
     pub seed: u64,
     /// A preset (feng77, front77, demo77, fmcw76, uwb9), the path of a radar file, or the radar itself as a table.
@@ -208,10 +208,10 @@ pub struct ObjectTable {
     pub vehicle: Option<At<String>>,
     /// An RCS table (CSV, as `catseye rcs` writes it), relative to this file: the object scatters as it says.
     pub rcs_table: Option<At<String>>,
-    /// Of the object's origin in the world.
+    /// Position of the object's origin in the world, m.
     pub position_m: Option<At<[f64; 3]>>,
-    /// Of the object's x axis (a reflector's boresight), positive to the left; 180 faces a radar that
-    /// looks along +x. On a trajectory it counts from the heading.
+    /// Yaw of the object's x axis (a reflector's boresight), degrees, positive to the left; 180 faces a radar
+    /// that looks along +x. On a trajectory it counts from the heading.
     #[serde(default)]
     pub yaw_deg: At<f64>,
     /// Positive nose down.
@@ -242,8 +242,8 @@ pub struct ObjectTable {
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EgoTable {
-    /// Of its rear axle's centre at the middle of frame 0; height 0 lets the radar's mounting height
-    /// count from the road.
+    /// Position of its rear axle's centre at the middle of frame 0, m; height 0 lets the radar's mounting
+    /// height count from the road.
     #[serde(default)]
     pub position_m: At<[f64; 3]>,
     /// Heading, positive to the left.

@@ -105,7 +105,7 @@ pub struct WaypointTable {
 /// A trajectory that has been read and checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
-    /// Of what follows it, in the world, from the middle of frame 0.
+    /// Motion, in the world, of what follows the trajectory, from the middle of frame 0.
     pub motion: Arc<Motion>,
     /// Way since time zero, m, and its rate; what rolls or walks keeps to it.
     pub way_m: Arc<Channel<f64>>,

@@ -19,9 +19,9 @@ pub struct WeatherTable {
     pub rain_mm_per_h: At<f64>,
     /// Liquid water of fog.
     pub fog_g_per_m3: Option<At<f64>>,
-    /// Of the fog, in place of fog_g_per_m3.
+    /// Visibility in the fog, m, in place of fog_g_per_m3.
     pub visibility_m: Option<At<f64>>,
-    /// Of the air. Default 20.
+    /// Temperature of the air, °C. Default 20.
     pub temperature_c: Option<At<f64>>,
     /// In the world; carries the drops. Default 0.
     pub wind_mps: At<[f64; 3]>,
@@ -36,7 +36,7 @@ pub struct WeatherTable {
 pub struct Weather {
     /// Rain, mm/h.
     pub rain_mm_per_h: f64,
-    /// Of fog.
+    /// Liquid water content of fog, g/m³.
     pub liquid_g_per_m3: f64,
     /// Temperature, °C.
     pub temperature_c: f64,

@@ -51,7 +51,7 @@ pub struct TraceOptions {
     pub merge: bool,
     /// Samples of the diffuse echo of all rough surfaces, about, and as many of rain.
     pub rays: u64,
-    /// Of the scatterers on rough surfaces, which are the same in all frames, and of rain.
+    /// Seed of the scatterers on rough surfaces, which are the same in all frames, and of rain.
     pub seed: u64,
     /// Number of the frame, which selects the random numbers of diffuse samples.
     pub frame: u32,

@@ -10,7 +10,7 @@ use std::sync::{Arc, Condvar, LazyLock, Mutex, MutexGuard};
 use std::thread::{Builder, JoinHandle, sleep};
 use std::time::{Duration, Instant};
 
-/// Of a program that was interrupted (128 + SIGINT).
+/// Exit code of a program that was interrupted (128 + SIGINT).
 pub const INTERRUPTED: i32 = 130;
 /// How often a bar is drawn anew, and how often somebody looks whether the user wants an end.
 const TICK: Duration = Duration::from_millis(200);

@@ -89,7 +89,7 @@ pub fn draw_map(title: &str, radar: &Radar, map: &Map<f64>, points: &[Point], di
 /// All pictures of a simulated frame.
 ///
 /// # Errors
-/// A picture that cannot be drawn or written.
+/// Returns an error for a picture that cannot be drawn or written.
 pub fn draw_frame(
     scenario: &SitedScenario,
     scene: &Scene,

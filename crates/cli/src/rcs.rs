@@ -120,7 +120,7 @@ struct JsonRow {
     vh_dbsm: f64,
     hv_dbsm: f64,
     hh_dbsm: f64,
-    /// Of a bistatic run.
+    /// Azimuth of the receiver in a bistatic run, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     rx_azimuth_deg: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -209,7 +209,7 @@ struct DryRun {
     triangles: usize,
     echoes: usize,
     cube_bytes: u64,
-    /// Of the radar whose spectrum is largest, with both transforms' lengths.
+    /// Size of the spectrum of the radar whose spectrum is largest, with both transforms' lengths, bytes.
     spectrum_bytes: u64,
     map_bytes: u64,
     /// The most that a frame holds at once; radars take turns.
@@ -223,7 +223,7 @@ struct DryRun {
     picture_bytes_per_frame: u64,
     disk_bytes: u64,
     echo_bytes: u64,
-    /// Of all radars of frame 0, on this machine, s.
+    /// Tracing time of frame 0 for all radars on this machine, s.
     trace_s_per_frame: f64,
     /// What the scene's meshes have that may show in the frames.
     remarks: Vec<String>,

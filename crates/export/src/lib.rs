@@ -23,10 +23,10 @@ use catseye::base::frames::{Pose, Sensor, Vehicle, World, direction_from_angles}
 use glam::{DQuat, DVec3, EulerRot};
 use std::path::PathBuf;
 
-/// What one radar saw in one frame, and what is true of that instant.
+/// The data of one radar in one frame, and the truth at that instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sweep {
-    /// Middle of the frame, ns from the run's zero.
+    /// Middle of the frame, ns from the start of the run.
     pub time_ns: i64,
     /// Number of the frame.
     pub frame: u64,
@@ -36,15 +36,15 @@ pub struct Sweep {
     pub sensor_in_vehicle: Pose<Sensor, Vehicle>,
     /// Pose of the vehicle in the world.
     pub vehicle_in_world: Pose<Vehicle, World>,
-    /// Of the vehicle's origin, in the world.
+    /// Velocity of the vehicle's origin in the world, m/s.
     pub vehicle_velocity_mps: DVec3,
-    /// About z, positive to the left.
+    /// Yaw rate about z, rad/s, positive to the left.
     pub yaw_rate_rad_per_s: f64,
-    /// Of the radar, in the world.
+    /// Velocity of the radar in the world, m/s.
     pub sensor_velocity_mps: DVec3,
     /// Detections.
     pub points: Vec<SweepPoint>,
-    /// Of all objects.
+    /// Boxes of all objects.
     pub boxes: Vec<SweepBox>,
     /// The map, where it was stored.
     pub range_doppler: Option<PowerImage>,
@@ -55,15 +55,15 @@ pub struct Sweep {
 /// A detection.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepPoint {
-    /// In the sensor's axes.
+    /// Position in the sensor's axes, m.
     pub position_m: DVec3,
     /// Range, m.
     pub range_m: f64,
-    /// Positive to the left.
+    /// Azimuth, rad, positive to the left.
     pub azimuth_rad: f64,
-    /// Positive up.
+    /// Elevation, rad, positive upwards.
     pub elevation_rad: f64,
-    /// Positive when receding, as measured: the radar's own motion is in it.
+    /// Range rate, m/s, positive when receding, as measured: it includes the radar's own motion.
     pub range_rate_mps: f64,
     /// Radar cross section, dBsm.
     pub rcs_dbsm: f64,
@@ -79,11 +79,11 @@ pub struct SweepPoint {
     pub elevation_std_rad: Option<f64>,
     /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
-    /// The object whose echo it is; 0 for none.
+    /// Number of the object whose echo it is; 0 for none.
     pub object_id: u32,
-    /// That object's class, "" for none.
+    /// Class of that object, "" for none.
     pub class: String,
-    /// Not where its object is: a mirror image, or a side lobe.
+    /// Whether the point is not where its object is: a mirror image or a sidelobe.
     pub ghost: bool,
     /// Whether the object moves over the ground; unknown where no object is known.
     pub moving: Option<bool>,
@@ -96,13 +96,13 @@ pub struct SweepBox {
     pub id: u32,
     /// Class of the object.
     pub class: String,
-    /// Middle of the box, m.
+    /// Centre of the box, m.
     pub centre_m: DVec3,
-    /// Full lengths along the object's axes.
+    /// Full lengths along the object's axes, m.
     pub size_m: DVec3,
-    /// From the object's axes to the world.
+    /// Rotation from the object's axes to the world.
     pub rotation: DQuat,
-    /// Of the centre.
+    /// Velocity of the centre, m/s.
     pub velocity_mps: DVec3,
     /// Whether it moves over the ground.
     pub moving: bool,
@@ -117,11 +117,11 @@ pub struct PowerImage {
     pub range_columns: usize,
     /// Mean power of each cell, W.
     pub power_w: Vec<f32>,
-    /// Of column 0.
+    /// Range of column 0, m.
     pub first_range_m: f64,
     /// Distance between columns, m.
     pub range_step_m: f64,
-    /// Of row 0; positive receding.
+    /// Range rate of row 0, m/s, positive receding.
     pub first_range_rate_mps: f64,
     /// Distance between rows, m/s.
     pub range_rate_step_mps: f64,
@@ -134,7 +134,7 @@ pub struct SweepLane {
     pub id: u32,
     /// Name of the line.
     pub name: String,
-    /// Along the line, through its gaps.
+    /// Points along the line, through its gaps, m.
     pub points_m: Vec<DVec3>,
 }
 
@@ -158,8 +158,8 @@ impl Sweep {
     /// Checks what every exporter relies on.
     ///
     /// # Errors
-    /// `BadInput` for a radar's name that is no file name; `Failed` for a value that is not a number, and for a map that is not of
-    /// its size.
+    /// Returns `BadInput` for a radar's name that is no file name, and `Failed` for a non-finite value
+    /// (levels may be infinite) or a map whose size is not the stated one.
     pub fn check(&self) -> Result<()> {
         check_name("radar", &self.radar)?;
         let wrong = |what: String| {
@@ -247,13 +247,14 @@ pub trait Exporter {
     /// Takes the next sweep.
     ///
     /// # Errors
-    /// Those of [`Sweep::check`], what the format cannot hold, and what the disk says. The output is not written then.
+    /// Returns the errors of [`Sweep::check`], and an error for what the format cannot hold or a failed
+    /// write. The output is then not written.
     fn push(&mut self, sweep: &Sweep) -> Result<()>;
 
     /// Puts the output under its name.
     ///
     /// # Errors
-    /// What the disk says; nothing stays under the final name then.
+    /// Returns an error if the output cannot be written; nothing then stays under the final name.
     fn finish(self: Box<Self>) -> Result<Finished>;
 }
 

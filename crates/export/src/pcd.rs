@@ -56,7 +56,7 @@ pub fn rms_code(std: Option<f64>) -> i8 {
 /// The bytes of a file. A sweep without points has one of NaN, which is how the reader knows it.
 ///
 /// # Errors
-/// Those of [`Sweep::check`]; `BadInput` for more points than the field `id` can number.
+/// Returns the errors of [`Sweep::check`], and `BadInput` for more points than the field `id` can number.
 pub fn bytes(sweep: &Sweep) -> Result<Vec<u8>> {
     sweep.check()?;
     if sweep.points.len() > i16::MAX as usize + 1 {
@@ -129,7 +129,7 @@ fn push_point(out: &mut Vec<u8>, sweep: &Sweep, index: usize, p: &SweepPoint) {
 pub struct Clouds {
     staged: StagedDir,
     order: Order,
-    /// Of the manifest.
+    /// Entries of the manifest.
     files: Vec<Value>,
     points: usize,
     empty: usize,
@@ -139,7 +139,7 @@ impl Clouds {
     /// Begins a folder of clouds.
     ///
     /// # Errors
-    /// `BadInput` when there is a folder already and `force` is not given ([`StagedDir::new`]).
+    /// Returns `BadInput` if the folder already exists and `force` is not given ([`StagedDir::new`]).
     pub fn create(folder: &Path, force: bool) -> Result<Clouds> {
         let staged = StagedDir::new(folder, force, "pcd")?;
         Ok(Clouds { staged, order: Order::default(), files: Vec::new(), points: 0, empty: 0 })

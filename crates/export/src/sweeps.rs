@@ -185,7 +185,7 @@ impl Run {
     /// Number `at` of the run's sweeps, in the order of time; `map` reads the range-Doppler map too, if there is one.
     ///
     /// # Errors
-    /// `BadInput` for files that are missing or not what the run wrote.
+    /// Returns `BadInput` for files that are missing or not what the run wrote.
     pub fn sweep(&self, at: usize, map: bool) -> Result<Sweep> {
         let head = self.frames.get(at).ok_or_else(|| {
             Error::Failed(format!("{}: sweep {at} of {}", self.folder.display(), self.frames.len()))
@@ -246,7 +246,7 @@ impl Run {
     /// The highest level of all maps, dBm; `None` where there is no map with power.
     ///
     /// # Errors
-    /// A map that cannot be read.
+    /// Returns an error for a map that cannot be read.
     pub fn highest_dbm(&self) -> Result<Option<f64>> {
         let mut highest = 0f32;
         for head in &self.frames {

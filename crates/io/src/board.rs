@@ -1,5 +1,6 @@
-//! Who makes which frames. Workers claim runs of frames of one scene: of their own shard, then of one that nobody has begun,
-//! and at the end of those that others are at. A shard's writer gets the runs in their order whoever makes them.
+//! Distributes the work. Workers claim runs of frames of one scene: of their own shard, then of one that
+//! nobody has begun, and at the end of those on which others work. A shard's writer gets the runs in order,
+//! whoever makes them.
 
 use super::recipe::Recipe;
 use super::store::Layout;
@@ -9,23 +10,23 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Condvar, Mutex, MutexGuard};
 use std::time::Duration;
 
-/// Arrays of one run: so much may wait for its turn to be written, and a few runs of each worker.
+/// Largest size of the arrays of one run, bytes; a few runs of each worker may wait to be written.
 const RUN_BYTES: usize = 32 << 20;
-/// Runs that each worker should find, so that none is left without work while others have much.
+/// Least number of runs for each worker, so that none is idle while others have much to do.
 const RUNS_OF_WORKER: u64 = 2;
-/// How often one who waits looks whether the work was stopped.
+/// Interval at which a waiting worker checks whether the work was stopped.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Frames to be made and where they go. All of them may be sent without anybody's taking one.
+/// Frames that are to be made, and where they are sent. All of them may be sent without anybody's taking one.
 pub struct Claim<T> {
     pub shard: u64,
     pub scene: u32,
-    /// Within the scene.
+    /// Frames within the scene.
     pub frames: Range<u32>,
     pub to: SyncSender<T>,
 }
 
-/// What the writer of a shard takes its frames from.
+/// The queue from which the writer of a shard takes its frames.
 pub struct Queue<T> {
     shard: u64,
     /// Runs in order, each with the number of frames that are still to come.
@@ -34,7 +35,7 @@ pub struct Queue<T> {
 
 struct Open<T> {
     waiting: VecDeque<Claim<T>>,
-    /// Runs that were claimed and are not all written.
+    /// Number of runs that are claimed and not yet all written.
     begun: usize,
     workers: usize,
 }
@@ -49,14 +50,15 @@ struct State<T> {
 pub struct Board<'a, T> {
     recipe: &'a Recipe,
     layout: &'a Layout,
-    /// Frames of a run at most.
+    /// Largest number of frames of a run.
     most: u64,
     state: Mutex<State<T>>,
     moved: Condvar,
 }
 
 impl<'a, T> Board<'a, T> {
-    /// A board for so many workers: where whole scenes are too few for them, the frames of one are shared out.
+    /// Makes a board for this many workers: where whole scenes are too few for them, the frames of one are
+    /// divided.
     pub fn new(recipe: &'a Recipe, layout: &'a Layout, shards: &[u64], workers: usize) -> Board<'a, T> {
         let fresh = shards.iter().copied().collect();
         let state = Mutex::new(State { fresh, open: HashMap::new(), closed: false });
@@ -74,7 +76,7 @@ impl<'a, T> Board<'a, T> {
         self.state.lock().unwrap_or_else(|e| e.into_inner())
     }
 
-    /// Runs of a shard: frames of one scene each.
+    /// The runs of a shard, each of frames of one scene.
     fn runs(&self, shard: u64) -> Vec<(u32, Range<u32>)> {
         let mut left = self.layout.frames_of(shard);
         let mut runs = Vec::new();
@@ -88,13 +90,13 @@ impl<'a, T> Board<'a, T> {
         runs
     }
 
-    /// How many workers can be busy at once.
+    /// Largest number of workers that can be busy at once.
     pub fn most_workers(&self, shards: &[u64]) -> usize {
         shards.iter().map(|s| self.runs(*s).len()).sum()
     }
 
-    /// The next run for a worker that was at shard `own` before, with the shard's queue when the claim begins it. None when all
-    /// runs are claimed, or the work was `stopped`.
+    /// Claims the next run for a worker that was at shard `own` before; returns the shard's queue too when
+    /// the claim begins it. None when all runs are claimed or the work was `stopped`.
     pub fn claim(
         &self,
         mut own: Option<u64>,
@@ -143,7 +145,7 @@ impl<'a, T> Board<'a, T> {
         Queue { shard, runs }
     }
 
-    /// A run of the shard is written.
+    /// Reports that a run of the shard is written.
     pub fn written(&self, shard: u64) {
         let mut state = self.state();
         if let Some(open) = state.open.get_mut(&shard) {
@@ -155,7 +157,7 @@ impl<'a, T> Board<'a, T> {
         self.moved.notify_all();
     }
 
-    /// No more claims; writers find their queues at an end.
+    /// Ends all claims; writers find their queues ended.
     pub fn close(&self) {
         let mut state = self.state();
         state.closed = true;
@@ -169,7 +171,8 @@ impl<T> Queue<T> {
         self.shard
     }
 
-    /// The next frame in order; None when there is none or its maker was stopped. The board hears of every run's end.
+    /// Takes the next frame in order; None at the end or when its maker was stopped. The board is told of
+    /// every run's end.
     pub fn take(&mut self, board: &Board<'_, T>) -> Option<T> {
         let (run, left) = self.runs.front_mut()?;
         let frame = run.recv().ok()?;

@@ -1,5 +1,5 @@
-//! Cubes of samples from anywhere: one way in ([`open_cube`]) and one out ([`write_cube`]), by the name's
-//! extension: `.npy`, `.bin` (a recording of a TI device with its `.cfg`), `.h5` or `.hdf5`.
+//! Cubes of samples in any format, with one way in ([`open_cube`]) and one out ([`write_cube`]), chosen by
+//! the name's extension: `.npy`, `.bin` (a recording of a TI device with its `.cfg`), `.h5` or `.hdf5`.
 
 use super::cube_layout::{Axis, Number, Real, array_layout};
 #[cfg(feature = "hdf5")]
@@ -16,17 +16,17 @@ use std::path::{Path, PathBuf};
 
 const EXTENSIONS: &str = ".npy, .bin (with a .cfg), .h5, .hdf5";
 
-/// How to read a cube that somebody else wrote.
+/// Options for reading a cube from another program.
 #[derive(Debug, Clone, Default)]
 pub struct CubeOptions {
     /// Axes of the file, slowest first (see [`super::cube_layout::axes_from`]); by default
     /// `chirp,rx,sample`, with `frame` before where the rank says so.
     pub axes: Option<Vec<Axis>>,
-    /// The `.cfg` of a `.bin`; by default the one of the same name beside it.
+    /// Path of the `.cfg` of a `.bin`; by default the one of the same name beside it.
     pub cfg: Option<PathBuf>,
-    /// What the `.cfg` does not say.
+    /// Properties of a `.bin` that its `.cfg` does not state.
     pub bin: BinOptions,
-    /// The dataset of an HDF5 file, or two as `REAL,IMAGINARY`.
+    /// Name of the dataset in an HDF5 file, or two as `REAL,IMAGINARY`.
     pub dataset: Option<String>,
 }
 
@@ -46,11 +46,11 @@ fn no_hdf5(path: &Path) -> Error {
         .into()
 }
 
-/// Opens a cube. `expected` is `[chirp, rx_virtual, sample]` of the radar that recorded it.
+/// Opens a cube. `expected` is the shape `[chirp, rx_virtual, sample]` of the radar that recorded it.
 ///
 /// # Errors
-/// `BadInput` for an unknown extension, a damaged or truncated file, another type or shape, options that
-/// belong to another kind of file, a `.bin` whose size contradicts its `.cfg`.
+/// Returns `BadInput` for an unknown extension, a damaged or truncated file, another type or shape, options
+/// that belong to another kind of file, or a `.bin` whose size contradicts its `.cfg`.
 pub fn open_cube(
     path: impl AsRef<Path>,
     options: &CubeOptions,
@@ -159,33 +159,34 @@ fn open_npy(path: &Path, options: &CubeOptions) -> Result<Source> {
     Ok(Source::plain(path, file, layout, data_at))
 }
 
-/// What is written beside the samples.
+/// Data that are written beside the samples.
 #[derive(Debug, Clone, Default)]
 pub struct CubeAbout {
-    /// Text of the radar TOML (HDF5).
+    /// Text of the radar TOML, stored in HDF5 only.
     pub radar_toml: Option<String>,
-    /// HDF5.
+    /// Seed of the draws, stored in HDF5 only.
     pub seed: Option<u64>,
-    /// The device whose recording a `.bin` is; its `.cfg` is written beside it.
+    /// The device of a `.bin` recording; its `.cfg` is written beside it.
     pub ti_radar: Option<TiRadar>,
-    /// Of a `.bin`; by default the lowest that cuts nothing.
+    /// Full scale of a `.bin`, dBm; by default the lowest that clips nothing.
     pub full_scale_dbm: Option<f64>,
 }
 
-/// What was written.
+/// Result of writing a cube.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CubeWritten {
-    /// Files that now stand.
+    /// Paths of the files that were written.
     pub files: Vec<PathBuf>,
-    /// Words of a `.bin` that were cut to the largest or smallest count.
+    /// Number of words of a `.bin` that were clipped to the largest or smallest count.
     pub clipped_words: u64,
 }
 
-/// Writes one cube `[chirp, rx_virtual, sample]` in √W by its extension. Files appear when they are complete.
+/// Writes one cube `[chirp, rx_virtual, sample]` in √W, in the format of its extension. Files appear when
+/// they are complete.
 ///
 /// # Errors
-/// An unknown extension, a name that exists (without `force`), a `.bin` without its device or of another
-/// shape, samples that are not finite.
+/// Returns an error for an unknown extension, a name that exists (without `force`), a `.bin` without its
+/// device or of another shape, or a non-finite sample.
 pub fn write_cube<T: Real + Into<f64> + bytemuck::Pod>(
     path: impl AsRef<Path>,
     shape: [usize; 3],
@@ -245,7 +246,7 @@ where
             let full_scale =
                 about.full_scale_dbm.unwrap_or_else(|| ti_bin::fitting_full_scale_dbm(data, radar.adc_bits));
             let mut writer = ti_bin::Writer::create(path, radar, full_scale, force)?;
-            // Where the name is taken, nothing is written at all.
+            // If the name is taken, nothing is written at all.
             let cfg = StagedFile::new(path.with_extension("cfg"), force)?;
             std::fs::write(cfg.path(), radar.to_cfg()).map_err(|e| Error::io(cfg.final_path(), e))?;
             writer.push_frame(data)?;

@@ -1,20 +1,20 @@
-//! Cubes of samples as others store them: numbers of any kind in any order of axes, read block by block
-//! into `[chirp, channel, sample]`. What the file is (NumPy, HDF5, a recording of a TI device) only
-//! decides on the [`Layout`].
+//! Cubes of samples as other programs store them: numbers of any type with any order of axes, read block by
+//! block into `[chirp, channel, sample]`. The kind of file (NumPy, HDF5, a recording of a TI device) only
+//! determines the [`Layout`].
 
 use catseye::base::error::{BadInput, Error, Result, nearest};
 use num_complex::Complex;
 use std::ops::Range;
 use std::path::Path;
 
-/// More along one axis is no cube of a radar.
+/// Largest number of places along one axis.
 const MAX_EXTENT: usize = 1 << 20;
-/// Numbers that are looked up together; a whole innermost axis at least.
+/// Number of values that are looked up together; at least a whole innermost axis.
 const BLOCK: usize = 4096;
-/// Bytes that are fetched at once.
+/// Number of bytes that are fetched at once.
 const RUN_BYTES: usize = 1 << 20;
 
-/// What an axis of the file counts. A channel is `tx · n_rx + rx`; without a `Tx` axis `Rx` counts virtual
+/// Meaning of an axis of the file. A channel is `tx · n_rx + rx`; without a `Tx` axis `Rx` counts virtual
 /// channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
@@ -28,7 +28,7 @@ pub enum Axis {
     Rx,
     /// Samples of a chirp.
     Sample,
-    /// Real part, imaginary part.
+    /// Real part, then imaginary part.
     Iq,
 }
 
@@ -42,10 +42,11 @@ const NAMES: [(&str, Axis); 7] = [
     ("iq", Axis::Iq),
 ];
 
-/// Axes from a list such as `chirp,rx,sample`, slowest first (as NumPy and HDF5 print shapes).
+/// Parses axes from a list such as `chirp,rx,sample`, slowest first (as NumPy and HDF5 print shapes).
 ///
 /// # Errors
-/// An unknown name (with the nearest), one that occurs twice, no `chirp`, `rx` or `sample`.
+/// Returns an error for an unknown name (with the nearest), a name that occurs twice, or a missing `chirp`,
+/// `rx` or `sample`.
 pub fn axes_from(list: &str) -> Result<Vec<Axis>> {
     let bad =
         |problem: String| BadInput::new(problem).key("axes").value(list.chars().take(60).collect::<String>());
@@ -73,7 +74,7 @@ pub fn axes_from(list: &str) -> Result<Vec<Axis>> {
     Ok(axes)
 }
 
-/// How a number is stored.
+/// Type in which a number is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Number {
     /// 32-bit floating point.
@@ -82,21 +83,21 @@ pub enum Number {
     F64,
     /// 8-bit integer.
     I8,
-    /// 8-bit integer without sign.
+    /// 8-bit unsigned integer.
     U8,
-    /// The lowest so many bits of 16 count, with their sign.
+    /// 16-bit word of which the lowest `bits` bits count, with their sign.
     I16 {
         /// Number of bits that count.
         bits: u32,
     },
-    /// 16-bit integer without sign.
+    /// 16-bit unsigned integer.
     U16,
     /// 32-bit integer.
     I32,
 }
 
 impl Number {
-    /// Bytes of one number.
+    /// Size of one number, bytes.
     pub fn bytes(self) -> usize {
         match self {
             Number::F64 => 8,
@@ -107,10 +108,10 @@ impl Number {
     }
 }
 
-/// Samples that are larger are none, √W: their powers would overflow.
+/// Largest magnitude of a sample, √W: powers of larger ones would overflow.
 const LARGEST: f64 = 1e12;
 
-/// f32 or f64.
+/// A floating-point type of samples: f32 or f64.
 pub trait Real: Copy + Default + Send + Sync + 'static {
     /// The nearest value of this type.
     fn from_f64(x: f64) -> Self;
@@ -134,21 +135,22 @@ impl Real for f64 {
     }
 }
 
-/// One axis of the file. Several may count the same thing: pairs of samples, then samples in a pair.
+/// One axis of the file. Several may have the same meaning: pairs of samples, then samples in a pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dim {
-    /// What it counts.
+    /// Meaning of the axis.
     pub axis: Axis,
-    /// How many there are.
+    /// Number of places along it.
     pub size: usize,
-    /// One step along this axis is so many along what it counts.
+    /// Number of steps in the meaning for one step along this axis.
     pub factor: usize,
-    /// What each place stands for, where that is not its index; `None` is not used.
+    /// Index that each place stands for, where it is not the place's own; `None` for a place that is not
+    /// used.
     pub map: Option<Vec<Option<usize>>>,
 }
 
 impl Dim {
-    /// An axis.
+    /// Makes an axis whose places are indices.
     pub fn new(axis: Axis, size: usize) -> Dim {
         Dim { axis, size, factor: 1, map: None }
     }
@@ -165,17 +167,17 @@ impl Dim {
     }
 }
 
-/// How a file's numbers, counted from the first, make cubes.
+/// Arrangement of a file's numbers, counted from the first, in cubes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layout {
-    /// Slowest first.
+    /// Axes, slowest first.
     dims: Vec<Dim>,
     number: Number,
     big_endian: bool,
     scale: Option<f64>,
-    /// Without an `Iq` axis: 0 where the numbers are real parts, 1 where imaginary.
+    /// Without an `Iq` axis: 0 where the numbers are real parts, 1 where they are imaginary parts.
     part: usize,
-    /// Frames, chirps, transmitters, receivers, samples.
+    /// Number of frames, chirps, transmitters, receivers and samples.
     extent: [usize; 5],
 }
 
@@ -189,9 +191,9 @@ struct CellIndex {
     unused: bool,
 }
 
-/// Where a number of the innermost axes goes, from where their first goes.
+/// Destination of a number of the innermost axes, relative to that of their first.
 struct Entry {
-    /// Twice the sample's index, and one more for its imaginary part.
+    /// Twice the sample's index, plus one for its imaginary part.
     slot: usize,
     channel: u32,
     frame: u32,
@@ -199,7 +201,7 @@ struct Entry {
 
 const UNUSED: u32 = u32::MAX;
 
-/// The error for the first sample of `out` that is not finite.
+/// The error for the first non-finite sample of `out`.
 fn not_finite<T: Real>(file: &Path, out: &[Complex<T>], channels: &Range<usize>, samples: usize) -> Error {
     let is_sound = |z: &Complex<T>| z.re.to_f64().abs() <= LARGEST && z.im.to_f64().abs() <= LARGEST;
     let at = out.iter().position(|z| !is_sound(z)).unwrap_or(0);
@@ -213,10 +215,11 @@ fn not_finite<T: Real>(file: &Path, out: &[Complex<T>], channels: &Range<usize>,
 }
 
 impl Layout {
-    /// The layout of a file with these axes and numbers.
+    /// Makes the layout of a file with these axes and numbers.
     ///
     /// # Errors
-    /// (as text, for a file's own message): an axis of no or too many places, more numbers than can be counted.
+    /// Returns a text, for a file's own message, for an axis of no or too many places, or more numbers than
+    /// can be counted.
     pub fn new(dims: Vec<Dim>, number: Number, big_endian: bool) -> Result<Layout, String> {
         let mut extent = [0usize; 5];
         for d in &dims {
@@ -238,13 +241,13 @@ impl Layout {
         Ok(Layout { dims, number, big_endian, scale: None, part: 0, extent })
     }
 
-    /// Numbers of the file are multiplied by `scale`.
+    /// Sets a factor by which the file's numbers are multiplied.
     pub fn scaled(mut self, scale: f64) -> Layout {
         self.scale = Some(scale);
         self
     }
 
-    /// The numbers are imaginary parts.
+    /// Declares the numbers to be imaginary parts.
     pub fn imaginary(mut self) -> Layout {
         self.part = 1;
         self
@@ -255,18 +258,18 @@ impl Layout {
         self.extent[0]
     }
 
-    /// `[chirp, channel, sample]` of one frame.
+    /// Shape `[chirp, channel, sample]` of one frame.
     pub fn shape(&self) -> [usize; 3] {
         let [_, chirps, tx, rx, samples] = self.extent;
         [chirps, tx * rx, samples]
     }
 
-    /// Bytes that the file's numbers take.
+    /// Size of the file's numbers, bytes.
     pub fn bytes(&self) -> u64 {
         self.dims.iter().map(|d| d.size as u64).product::<u64>() * self.number.bytes() as u64
     }
 
-    /// Bytes of one place along the slowest axis.
+    /// Size of one place along the slowest axis, bytes.
     pub fn slowest_bytes(&self) -> u64 {
         self.bytes() / self.dims.first().map_or(1, |d| d.size as u64)
     }
@@ -276,7 +279,7 @@ impl Layout {
         self.part == 1 || self.dims.iter().any(|d| d.axis == Axis::Iq)
     }
 
-    /// Whether the numbers are integers as a converter gives them, with nothing said about their size.
+    /// Whether the numbers are integers of a converter without a stated scale.
     pub fn is_counts(&self) -> bool {
         !matches!(self.number, Number::F32 | Number::F64) && self.scale.is_none()
     }
@@ -296,7 +299,7 @@ impl Layout {
         }
     }
 
-    /// The place of number `flat` among the numbers of `dims`.
+    /// Place of number `flat` among the numbers of `dims`.
     fn place(&self, dims: &[Dim], mut flat: usize) -> CellIndex {
         let mut place = CellIndex::default();
         for d in dims.iter().rev() {
@@ -306,11 +309,12 @@ impl Layout {
         place
     }
 
-    /// Fills `out`, `[chirp, channel of the range, sample]`, with one frame. `fetch` gives the bytes from
-    /// that byte of the numbers on. Where the layout has no imaginary part, that of `out` stays.
+    /// Fills `out`, `[chirp, channel of the range, sample]`, with one frame. `fetch` reads bytes from the
+    /// given offset into the numbers. Where the layout has no imaginary part, that of `out` is unchanged.
     ///
     /// # Errors
-    /// What `fetch` says; `BadInput` with the index for NaN, infinity, or a number too large for `T`.
+    /// Returns the errors of `fetch`, and `BadInput` with the index for NaN, infinity, or a number too large
+    /// for `T`.
     pub fn read<T: Real>(
         &self,
         file: &Path,
@@ -436,12 +440,12 @@ impl Layout {
     }
 }
 
-/// Layout of an array of rank `shape.len()`. Without `axes` it is `[chirp, rx, sample]`, with `frame` before
-/// and an axis of two parts behind where the rank says so. `parts` says that the numbers are stored as
-/// pairs already.
+/// Layout of an array of rank `shape.len()`. Without `axes` it is `[chirp, rx, sample]`, with `frame` in
+/// front and an axis of two parts at the end where the rank requires so. `parts` states that the numbers are
+/// already stored as pairs.
 ///
 /// # Errors
-/// As text: axes that do not fit the rank, an `iq` axis that is not two long.
+/// Returns a text for axes that do not fit the rank, or an `iq` axis whose length is not two.
 pub fn array_layout(
     shape: &[usize],
     axes: Option<&[Axis]>,

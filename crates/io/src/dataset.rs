@@ -1,4 +1,5 @@
-//! Files that say what a dataset is made from and which shards are complete, and what makes them: scenes and their frames.
+//! Files that state what a dataset is made from and which shards are complete, and the making of scenes and
+//! their frames.
 
 use super::drawn_scene::DrawnScene;
 use super::recipe::Recipe;
@@ -13,26 +14,26 @@ use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::Path;
 
-/// The file that says what a dataset is made from.
+/// Name of the file that states what a dataset is made from.
 pub const DATASET: &str = "dataset.json";
-/// The folder of the markers.
+/// Name of the folder of the markers.
 pub const SHARDS: &str = "shards";
 
-/// The engine as far as it decides on bytes.
+/// The properties of an engine that determine the bytes of its results.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Device {
     /// `cpu` or `gpu`.
     pub engine: String,
     /// `f32` or `f64`.
     pub precision: String,
-    /// Name of the adapter, empty on the cpu.
+    /// Name of the adapter; empty on the CPU.
     pub adapter: String,
-    /// Its driver, empty on the cpu.
+    /// Driver of the adapter; empty on the CPU.
     pub driver: String,
 }
 
 impl Device {
-    /// The device of an engine.
+    /// The device of an engine's report.
     pub fn of(report: &EngineReport) -> Device {
         // Of the cpu engine the driver is a number of threads, on which no byte depends.
         let driver = match report.engine {
@@ -55,7 +56,7 @@ impl std::fmt::Display for Device {
     }
 }
 
-/// `dataset.json`.
+/// Content of `dataset.json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DatasetFile {
@@ -73,7 +74,7 @@ pub struct DatasetFile {
     pub scenes: u32,
     /// Frames of each scene.
     pub frames_per_scene: u32,
-    /// Engine that made it.
+    /// Device that made it.
     pub device: Device,
     /// The recipe as it was read.
     pub recipe_text: String,
@@ -83,7 +84,7 @@ impl DatasetFile {
     /// Reads a dataset's `dataset.json`.
     ///
     /// # Errors
-    /// None there, or a damaged one.
+    /// Returns an error if the file is missing, cannot be read, or is damaged.
     pub fn read(dir: &Path) -> Result<DatasetFile> {
         let path = dir.join(DATASET);
         let bytes = match fs::read(&path) {
@@ -107,42 +108,42 @@ impl DatasetFile {
     }
 }
 
-/// `shards/000012.json`: the shard is complete.
+/// Content of `shards/000012.json`, which marks a shard as complete.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Marker {
     /// Number of the shard.
     pub shard: u64,
-    /// First frame, and how many.
+    /// Number of the first frame.
     pub first_frame: u64,
-    /// Frames in it.
+    /// Number of frames.
     pub frames: u64,
-    /// As in `dataset.json`.
+    /// Identity of the recipe, as in `dataset.json`.
     pub recipe: String,
-    /// Engine that made it.
+    /// Device that made it.
     pub device: Device,
     /// Its files with their checksums.
     pub files: Vec<ShardFile>,
     /// Counts over its frames.
     pub tally: Tally,
-    /// SHA-256 of all that decides on its bytes, with its scenes as they were drawn: by it a shard is known again when
-    /// the recipe was mended.
+    /// SHA-256 of all that determines its bytes, with its scenes as they were drawn; by it a shard is
+    /// recognised when the recipe was changed.
     #[serde(default)]
     pub drawn_from: String,
 }
 
 impl Marker {
-    /// Below the dataset's folder.
+    /// Name of the marker of a shard, relative to the dataset's folder.
     pub fn name(shard: u64) -> String {
         format!("{SHARDS}/{shard:06}.json")
     }
 
-    /// None where there is none, or none that can be read.
+    /// Reads the marker of a shard; None if it is missing or cannot be read.
     pub fn read(dir: &Path, shard: u64) -> Option<Marker> {
         serde_json::from_slice(&fs::read(dir.join(Marker::name(shard))).ok()?).ok()
     }
 
-    /// Whether it stands for this shard, with all files there and of their length.
+    /// Whether it describes this shard, with all files present and of their stated length.
     pub fn holds(&self, dir: &Path, shard: u64, layout: &Layout, recipe: &str) -> bool {
         let frames = layout.frames_of(shard);
         let there =
@@ -155,10 +156,10 @@ impl Marker {
     }
 }
 
-/// A scene of a recipe, built.
+/// Builds a scene of a recipe.
 ///
 /// # Errors
-/// As its readers and builders have them, with the scene's number.
+/// Returns the errors of the scene's readers and builders, with the scene's number.
 pub fn drawn_scene(recipe: &Recipe, scene: u32) -> Result<DrawnScene> {
     DrawnScene::new(recipe.draw(scene)?).map_err(|e| match e {
         Error::Input(mut b) => {
@@ -170,10 +171,10 @@ pub fn drawn_scene(recipe: &Recipe, scene: u32) -> Result<DrawnScene> {
     })
 }
 
-/// A frame of all radars.
+/// Simulates a frame of all radars.
 ///
 /// # Errors
-/// What the simulation of a frame reports, with its scene and frame.
+/// Returns the errors of the simulation, with scene and frame.
 pub fn frames_of(
     engine: &Engine,
     site: &DrawnScene,
@@ -184,10 +185,10 @@ pub fn frames_of(
     (0..site.scenario.radars.len()).map(|which| prepared.frame(engine, which, index, control)).collect()
 }
 
-/// A file below the dataset's folder, complete or not at all.
+/// Writes a JSON file below the dataset's folder, complete or not at all.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the value cannot be serialized or the file cannot be written.
 pub fn write_json(dir: &Path, name: &str, value: &impl Serialize) -> Result<()> {
     let mut text = serde_json::to_string_pretty(value).map_err(|e| Error::Failed(format!("{name}: {e}")))?;
     text.push('\n');

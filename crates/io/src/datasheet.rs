@@ -1,5 +1,5 @@
-//! What a complete dataset says of itself: README, schema, statistics, pictures of some frames, and the manifest with the
-//! checksum of every file.
+//! Description of a complete dataset: README, schema, statistics, pictures of some frames, and the manifest
+//! with the checksum of every file.
 
 use super::dataset::{DATASET, DatasetFile, Device, Marker, drawn_scene, frames_of, write_json};
 use super::files::{PICTURES_BYTES, Truth};
@@ -21,32 +21,32 @@ use std::path::Path;
 
 /// Name of the text for readers.
 pub const README: &str = "README.md";
-/// Name of the file that tells arrays and columns.
+/// Name of the file that describes arrays and columns.
 pub const SCHEMA: &str = "schema.json";
 /// Name of the file of counts.
 pub const STATISTICS: &str = "statistics.json";
 /// Folder of the pictures.
 pub const PREVIEWS: &str = "previews";
-/// Frames of which there are pictures.
+/// Number of frames of which pictures are made.
 pub const PICTURED: u32 = 4;
 
-/// A dataset all of whose shards stand.
+/// A dataset whose shards are all complete.
 pub struct Made<'a> {
-    /// What it was made from.
+    /// The recipe from which it was made.
     pub recipe: &'a Recipe,
     /// Its `dataset.json`.
     pub file: &'a DatasetFile,
-    /// What it stores.
+    /// Layout of its arrays and tables.
     pub layout: &'a Layout,
-    /// Its shards.
+    /// Markers of its shards.
     pub markers: &'a [Marker],
     /// Counts over all frames.
     pub tally: &'a Tally,
-    /// Of all shards.
+    /// Size of all shards, bytes.
     pub bytes: u64,
 }
 
-/// `manifest.json` of a dataset.
+/// Content of the `manifest.json` of a dataset.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DatasetManifest {
@@ -58,7 +58,7 @@ pub struct DatasetManifest {
     pub recipe: String,
     /// Seed of all draws.
     pub seed: u64,
-    /// That made shards, in the order of the shards.
+    /// Devices that made shards, in the order of the shards.
     pub devices: Vec<Device>,
     /// Number of frames.
     pub frames: u64,
@@ -68,12 +68,12 @@ pub struct DatasetManifest {
     pub checksums: BTreeMap<String, String>,
 }
 
-/// Whether a name is one of a file under construction.
+/// Whether a name is that of a file under construction.
 pub fn is_unfinished(name: &str) -> bool {
     name.starts_with('.') && name.contains(".partial")
 }
 
-/// Whether a file of no shard belongs to a dataset.
+/// Whether a file outside the shards belongs to a dataset.
 pub fn is_own(name: &str, shards: u64) -> bool {
     let marker = || (0..shards).any(|s| name == Marker::name(s));
     [DATASET, LAYOUT, README, SCHEMA, STATISTICS, MANIFEST].contains(&name)
@@ -83,10 +83,10 @@ pub fn is_own(name: &str, shards: u64) -> bool {
         || (name.starts_with("shards/") && marker())
 }
 
-/// Writes all of it, the manifest last.
+/// Writes the whole description, the manifest last.
 ///
 /// # Errors
-/// A picture that cannot be made; what the disk says.
+/// Returns an error if a picture cannot be made, or a file cannot be read or written.
 pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_>) -> Result<()> {
     tidy(out, false)?;
     write_json(out, STATISTICS, &statistics(made))?;
@@ -107,7 +107,7 @@ pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_
             None if is_own(&name, made.layout.shards()) => {
                 checksums.insert(name.clone(), sha256_of_file(out.join(&name))?)
             }
-            // Somebody else's; `catseye verify` says so.
+            // A foreign file, which `catseye verify` reports.
             None => None,
         };
     }
@@ -130,11 +130,11 @@ pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_
     write_json(out, MANIFEST, &manifest)
 }
 
-/// Removes what dead runs left. All shards stand, so nobody is at work on one; the files of the top and the pictures
-/// may be in the hands of another run, unless this one is `alone`.
+/// Removes what ended runs left. All shards are complete, so nobody works on one; the files at the top and
+/// the pictures may be in use by another run, unless this one is `alone`.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if a folder cannot be read or a file cannot be removed.
 pub fn tidy(out: &Path, alone: bool) -> Result<()> {
     fn walk(dir: &Path, spare_files: bool, alone: bool) -> Result<()> {
         for entry in fs::read_dir(dir).map_err(|e| Error::io(dir, e))? {
@@ -161,7 +161,8 @@ pub fn tidy(out: &Path, alone: bool) -> Result<()> {
     walk(out, !alone, alone)
 }
 
-/// Pictures of the first frames of some scenes, spread over the dataset. Returns the frames.
+/// Makes pictures of the first frames of some scenes, spread over the dataset, and returns the frames'
+/// numbers.
 fn previews(engine: &Engine, recipe: &Recipe, out: &Path, pictures: Pictures<'_>) -> Result<Vec<u64>> {
     let n = PICTURED.min(recipe.scenes);
     let draw = |k: u32| -> Result<u64> {
@@ -185,7 +186,7 @@ fn previews(engine: &Engine, recipe: &Recipe, out: &Path, pictures: Pictures<'_>
             pictures(&site.scenario, &site.scene, &frame, &truth, &dir)?;
         }
         match fs::rename(&temporary, &folder) {
-            // Another run was quicker; its pictures are the same.
+            // Another run was faster; its pictures are the same.
             Err(_) if folder.is_dir() => {
                 fs::remove_dir_all(&temporary).map_err(|e| Error::io(&temporary, e))?
             }
@@ -197,13 +198,13 @@ fn previews(engine: &Engine, recipe: &Recipe, out: &Path, pictures: Pictures<'_>
     (0..n).into_par_iter().map(draw).collect()
 }
 
-/// What the datasheet's pictures, markers and checksums take beside the shards, bytes, about: a file of a shard has two lines of some
-/// 100 bytes.
+/// Approximate size of the datasheet's pictures, markers and checksums beside the shards, bytes: a file of a
+/// shard has two lines of some 100 bytes.
 pub fn expected_bytes(recipe: &Recipe, radars: usize, files: u64) -> u64 {
     u64::from(PICTURED.min(recipe.scenes)) * PICTURES_BYTES * radars as u64 + 300 * files
 }
 
-/// `statistics.json`.
+/// Content of `statistics.json`.
 fn statistics(made: &Made<'_>) -> serde_json::Value {
     let t = made.tally;
     let mean = |n: u64| n as f64 / t.frames.max(1) as f64;
@@ -226,7 +227,7 @@ fn statistics(made: &Made<'_>) -> serde_json::Value {
     })
 }
 
-/// `schema.json`: what is stored, with types, shapes, units and meanings.
+/// Content of `schema.json`: what is stored, with types, shapes, units and meanings.
 fn schema(layout: &Layout) -> serde_json::Value {
     let arrays: serde_json::Map<String, serde_json::Value> = layout
         .arrays

@@ -1,7 +1,7 @@
-//! Values that are drawn: any value of a recipe may be a distribution, and each scene turns the tree into plain TOML.
+//! Random draws: any value of a recipe may be a distribution, and each scene turns the tree into plain TOML.
 //!
-//! A draw is keyed on (seed, scene, path of the key), so it is the same in whatever order scenes are drawn, and a key
-//! that is added elsewhere changes nothing.
+//! A draw is keyed by (seed, scene, path of the key), so it is the same in whatever order scenes are drawn,
+//! and a key that is added elsewhere changes nothing.
 
 use catseye::base::error::{Error, Result, nearest};
 use catseye::base::rng::philox4x32_10;
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Most copies of a table that `repeat` may ask for.
+/// Largest number of copies of a table that `repeat` may ask for.
 pub const MAX_REPEAT: i64 = 10_000;
 /// Largest integer that every number format holds.
 const MAX_INTEGER: f64 = 9_007_199_254_740_992.0;
@@ -40,9 +40,9 @@ enum Value {
 #[derive(Debug, Clone, PartialEq)]
 struct Table {
     entries: Vec<(String, Node)>,
-    /// Probability that it is there.
+    /// Probability that the table is present.
     chance: Option<Box<Node>>,
-    /// How often it stands in its array.
+    /// Number of times that it stands in its array.
     repeat: Option<Box<Node>>,
 }
 
@@ -53,7 +53,7 @@ enum Distribution {
     Named { name: String, times: Option<Node>, plus: Option<Node> },
 }
 
-/// Distributions of numbers, each given by two.
+/// Distributions of numbers, each given by two parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     Uniform,
@@ -73,7 +73,7 @@ impl Distribution {
 }
 
 impl Node {
-    /// The keys of a table; none for anything else.
+    /// The keys of a table with their values; none for anything else.
     pub fn keys(&self) -> impl Iterator<Item = (&str, &Node)> {
         let entries = match &self.value {
             Value::Table(t) => t.entries.as_slice(),
@@ -87,12 +87,12 @@ impl Node {
         self.keys().find(|(k, _)| *k == key).map(|(_, n)| n)
     }
 
-    /// Bytes of the file.
+    /// Range of bytes in the file.
     pub fn span(&self) -> &Range<usize> {
         &self.span
     }
 
-    /// The plain texts in it, with all that could be chosen.
+    /// The plain texts in the value, with all that could be chosen.
     pub fn texts(&self) -> BTreeSet<String> {
         let mut texts = BTreeSet::new();
         self.visit(&mut |n| {
@@ -103,7 +103,7 @@ impl Node {
         texts
     }
 
-    /// Whether a scene decides on it.
+    /// Whether the value depends on the scene.
     pub fn is_drawn(&self) -> bool {
         let mut found = false;
         self.visit(&mut |n| {
@@ -130,13 +130,13 @@ impl Node {
     }
 }
 
-/// A TOML text of values and distributions, checked as far as no scene decides.
+/// A TOML text of values and distributions, checked as far as no scene is needed.
 #[derive(Debug, Clone)]
 pub struct Tree {
     file: PathBuf,
     text: String,
     top: Vec<(String, Node)>,
-    /// The entries of the table `draw`, which several places share.
+    /// The entries of the table `draw`, which several places may share.
     named: BTreeMap<String, Node>,
 }
 
@@ -144,8 +144,8 @@ impl Tree {
     /// Parses a text whose values may be distributions.
     ///
     /// # Errors
-    /// Not TOML; a distribution with unknown keys, bounds the wrong way round, weights that do not match; a draw that
-    /// names nothing or itself.
+    /// Returns an error for text that is not TOML, a distribution with unknown keys, reversed bounds or
+    /// weights that do not match, and a draw that names nothing or itself.
     pub fn parse(file: &Path, text: &str) -> Result<Tree> {
         let doc = Document::parse(file, text)?;
         let tree = DeTable::parse(text)
@@ -168,25 +168,25 @@ impl Tree {
         Ok(tree)
     }
 
-    /// A value of the top level.
+    /// The value of a key at the top level.
     pub fn get(&self, key: &str) -> Option<&Node> {
         self.top.iter().find(|(k, _)| k == key).map(|(_, n)| n)
     }
 
-    /// The text as it was read.
+    /// The text as read.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The file that it was read from.
+    /// The file from which it was read.
     pub fn file(&self) -> &Path {
         &self.file
     }
 
-    /// The text with the places of its keys, for complaints.
+    /// The parsed text with the positions of its keys, for error messages.
     ///
     /// # Errors
-    /// Text that is no TOML.
+    /// Returns an error if the text is not TOML.
     pub fn document(&self) -> Result<Document<'_>> {
         Document::parse(&self.file, &self.text)
     }
@@ -237,7 +237,7 @@ impl Tree {
     }
 }
 
-/// From a parsed file to nodes.
+/// Converts a parsed file to nodes.
 struct Reader<'a> {
     doc: &'a Document<'a>,
 }
@@ -296,7 +296,7 @@ impl Reader<'_> {
         Ok(Value::Table(table))
     }
 
-    /// Errors: a table of one list whose key is nearly that of a distribution.
+    /// Returns an error for a table of one list whose key is nearly that of a distribution.
     fn misspelt(&self, t: &DeTable<'_>) -> Result<Option<Distribution>> {
         let mut entries = t.iter();
         let (Some((key, value)), None) = (entries.next(), entries.next()) else { return Ok(None) };
@@ -313,7 +313,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A table with the key of a distribution is one.
+    /// Reads a table as a distribution if it has the key of one.
     fn distribution(&self, t: &DeTable<'_>, span: &Range<usize>) -> Result<Option<Distribution>> {
         let given: Vec<&str> = KINDS
             .iter()
@@ -386,7 +386,7 @@ impl Reader<'_> {
                 Distribution::Numbers { kind, of, limits }
             }
         };
-        // What no scene decides on can be wrong now.
+        // Parameters that do not depend on a scene are checked now.
         let plain = |n: &Node| match &n.value {
             Value::Plain(v) => number_of(v),
             _ => None,
@@ -449,7 +449,7 @@ fn finite(doc: &Document<'_>, span: &Range<usize>, x: Option<f64>) -> Result<f64
         .ok_or_else(|| doc.bad(span, "is not a finite number").remedy("a distribution takes numbers").into())
 }
 
-/// Refuses numbers that make no distribution, with the limits of a normal one where they are known.
+/// Checks the numbers of a distribution, with the limits of a normal one where they are known.
 fn check(
     doc: &Document<'_>,
     span: &Range<usize>,
@@ -490,7 +490,7 @@ fn check(
     }
 }
 
-/// The value below which the part `u` of a normal distribution cut to [a, b] lies; None when nothing is left.
+/// Quantile `u` of a normal distribution truncated to [a, b]; None when no probability is left.
 fn normal_between(mean: f64, std: f64, a: f64, b: f64, u: f64) -> Option<f64> {
     if std == 0.0 {
         return (a..=b).contains(&mean).then_some(mean);
@@ -507,21 +507,21 @@ fn normal_between(mean: f64, std: f64, a: f64, b: f64, u: f64) -> Option<f64> {
     (q > 0.0 && x.is_finite()).then_some(mean + std * if flip { -x } else { x })
 }
 
-/// Where a value of the plain text came from.
+/// Origin of a value of the plain text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Origin {
     /// Range of its bytes in the recipe.
     pub span: Range<usize>,
-    /// Whether it was drawn.
+    /// Whether it was drawn at random.
     pub drawn: bool,
-    /// Path of the key in the recipe, with the numbers of copies.
+    /// Path of the key in the recipe, with the indices of copies.
     pub id: String,
 }
 
-/// What scenes may change of their draws: elements of arrays that are drawn again, and left out.
+/// Changes that scenes may make to their draws: array elements that are drawn again or left out.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Changes {
-    /// Elements that are drawn again, with the number of the draw.
+    /// Elements that are drawn again, with the index of the draw.
     pub again: BTreeMap<String, u32>,
     /// Elements that are left out.
     pub dropped: BTreeSet<String>,
@@ -540,10 +540,10 @@ pub struct Draws<'a> {
 }
 
 impl<'a> Draws<'a> {
-    /// The draws of one scene.
+    /// Prepares the draws of one scene.
     ///
     /// # Errors
-    /// A distribution that cannot be drawn from.
+    /// Returns an error if the tree's text cannot be parsed.
     pub fn new(tree: &'a Tree, seed: u64, scene: u32, changes: Changes) -> Result<Draws<'a>> {
         Ok(Draws {
             tree,
@@ -557,25 +557,25 @@ impl<'a> Draws<'a> {
         })
     }
 
-    /// The plain value of `node`, which stands at `path` of the recipe. None when a chance left it out.
+    /// Draws the plain value of `node`, which stands at `path` of the recipe. None when a chance left it out.
     ///
     /// # Errors
-    /// Numbers that only this scene makes impossible.
+    /// Returns an error for numbers that only this scene makes invalid.
     pub fn plain(&mut self, node: &Node, path: &str) -> Result<Option<toml::Value>> {
         self.entry(node, path, path, false)
     }
 
-    /// Where the values came from, by the paths that [`Document`] gives keys, below those of [`Draws::plain`].
+    /// Origins of the values, by the paths that [`Document`] gives to keys, below those of [`Draws::plain`].
     pub fn origins(self) -> BTreeMap<String, Origin> {
         self.origins
     }
 
-    /// A word of 64 random bits that belongs to `id`.
+    /// A word of 64 random bits for `id`.
     pub fn word(&self, id: &str) -> u64 {
         word(self.seed, self.scene, id, self.attempt)
     }
 
-    /// In [0, 1), of 53 bits.
+    /// A uniform random number in [0, 1) with 53 bits.
     fn unit(&self, id: &str) -> f64 {
         (self.word(id) >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -590,7 +590,7 @@ impl<'a> Draws<'a> {
         self.value(node, id, out, drawn).map(Some)
     }
 
-    /// Refuses `repeat` where there is no array.
+    /// Returns an error for `repeat` outside an array.
     fn once(&self, node: &Node) -> Result<()> {
         match &node.value {
             Value::Table(Table { repeat: Some(r), .. }) => Err(self
@@ -602,7 +602,7 @@ impl<'a> Draws<'a> {
         }
     }
 
-    /// Refuses `repeat` and `chance` of a value that stands for one of several places.
+    /// Returns an error for `repeat` and `chance` of a value that stands for one of several places.
     fn always(&self, node: &Node) -> Result<()> {
         self.once(node)?;
         match &node.value {
@@ -677,7 +677,7 @@ impl<'a> Draws<'a> {
         }
     }
 
-    /// One element of an array, with its copies.
+    /// Draws one element of an array, with its copies.
     fn element(
         &mut self,
         node: &Node,
@@ -752,7 +752,7 @@ impl<'a> Draws<'a> {
             (Some(v), _) => v.clone(),
             (None, Some(shared)) => {
                 self.always(shared)?;
-                // The same for all who ask, also for those who are drawn again.
+                // The same for all references, also for those that are drawn again.
                 let before = std::mem::take(&mut self.attempt);
                 let v = self.value(shared, &format!("draw.{name}"), "", true);
                 self.attempt = before;
@@ -781,7 +781,7 @@ impl<'a> Draws<'a> {
     }
 }
 
-/// Random bits for (seed, scene, path, attempt).
+/// A word of 64 random bits for (seed, scene, path, attempt).
 pub fn word(seed: u64, scene: u32, path: &str, attempt: u32) -> u64 {
     let hash = Sha256::digest(path.as_bytes());
     let part = |i: usize| u32::from_le_bytes([hash[i], hash[i + 1], hash[i + 2], hash[i + 3]]);

@@ -1,4 +1,4 @@
-//! A drawn scene made ready: what stands there, what is known of its roads, who drives.
+//! A drawn scene that is ready to be simulated: its objects, the truth of its roads, and its traffic.
 
 use super::recipe::Drawn;
 use catseye::base::error::Result;
@@ -16,19 +16,19 @@ pub struct DrawnScene {
     pub scenario: SitedScenario,
     /// The scene with its objects.
     pub scene: Scene,
-    /// Of a road scene.
+    /// Truth of the road; None for a scene without a road.
     pub road: Option<RoadTruth>,
-    /// Draws that were repeated because vehicles stood in one another, and vehicles that were left out.
+    /// Number of draws that were repeated because vehicles overlapped.
     pub redrawn: u32,
-    /// Objects that were left out because others stand in their place.
+    /// Number of objects that were left out because others stand in their place.
     pub dropped: u32,
 }
 
 impl DrawnScene {
-    /// The only place where a drawn road and a drawn scenario come together.
+    /// Builds the scene: the only place where a drawn road and a drawn scenario come together.
     ///
     /// # Errors
-    /// Those of the builders.
+    /// Returns the errors of the builders.
     pub fn new(drawn: Drawn) -> Result<DrawnScene> {
         let made = match drawn.plan {
             Some(plan) => site::Site::on(&drawn.parsed, plan)?,

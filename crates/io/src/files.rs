@@ -1,4 +1,4 @@
-//! The files of one frame (their names, shapes and columns are what users rely on).
+//! The files of one frame; their names, shapes and columns are a public interface.
 
 use catseye::base::error::{Error, Result};
 use catseye::detect::files::{write_echoes, write_points};
@@ -20,15 +20,15 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// Folder of a frame.
+/// Name of the folder of a frame.
 pub fn frame_name(index: u32) -> String {
     format!("frame_{index:06}")
 }
 
-/// `adc.npy`: complex64 `[chirp, rx_virtual, sample]`.
+/// Writes `adc.npy`: complex64 `[chirp, rx_virtual, sample]`.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be written.
 pub fn write_cube(dir: &Path, cube: &AnyCube) -> Result<()> {
     let rounded;
     let cube = match cube {
@@ -41,7 +41,8 @@ pub fn write_cube(dir: &Path, cube: &AnyCube) -> Result<()> {
     npy::write(dir.join("adc.npy"), &[cube.chirps, cube.channels, cube.samples], &cube.data)
 }
 
-/// float32 power in W, `[doppler, range]`, zero Doppler in the middle row: `NAME.npy` of the first ramp, `NAME_1.npy` and so on of the others.
+/// Writes values of a map's cells as float32 power in W, `[doppler, range]`, with zero Doppler in the middle row: as `NAME.npy` for the first
+/// ramp, and as `NAME_1.npy` and so on for the others.
 fn write_map(dir: &Path, name: &str, ramp: usize, map: &PowerMap<f64>, power_w: &[f64]) -> Result<()> {
     let file = match ramp {
         0 => format!("{name}.npy"),
@@ -51,7 +52,7 @@ fn write_map(dir: &Path, name: &str, ramp: usize, map: &PowerMap<f64>, power_w: 
     npy::write(dir.join(file), &[map.doppler_bins, map.range_bins], &data)
 }
 
-/// `cfar_threshold.npy` and so on: the power that each cell has to exceed to be detected.
+/// Writes `cfar_threshold.npy` and so on: the power that each cell has to exceed to be detected.
 fn write_thresholds(dir: &Path, radar: &Radar, maps: &[RangeDoppler<f64>]) -> Result<()> {
     for (i, found) in maps.iter().enumerate() {
         let part = radar.part(i);
@@ -61,10 +62,10 @@ fn write_thresholds(dir: &Path, radar: &Radar, maps: &[RangeDoppler<f64>]) -> Re
     Ok(())
 }
 
-/// `range_doppler.npy` of the first ramp, `range_doppler_1.npy` and so on of the others.
+/// Writes `range_doppler.npy` for the first ramp, and `range_doppler_1.npy` and so on for the others.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if a file cannot be written.
 pub fn write_maps(dir: &Path, maps: &[RangeDoppler<f64>]) -> Result<()> {
     for (i, map) in maps.iter().enumerate() {
         write_map(dir, "range_doppler", i, &map.map, &map.map.data)?;
@@ -72,10 +73,10 @@ pub fn write_maps(dir: &Path, maps: &[RangeDoppler<f64>]) -> Result<()> {
     Ok(())
 }
 
-/// `points.csv`.
+/// Writes `points.csv`.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be written.
 pub fn write_point_file(dir: &Path, points: &[Point]) -> Result<()> {
     let path = dir.join("points.csv");
     let file = File::create(&path).map_err(|e| Error::io(&path, e))?;
@@ -83,12 +84,13 @@ pub fn write_point_file(dir: &Path, points: &[Point]) -> Result<()> {
     Ok(())
 }
 
-/// `mask_road.npy` and `mask_markers.npy`: uint8 `[row, column]`, the classes of [`CellClass`](mask::CellClass) on the grids that [`Grid`] describes;
-/// `grid_road.npy` and `grid_markers.npy`: float32 `[plane, row, column]`, the frame's points on the same grids as
-/// [`PointGrid::planes`] orders them.
+/// Writes `mask_road.npy` and `mask_markers.npy`: uint8 `[row, column]`, the classes of
+/// [`CellClass`](mask::CellClass) on the grids that [`Grid`] describes; and `grid_road.npy` and
+/// `grid_markers.npy`: float32 `[plane, row, column]`, the frame's points on the same grids in the order of
+/// [`PointGrid::planes`].
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if a file cannot be written.
 pub fn write_masks(dir: &Path, scene: &Scene, frame: &Frame, truth: &Truth) -> Result<()> {
     for (name, grid, classes) in
         [("road", Grid::ROAD, &mask::ROAD_CLASSES), ("markers", Grid::MARKERS, &mask::MARKER_CLASSES)]
@@ -101,10 +103,10 @@ pub fn write_masks(dir: &Path, scene: &Scene, frame: &Frame, truth: &Truth) -> R
     Ok(())
 }
 
-/// Writes the files that `output` asks for, but the pictures and what [`write_masks`] writes.
+/// Writes the files that `output` selects, except the pictures and what [`write_masks`] writes.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if a folder or file cannot be written.
 pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, truth: &Truth) -> Result<()> {
     if output.adc {
         write_cube(dir, &frame.cube)?;
@@ -131,25 +133,26 @@ pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, tr
     Ok(())
 }
 
-/// Bytes that the files of one radar's frame come to.
+/// Sizes of the files of one radar's frame, bytes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FrameBytes {
-    /// Samples, maps and masks.
+    /// Size of samples, maps and masks.
     pub arrays: u64,
-    /// `points.csv`, `returns.csv` and `truth.json`.
+    /// Size of `points.csv`, `returns.csv` and `truth.json`.
     pub tables: u64,
-    /// The pictures.
+    /// Size of the pictures.
     pub pictures: u64,
 }
 
-/// Header of a NumPy file.
+/// Size of the header of a NumPy file, bytes.
 const HEADER_BYTES: u64 = 128;
-/// A row of `points.csv`, and points of a frame: as frames of roads have them. Without samples nobody knows how many.
+/// Size of the points of a frame: row size of `points.csv` times a typical number for road frames, as without
+/// samples the number is unknown.
 const POINTS_BYTES: u64 = 280 * 64;
-/// The four pictures of a radar's frame of a road; each is 150 to 260 kB.
+/// Size of the four pictures of a radar's frame of a road, bytes; each is 150 to 260 kB.
 pub const PICTURES_BYTES: u64 = 740_000;
 
-/// Counts what is written and keeps nothing.
+/// A writer that counts bytes and keeps nothing.
 struct Counter(u64);
 
 impl Write for Counter {
@@ -163,11 +166,11 @@ impl Write for Counter {
     }
 }
 
-/// What the files of a frame will take on disk, from its echoes alone: arrays and echoes to the byte, truth nearly so, points and
-/// pictures as frames of roads have them.
+/// Estimates the size on disk of the files of a frame from its echoes alone: arrays and echoes exactly, truth
+/// nearly so, points and pictures as is typical for road frames.
 ///
 /// # Errors
-/// None that a counter gives; the text of the truth.
+/// Returns an error if the truth cannot be serialized.
 pub fn expected_bytes(
     scenario: &SitedScenario,
     scene: &Scene,

@@ -1,5 +1,6 @@
-//! What only a run of frames shows: the ego motion of each frame from its standing points, and tracks of what moves. Both are
-//! made from the files of the frames, so that a resumed run gives the same bytes.
+//! Results that only a sequence of frames gives: the ego-motion of each frame from its stationary points, and
+//! tracks of moving objects. Both are made from the files of the frames, so that a resumed run gives the same
+//! bytes.
 
 use super::files::frame_name;
 use catseye::base::error::{Error, Result};
@@ -24,10 +25,10 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-/// No vehicle is taken to be faster.
+/// Largest speed of a vehicle, m/s.
 const FASTEST_MPS: f64 = 70.0;
 
-/// `reason` says why there is no velocity.
+/// Columns of `ego_motion.csv`; `reason` states why there is no velocity.
 const EGO_COLUMNS: [&str; 10] = [
     "frame",
     "time_s",
@@ -41,7 +42,7 @@ const EGO_COLUMNS: [&str; 10] = [
     "reason",
 ];
 
-/// A point, as the tracker needs it.
+/// A point in the form that the tracker needs.
 #[derive(Debug, Clone, Copy)]
 pub struct SensorPoint {
     range_m: f64,
@@ -49,14 +50,15 @@ pub struct SensorPoint {
     azimuth_rad: f64,
     elevation_rad: f64,
     std: PointStd,
-    /// The fold of its range rate is known.
+    /// Whether the fold of its range rate is known.
     resolved: bool,
-    /// Its range rate is known but for multiples of this; infinite: for none, or nothing is said.
+    /// Interval modulo which its range rate is known, m/s; infinite if it is unambiguous, or nothing is
+    /// stated.
     modulo_mps: f64,
 }
 
 impl SensorPoint {
-    /// The point as estimators take it.
+    /// Converts a detected point.
     pub fn of(p: &Point) -> SensorPoint {
         SensorPoint {
             range_m: p.range_m,
@@ -69,31 +71,32 @@ impl SensorPoint {
         }
     }
 
-    /// Whether more is known of the rate than its row says: its fold, or that but for folds of the transmitters' turns.
+    /// Whether more is known of the rate than its row states: its fold, or its value up to folds of the
+    /// transmitters' turns.
     fn is_unfolded(&self, radar: &Radar) -> bool {
         self.resolved || is_unfolded(self.modulo_mps, radar.max_velocity_mps())
     }
 }
 
-/// Tracks of what moves, from the points of one frame after another.
+/// Tracks moving objects from the points of successive frames.
 pub struct Follower {
     /// The tracker.
     pub tracker: Tracker,
 }
 
 impl Follower {
-    /// Follows a run with the default settings.
+    /// Makes a follower with the default settings.
     ///
     /// # Errors
-    /// None with the default settings.
+    /// Returns the tracker's error for invalid settings, which the default settings never are.
     pub fn new() -> Result<Follower> {
         Ok(Follower { tracker: Tracker::new(TrackerSettings::default())? })
     }
 
-    /// The points of a frame that do not stand go to the tracker, which is told the ego vehicle's own motion.
+    /// Passes the moving points of a frame to the tracker, together with the ego vehicle's own motion.
     ///
     /// # Errors
-    /// Points that the tracker refuses: values that are not finite.
+    /// Returns an error for points with non-finite values, which the tracker refuses.
     pub fn points(
         &mut self,
         scenario: &SitedScenario,
@@ -161,12 +164,12 @@ fn read_points(path: &Path) -> Result<Vec<SensorPoint>> {
         .collect())
 }
 
-/// Writes `ego_motion.csv` (velocity of each radar in its own frame, m/s) and `tracks.csv` (in the world's plane)
-/// into the run's folder. Points that stand, as far as the range rates tell, make no tracks; the tracker is told the
-/// ego vehicle's own motion.
+/// Writes `ego_motion.csv` (velocity of each radar in its own frame, m/s) and `tracks.csv` (in the world's
+/// plane) into the run's folder. Points that are stationary by their range rates make no tracks; the tracker
+/// is given the ego vehicle's own motion.
 ///
 /// # Errors
-/// Points that cannot be read.
+/// Returns an error if the points cannot be read.
 pub fn write(dir: &Path, scenario: &SitedScenario) -> Result<()> {
     let mut follower = Follower::new()?;
     let mut rows: Vec<TrackRow> = Vec::new();
@@ -217,14 +220,14 @@ pub fn write(dir: &Path, scenario: &SitedScenario) -> Result<()> {
     Ok(())
 }
 
-/// The radar's own velocity as its points tell it.
+/// The radar's own velocity as estimated from its points.
 struct Fit {
     velocity: DVec2,
     std: DVec2,
     standing: usize,
 }
 
-/// The points that do not stand, and the fit that says so; all points where there is none, and why.
+/// The moving points, and the fit that separates them; without a fit all points, and the reason.
 fn without_standing(
     radar: &Radar,
     points: &[SensorPoint],
@@ -241,7 +244,7 @@ fn without_standing(
             radar: 0,
         })
         .collect();
-    // Pairs of slopes and empty Doppler bands have unfolded their points already.
+    // Pairs of slopes and empty Doppler bands have already unfolded their points.
     let bands = match radar.multiplex {
         Multiplex::Ddm { bands } if bands > radar.tx.len() => bands as f64,
         _ => 1.0,
@@ -256,7 +259,7 @@ fn without_standing(
                 std: DVec2::new(motion.covariance[0][0].sqrt(), motion.covariance[1][1].sqrt()),
                 standing: motion.standing.iter().filter(|s| **s).count(),
             };
-            // A known rate far from that of what stands is a mover's, though it folds onto it.
+            // A known rate far from that of stationary points is a mover's, even if it folds onto it.
             let moves = |i: &usize| {
                 let over = EgoModel::Sensor.over_ground_mps(&radials[*i], &motion).abs();
                 !motion.standing[*i] || (points[*i].is_unfolded(radar) && over > radar.max_velocity_mps())
@@ -264,12 +267,12 @@ fn without_standing(
             let moving = (0..points.len()).filter(moves).map(|i| points[i]).collect();
             (moving, Ok(fit))
         }
-        // None is known to stand.
+        // No point is known to be stationary.
         Err(e) => (points.to_vec(), Err(e)),
     }
 }
 
-/// Slopes that differ unfold each other's rates.
+/// Whether all ramps have one slope: different slopes unfold each other's rates.
 fn one_slope(radar: &Radar) -> bool {
     same_slope::ramps(radar).len() == 1
 }

@@ -18,9 +18,9 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-/// Name of the dataset that catseye writes, and looks for first.
+/// Name of the dataset that catseye writes and looks for first.
 pub const DATASET: &str = "adc";
-/// Deflate makes at best so many bytes of one, so a cube that is larger is a damaged header.
+/// Largest compression ratio of deflate, so that a larger cube means a damaged header.
 const MOST_OF_A_BYTE: u64 = 1032;
 const PARTS: [[&str; 2]; 3] = [["r", "i"], ["real", "imag"], ["re", "im"]];
 
@@ -28,12 +28,12 @@ fn wrong(path: &Path, what: &str, e: impl std::fmt::Display) -> Error {
     BadInput::new(format!("{what}: {e}")).file(path).into()
 }
 
-/// `dataset` names the dataset, or those of the real and imaginary parts with a comma between; without
-/// it, it is `adc`, else the only one. `axes` as in [`array_layout`].
+/// Opens a cube. `dataset` names the dataset, or those of the real and imaginary parts separated by a comma;
+/// by default it is `adc`, or the only one. `axes` as in [`array_layout`].
 ///
 /// # Errors
-/// `BadInput` for a file that is no HDF5, no such dataset (with the names that are there), another
-/// type, axes that do not fit.
+/// Returns `BadInput` for a file that is not HDF5, a missing dataset (with the names that exist), another
+/// type, or axes that do not fit.
 pub fn open(path: &Path, dataset: Option<&str>, axes: Option<&[Axis]>) -> Result<Source> {
     let size = open_file(path)?.metadata().map_err(|e| Error::io(path, e))?.len();
     let file = hdf5_pure::File::open_streaming(path)
@@ -73,7 +73,7 @@ pub fn open(path: &Path, dataset: Option<&str>, axes: Option<&[Axis]>) -> Result
         if layout.bytes() > size.saturating_mul(MOST_OF_A_BYTE) {
             return Err(bad(format!("{} bytes of samples in a file of {size}", layout.bytes())).into());
         }
-        // A chunk is put together in memory whole.
+        // A chunk is assembled in memory as a whole.
         let chunk = dataset.chunk_shape().map_err(|e| bad(format!("no chunks: {e}")))?;
         let element = layout.bytes() / shape.iter().map(|n| *n as u64).product::<u64>().max(1);
         let chunk = chunk.unwrap_or_default().iter().fold(element, |n, d| n.saturating_mul(*d));
@@ -98,7 +98,7 @@ pub fn open(path: &Path, dataset: Option<&str>, axes: Option<&[Axis]>) -> Result
     Ok(Source::new(path, arrays.collect()))
 }
 
-/// Fetches bytes of a dataset by places of its slowest axis, of `row` bytes each. Those that were read last are kept.
+/// Reads bytes of a dataset by places of its slowest axis, of `row` bytes each. Those read last are kept.
 fn rows_of(path: PathBuf, dataset: Dataset, row: u64) -> impl FnMut(u64, &mut [u8]) -> Result<()> {
     let (mut rows, mut bytes) = (0..0, Vec::new());
     move |at, to| {
@@ -134,7 +134,7 @@ fn only_dataset(path: &Path, file: &hdf5_pure::File) -> Result<String> {
     }
 }
 
-/// The number, whether its bytes are big-endian first, and of a compound which member is which part.
+/// Type of the numbers, whether they are big-endian, and for a compound which member is which part.
 fn number_of(t: &Datatype) -> Result<(Number, bool, Option<[usize; 2]>), String> {
     let allowed =
         "float32, float64, int8, uint8, int16, uint16, int32, or a compound of two, {r, i} or {real, imag}";
@@ -188,11 +188,11 @@ fn number_of(t: &Datatype) -> Result<(Number, bool, Option<[usize; 2]>), String>
     }
 }
 
-/// Writes a cube of shape `[chirp, rx_virtual, sample]`, or with frames before. The file is put together
-/// in memory: a copy of the samples is held.
+/// Writes a cube of shape `[chirp, rx_virtual, sample]`, or with frames in front. The file is assembled in
+/// memory, which holds a copy of the samples.
 ///
 /// # Errors
-/// A shape that does not hold the samples; what the disk says.
+/// Returns an error if the shape does not hold the samples, or if the file cannot be written.
 pub fn write<T: Real + bytemuck::Pod>(
     path: &Path,
     shape: &[usize],

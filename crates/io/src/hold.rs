@@ -1,23 +1,25 @@
-//! Who is at work in a dataset: each run holds a lock on the folder, which the system takes back when its process ends,
-//! however that comes about.
+//! Registers who works in a dataset: each run holds a lock on the folder, which the system releases when its
+//! process ends in any way.
 
 use catseye::base::error::{BadInput, Result};
 use std::fs::{File, TryLockError};
 use std::path::Path;
 
-/// A share in the folder. Dropped, it is given back.
+/// A share in the folder, given back when dropped.
 pub struct Hold {
-    /// None where folders cannot be locked (some network disks, Windows): then nothing is known of others.
+    /// The locked folder; None where folders cannot be locked (some network disks, Windows), and nothing is
+    /// then known of others.
     folder: Option<File>,
 }
 
 impl Hold {
-    /// Waits as long as somebody clears up.
+    /// Takes a share, after waiting for anybody who clears up.
     pub fn share(dir: &Path) -> Hold {
         Hold { folder: File::open(dir).ok().filter(|f| f.lock_shared().is_ok()) }
     }
 
-    /// Whether no other run is at work: then none begins before this is dropped. None where that cannot be known.
+    /// Whether no other run is at work; then none begins before this is dropped. None where that cannot be
+    /// known.
     pub fn alone(&self) -> Option<bool> {
         match self.folder.as_ref()?.try_lock() {
             Ok(()) => Some(true),
@@ -26,7 +28,7 @@ impl Hold {
         }
     }
 
-    /// A share of one that changes what others rely on. Errors: others are at work.
+    /// Takes a share for changing what others rely on. Returns an error if others are at work.
     pub fn only(dir: &Path) -> Result<Hold> {
         let hold = Hold { folder: File::open(dir).ok() };
         match hold.alone() {

@@ -1,4 +1,5 @@
-//! `manifest.json`: what made a result and its axes. Kind and checksums come with the folder's commit.
+//! `manifest.json`: what made a result, and its axes. Kind and checksums are added when the folder is
+//! committed.
 
 use catseye::adc::methods::Methods;
 use catseye::adc::synthesis::SynthesisStats;
@@ -17,7 +18,7 @@ use std::path::Path;
 pub struct Axis {
     /// First value.
     pub first: f64,
-    /// Distance to the next.
+    /// Distance between values.
     pub step: f64,
     /// Number of values.
     pub count: usize,
@@ -35,12 +36,12 @@ impl Axis {
 pub struct Axes {
     /// Range of the columns, m.
     pub range_m: Axis,
-    /// Positive receding.
+    /// Range rate of the rows, m/s, positive receding.
     pub range_rate_mps: Axis,
 }
 
 impl Axes {
-    /// The axes of a radar's map.
+    /// Axes of a radar's map.
     pub fn of(radar: &Radar) -> Axes {
         let rows = radar.doppler_rows();
         let step = radar.velocity_bin_mps();
@@ -55,7 +56,7 @@ impl Axes {
     }
 }
 
-/// What the manifest keeps of a frame.
+/// Data of a frame in the manifest.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FrameRecord {
     /// Number of the frame.
@@ -64,54 +65,55 @@ pub struct FrameRecord {
     pub radar: String,
     /// Time of the frame, s.
     pub time_s: f64,
-    /// Triangles that were traced.
+    /// Number of triangles that were traced.
     pub triangles: usize,
-    /// Rays that were traced.
+    /// Number of rays that were traced.
     pub rays: u64,
     /// Number of echoes.
     pub returns: usize,
-    /// What the front end did with them.
+    /// Statistics of the front end.
     pub front_end: FrontEndRecord,
     /// Number of points.
     pub points: usize,
-    /// Per object, where it was asked for.
+    /// Convergence of each object, where it was requested.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub convergence: Vec<Convergence>,
-    /// Not part of the result's identity.
+    /// Times of the stages; not part of the result's identity.
     pub seconds: Stages,
 }
 
-/// What the front end did with the echoes of a frame.
+/// Statistics of the front end for the echoes of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FrontEndRecord {
-    /// Echoes that move.
+    /// Number of moving echoes.
     pub moving: u64,
-    /// Echoes that the anti-alias filter stopped, and their power.
+    /// Number of echoes that the anti-alias filter stopped.
     pub dropped: u64,
     /// Power of echoes out of the receiver's band, W.
     pub dropped_power_w: f64,
-    /// Echoes that went into others of the same place and way.
+    /// Number of echoes that were merged into others of the same place and path.
     #[serde(default)]
     pub merged: u64,
-    /// Echoes that were left out because all of them together cannot show.
+    /// Number of echoes that were left out because all of them together cannot show.
     #[serde(default)]
     pub left_out: u64,
     /// Sum of their powers, mean over channels, W.
     #[serde(default)]
     pub left_out_power_w: f64,
-    /// Bounces that were followed.
+    /// Number of bounces that were followed.
     #[serde(default)]
     pub bounces: u64,
-    /// Power of the echoes, mean over channels, W: those of one chain in one range cell are added up with their phases.
+    /// Power of the echoes, mean over channels, W; those of one chain in one range cell are added coherently.
     #[serde(default)]
     pub power_w: f64,
-    /// Power of what one bounce more would have brought, W: an estimate, seldom 6 dB too low or 20 dB too high (CONVENTIONS eq. 68).
+    /// Estimated power that one more bounce would have brought, W, seldom 6 dB too low or 20 dB too high
+    /// (CONVENTIONS eq. 68).
     #[serde(default)]
     pub cut_power_w: f64,
-    /// Echoes that were left out because they are not finite.
+    /// Number of echoes that were left out because they are non-finite.
     #[serde(default)]
     pub broken: u64,
-    /// How the echoes were summed.
+    /// Method by which the echoes were summed.
     pub synthesis: Methods,
 }
 
@@ -159,18 +161,18 @@ impl FrameRecord {
     }
 }
 
-/// What a run with one radar says as it is, and one with several under their names.
+/// A value of one radar as it is, or values of several radars under their names.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(untagged)]
 pub enum PerRadar<T> {
-    /// One radar's.
+    /// Value of the only radar.
     One(T),
-    /// By names of radars.
+    /// Values by names of radars.
     Several(BTreeMap<String, T>),
 }
 
 impl<T> PerRadar<T> {
-    /// That of the radar of this name.
+    /// The value of the radar of this name.
     pub fn get(&self, name: &str) -> Option<&T> {
         match self {
             PerRadar::One(one) => Some(one),
@@ -178,10 +180,10 @@ impl<T> PerRadar<T> {
         }
     }
 
-    /// What `what` says of each radar.
+    /// Collects the value of `what` for each radar.
     ///
     /// # Errors
-    /// What `what` fails with.
+    /// Returns the first error of `what`.
     pub fn of(radars: &[Radar], what: impl Fn(&Radar) -> Result<T>) -> Result<Self> {
         match radars {
             [one] => Ok(PerRadar::One(what(one)?)),
@@ -193,11 +195,12 @@ impl<T> PerRadar<T> {
     }
 }
 
-/// Radars in full, as TOML, with a copy of the calibration that each reads in `dir`: `calibration.csv`, with several
-/// radars `calibration_NAME.csv`. The TOML names the copy, so beside it, it is read as the same radar.
+/// Returns the full radars as TOML, and copies the calibration that each reads into `dir`: `calibration.csv`,
+/// with several radars `calibration_NAME.csv`. The TOML names the copy, so that beside it the same radar is
+/// read.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// Returns an error if a file cannot be written.
 pub fn keep_radars(dir: &Path, radars: &[Radar]) -> Result<PerRadar<String>> {
     PerRadar::of(radars, |radar| {
         let mut kept = radar.clone();
@@ -214,30 +217,31 @@ pub fn keep_radars(dir: &Path, radars: &[Radar]) -> Result<PerRadar<String>> {
     })
 }
 
-/// `manifest.json` of a run.
+/// Content of the `manifest.json` of a run.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Manifest {
     /// Version of catseye.
     pub catseye: &'static str,
-    /// The engine that made it.
+    /// Engine that made it.
     pub engine: EngineReport,
     /// Seed of all draws.
     pub seed: u64,
-    /// The scenario file as it was read, and its name.
+    /// Text of the scenario file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scenario: Option<String>,
-    /// Name in the scenario.
+    /// Name of the scenario.
     pub scenario_name: String,
     /// The radar in full, as TOML ([`keep_radars`]).
     pub radar: PerRadar<String>,
-    /// Of its maps.
+    /// Axes of its maps.
     pub axes: PerRadar<Axes>,
-    /// What was found in an imported file.
+    /// Report on an imported file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub import: Option<ImportReport>,
-    /// What the scene's meshes have that may show in the frames, one line each ([`catseye::simulate::Prepared::remarks`]).
+    /// Properties of the scene's meshes that may show in the frames, one line each
+    /// ([`catseye::simulate::Prepared::remarks`]).
     pub remarks: Vec<String>,
-    /// One record a frame.
+    /// Records of the frames.
     pub frames: Vec<FrameRecord>,
 }
 
@@ -245,7 +249,7 @@ impl Manifest {
     /// Writes the file into `dir`; `StagedDir::commit` adds kind and checksums.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if the manifest cannot be serialized or written.
     pub fn write(&self, dir: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
         let path = dir.join(MANIFEST);

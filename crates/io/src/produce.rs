@@ -1,6 +1,7 @@
-//! The dataset engine: frames of drawn scenes into shards. A shard is complete when its marker
-//! stands in `shards/`, which is renamed into place last. A run that was killed at any moment goes on with what is
-//! missing, and the bytes are the same whatever the order, the number of workers and the interruptions.
+//! The dataset engine, which makes frames of drawn scenes into shards. A shard is complete when its marker
+//! stands in `shards/`; the marker is renamed into place last. A run that was killed at any moment continues
+//! with what is missing, and the bytes are the same whatever the order, the number of workers and the
+//! interruptions.
 
 use super::board::{Board, Claim, Queue};
 use super::dataset::{DATASET, DatasetFile, Device, Marker, SHARDS, drawn_scene, frames_of, write_json};
@@ -29,81 +30,82 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::Scope;
 use std::time::Instant;
 
-/// How to run.
+/// Options of [`produce`].
 pub struct Options<'a> {
-    /// Workers, each with its share of the cores; default one a core on the cpu, one on a gpu.
+    /// Number of workers, each with its share of the cores; default one per core on the CPU, one on a GPU.
     pub jobs: Option<usize>,
-    /// Shards to make; default all.
+    /// Range of shards to make; default all.
     pub shards: Option<Range<u64>>,
-    /// Go on with a dataset that another device began.
+    /// Whether to continue a dataset that another device began.
     pub mixed_devices: bool,
-    /// Begin anew in a folder that holds another dataset.
+    /// Whether to restart in a folder that holds another dataset.
     pub force: bool,
-    /// When set, the run ends at the next safe point.
+    /// Flag that ends the run at the next safe point when it is set.
     pub cancel: &'a AtomicBool,
-    /// Called after each scene that was checked and each frame, from any thread.
+    /// Function that is called after each checked scene and each frame, from any thread.
     pub progress: &'a (dyn Fn(Progress) + Sync),
-    /// Draws the pictures of a frame.
+    /// Function that draws the pictures of a frame.
     pub pictures: Pictures<'a>,
 }
 
-/// What a run is at.
+/// Phase of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
-    /// All scenes are drawn and read, before the first frame.
+    /// All scenes are drawn and read before the first frame.
     Checks,
     /// Frames are made.
     Frames,
 }
 
-/// Scenes that are checked, or frames of this run.
+/// Progress in checked scenes, or in frames of this run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// What the run is at.
+    /// Phase of the run.
     pub phase: Phase,
-    /// How many are done.
+    /// Number that are done.
     pub done: u64,
-    /// How many there are.
+    /// Total number.
     pub all: u64,
 }
 
-/// What a run left.
+/// Report on a run.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
     /// Folder of the dataset.
     #[serde(serialize_with = "catseye::formats::path_text")]
     pub folder: PathBuf,
-    /// Frames of the dataset.
+    /// Number of frames of the dataset.
     pub frames: u64,
-    /// Shards of the dataset.
+    /// Number of shards of the dataset.
     pub shards: u64,
-    /// Shards of the whole dataset that are complete.
+    /// Number of shards of the whole dataset that are complete.
     pub shards_complete: u64,
-    /// Of them found complete.
+    /// Number of shards that were found complete.
     pub shards_resumed: u64,
-    /// Shards that an earlier recipe had made, and that are the same in this one.
+    /// Number of shards that an earlier recipe had made and that are the same in this one.
     pub shards_kept: u64,
-    /// Shards that had a marker and not their files, and were made again.
+    /// Number of shards that had a marker without their files and were made again.
     pub shards_repaired: u64,
-    /// Frames that this run made.
+    /// Number of frames that this run made.
     pub frames_made: u64,
-    /// Manifest and datasheet stand.
+    /// Whether manifest and datasheet are written.
     pub complete: bool,
     /// Whether the run was interrupted.
     pub cancelled: bool,
-    /// What the meshes of the first scene have that may show in frames, one line each.
+    /// Properties of the meshes of the first scene that may show in frames, one line each.
     pub remarks: Vec<String>,
-    /// Of complete shards.
+    /// Counts over the complete shards.
     pub tally: Tally,
-    /// Bytes of the dataset.
+    /// Size of the dataset, bytes.
     pub bytes: u64,
 }
 
 /// Makes what is missing of the dataset in `out`.
 ///
 /// # Errors
-/// A folder of something else, of another recipe or device; shards that do not exist; a scene that cannot be drawn or
-/// built; what the disk says. What is complete stays.
+/// Returns an error for a folder of something else, or of another recipe or device; for shards that do not
+/// exist; for a scene that cannot be drawn, built or simulated; and for files that cannot be read or written.
+/// What is complete stays.
 pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'_>) -> Result<Report> {
     if options.force && options.shards.is_some() {
         return Err(BadInput::new("would remove the shards that others make")
@@ -265,33 +267,33 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     })
 }
 
-/// What a dataset will take, reckoned from some of its frames.
+/// Estimate of a dataset's size and time from some of its frames.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Estimate {
-    /// Scenes of the recipe.
+    /// Number of scenes of the recipe.
     pub scenes: u32,
-    /// Frames of the dataset.
+    /// Number of frames of the dataset.
     pub frames: u64,
-    /// Shards of the dataset.
+    /// Number of shards of the dataset.
     pub shards: u64,
-    /// Frames that were made for this, the first of scenes spread over the recipe.
+    /// Number of frames that were made for this: the first ones of scenes spread over the recipe.
     pub frames_tried: u32,
-    /// Seconds on all cores that one frame took, with the building of its scene.
+    /// Time on all cores for one frame, including the building of its scene, s.
     pub seconds_a_frame: f64,
-    /// Bytes of a frame's arrays before compression.
+    /// Size of a frame's arrays before compression, bytes.
     pub array_bytes_a_frame: u64,
-    /// Bytes of a frame as it is stored, with its tables and their files.
+    /// Size of a frame as it is stored, with its tables and their files, bytes.
     pub bytes_a_frame: u64,
-    /// Of the datasheet with its pictures, and of the checksums, about.
+    /// Approximate size of the datasheet with its pictures and of the checksums, bytes.
     pub datasheet_bytes: u64,
-    /// Of all of it.
+    /// Size of the whole dataset, bytes.
     pub bytes: u64,
 }
 
-/// Frames that an estimate makes at most.
+/// Largest number of frames that an estimate makes.
 const TRIED: u32 = 8;
 
-/// A folder that goes when this does.
+/// A folder that is removed when this is dropped.
 struct Scratch(PathBuf);
 
 impl Drop for Scratch {
@@ -300,10 +302,12 @@ impl Drop for Scratch {
     }
 }
 
-/// Makes the first frame of some scenes, writes them as the dataset would to the folder for temporary files, and measures.
+/// Makes the first frame of some scenes, writes them to the temporary folder as the dataset would, and
+/// measures time and size.
 ///
 /// # Errors
-/// A scene that cannot be drawn or built; what the simulation of a frame or the disk reports.
+/// Returns an error if the format is not built in, if a scene cannot be drawn or built, and the errors of
+/// simulating and writing a frame.
 pub fn estimate(engine: &Engine, recipe: &Recipe) -> Result<Estimate> {
     recipe.check_built()?;
     let tried = TRIED.min(recipe.scenes);
@@ -354,18 +358,20 @@ pub fn estimate(engine: &Engine, recipe: &Recipe) -> Result<Estimate> {
     })
 }
 
-/// What stands in the folder.
+/// Content of the output folder.
 enum Begun {
     Nothing,
-    /// This dataset.
+    /// This dataset was begun.
     Same,
-    /// One that was begun with something else; what is said where it can be neither mended nor removed.
+    /// A dataset was begun with something else; `refusal` is the error if it can be neither mended nor
+    /// removed.
     Other {
         refusal: Error,
     },
 }
 
-/// Finds out what stands in `out`, and changes nothing. Errors: something that is no dataset, another device.
+/// Finds out what stands in `out`, and changes nothing. Returns an error for something that is no dataset, or
+/// another device.
 fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<Begun> {
     if out.as_os_str().is_empty() {
         return Err(BadInput::new("the output has no name").key("-o").into());
@@ -432,13 +438,13 @@ fn another_device(out: &Path, found: &Device, here: &Device) -> Error {
         .into()
 }
 
-/// The layout as far as it decides on the bytes of a shard.
+/// The layout as far as it determines the bytes of a shard.
 fn without_frames(layout: &Layout) -> Result<String> {
     let layout = Layout { frames: 0, ..layout.clone() };
     serde_json::to_string(&layout).map_err(|e| Error::Failed(format!("layout: {e}")))
 }
 
-/// Whether a file belongs to a frame or shard of this layout from these numbers on, its marker too.
+/// Whether a file, or a marker, belongs to a frame or shard of this layout from these numbers on.
 fn is_of(layout: &Layout, name: &str, frames: u64, shards: u64) -> bool {
     let number = |text: Option<&str>| text.and_then(|t| t.split('.').next()?.parse::<u64>().ok());
     let part = |text: &str| number(text.strip_prefix("part-"));
@@ -452,7 +458,7 @@ fn is_of(layout: &Layout, name: &str, frames: u64, shards: u64) -> bool {
     }
 }
 
-/// Errors: a file that no dataset has, so that the folder is not removed.
+/// Returns an error for a file that no dataset has, so that the folder is not removed.
 fn only_ours(out: &Path) -> Result<()> {
     let layout = Layout::open(out).ok();
     let is_ours = |name: &String| {
@@ -471,7 +477,7 @@ fn only_ours(out: &Path) -> Result<()> {
     }
 }
 
-/// Takes shards of an earlier recipe over into one in which they are the same.
+/// Takes over shards of an earlier recipe that are the same in the new one.
 struct Mender<'a> {
     recipe: &'a Recipe,
     basis: &'a str,
@@ -481,7 +487,7 @@ struct Mender<'a> {
 }
 
 impl Mender<'_> {
-    /// Whether a marker, of whatever recipe, stands for what this recipe would make.
+    /// Whether a marker of any recipe stands for what this recipe would make.
     fn is_same(&self, marker: &Marker, shard: u64) -> Result<bool> {
         if shard >= self.layout.shards() || !marker.holds(self.out, shard, self.layout, &marker.recipe) {
             return Ok(false);
@@ -489,8 +495,9 @@ impl Mender<'_> {
         Ok(marker.drawn_from == self.recipe.drawn_from(self.basis, self.layout.frames_of(shard))?)
     }
 
-    /// Removes from the folder what is of the earlier recipe alone, if a shard of it can stay or none is complete.
-    /// Shards that are made again stay until then. Errors: `refusal`, and nothing is changed.
+    /// Removes from the folder what belongs to the earlier recipe alone, if a shard of it can stay or none is
+    /// complete. Shards that are made again stay until then. Returns `refusal` otherwise, and nothing is
+    /// changed.
     fn mend(&self, refusal: Error) -> Result<()> {
         let earlier = match self.out.join(LAYOUT).exists() {
             true => Some(Layout::open(self.out)?),
@@ -530,7 +537,8 @@ impl Mender<'_> {
         Ok(())
     }
 
-    /// Has the markers of an earlier recipe say this one where they are the same. Returns how many.
+    /// Updates the markers of an earlier recipe to this one where they are the same, and returns their
+    /// number.
     fn adopt(&self, shards: Range<u64>) -> Result<u64> {
         let adopt = |shard: u64| -> Result<u64> {
             match Marker::read(self.out, shard) {
@@ -546,7 +554,7 @@ impl Mender<'_> {
     }
 }
 
-/// What a frame of this dataset holds: as in the folder, else as its first frame has it.
+/// The layout of a frame of this dataset: that in the folder, or else that of its first frame.
 fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layout> {
     // A run that was killed between the two files has none.
     if let Some(dir) = begun.filter(|d| d.join(LAYOUT).exists()) {
@@ -558,7 +566,7 @@ fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layo
     Ok(layout_of(recipe, &site, &record))
 }
 
-/// The layout of a dataset whose frames hold what this one does.
+/// The layout of a dataset whose frames hold the same as this one.
 fn layout_of(recipe: &Recipe, site: &DrawnScene, record: &Record) -> Layout {
     Layout {
         format: recipe.format,
@@ -578,7 +586,7 @@ fn remove(path: &Path) -> Result<()> {
     }
 }
 
-/// A frame on its way to the writer.
+/// A frame on its way to the writer, or an error.
 type Item = Result<(Record, Tally)>;
 
 struct Run<'a> {
@@ -596,12 +604,13 @@ struct Run<'a> {
     frames: u64,
     stop: AtomicBool,
     failure: Mutex<Option<Error>>,
-    /// How many bounces the frames of each scene follow, for the stretches of one scene that several workers make.
+    /// Number of bounces that the frames of each scene follow, for the parts of one scene that several
+    /// workers make.
     depths: Mutex<BTreeMap<u32, Depths>>,
 }
 
 impl Run<'_> {
-    /// The first failure, if any.
+    /// Runs all and returns the first failure, if any.
     fn all(&self, missing: &[u64]) -> Result<Option<Error>> {
         let cores = rayon::current_num_threads();
         let jobs = self.jobs.min(self.board.most_workers(missing).max(1));
@@ -620,7 +629,7 @@ impl Run<'_> {
         Ok(self.failure().take())
     }
 
-    /// Begins a thread of the run. Where the system has none left, the run fails.
+    /// Starts a thread of the run. If the system has none left, the run fails.
     fn begin<'scope>(&self, scope: &'scope Scope<'scope, '_>, work: impl FnOnce() + Send + 'scope) {
         if let Err(e) = std::thread::Builder::new().spawn_scoped(scope, work) {
             self.fail(Error::Failed(format!("threads: {e}")));
@@ -644,7 +653,7 @@ impl Run<'_> {
         self.board.close();
     }
 
-    /// Makes frames until none is left, and begins the writers of the shards that they open.
+    /// Makes frames until none is left, and starts the writers of the shards that they open.
     fn compute<'scope>(&'scope self, scope: &'scope Scope<'scope, '_>) {
         let mut own = None;
         while let Some((claim, begun)) = self.board.claim(own, &|| self.stopped()) {
@@ -662,7 +671,7 @@ impl Run<'_> {
         }
     }
 
-    /// What was claimed, as long as it is wanted.
+    /// Makes the claimed frames as long as they are wanted.
     fn frames(&self, claim: &Claim<Item>) -> Result<()> {
         let site = drawn_scene(self.recipe, claim.scene)?;
         let depths = self

@@ -1,5 +1,5 @@
-//! The recipe TOML: a road scene and a scenario in which any value may be a distribution, how many scenes are drawn from
-//! them, and what is kept. Each scene is two plain texts that the ordinary readers parse.
+//! The recipe TOML: a road scene and a scenario in which any value may be a distribution, the number of
+//! scenes drawn from them, and what is kept. Each scene is two plain texts that the ordinary readers parse.
 
 use super::draw::{Changes, Draws, Node, Origin, Tree, word};
 use super::store::{ColumnKind, ColumnSpec, Compression, Format, Layout, TableSpec};
@@ -19,14 +19,14 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// How often a vehicle that stands in another is drawn again before it is left out.
+/// Number of times that a vehicle that overlaps another is drawn again before it is left out.
 pub const REDRAWS: u32 = 30;
 const MOST_SCENES: u32 = 10_000_000;
-/// The parts of a dataset, in this order.
+/// Names of the parts of a dataset, in this order.
 pub const SPLITS: [&str; 3] = ["train", "validation", "test"];
-/// Files of a drawn scene that is written for `catseye simulate`.
+/// Name of the road file of a drawn scene that is written for `catseye simulate`.
 pub const ROAD_FILE: &str = "road.toml";
-/// Name of a drawn scene's scenario file.
+/// Name of the scenario file of a drawn scene.
 pub const SCENARIO_FILE: &str = "scenario.toml";
 
 /// Scenes that are drawn, and what is kept of their frames.
@@ -34,16 +34,16 @@ pub const SCENARIO_FILE: &str = "scenario.toml";
 #[serde(deny_unknown_fields)]
 #[schemars(title = "catseye recipe")]
 pub struct RecipeFile {
-    /// Shown in results.
+    /// Name of the dataset, shown in results.
     pub name: String,
-    /// Of the data, said in its README, as in "CC-BY-4.0".
+    /// Licence of the data, stated in its README, as in "CC-BY-4.0".
     pub licence: Option<String>,
-    /// Of all draws, noise and speckle; default 0.
+    /// Seed of all draws, noise and speckle; default 0.
     #[serde(default)]
     pub seed: At<u64>,
     /// Number of scenes.
     pub scenes: At<u32>,
-    /// Frames of each scene, `scenario.frames.interval_s` apart.
+    /// Number of frames of each scene, `scenario.frames.interval_s` apart.
     pub frames_per_scene: At<u32>,
     /// How scenes are split.
     #[serde(default)]
@@ -57,10 +57,10 @@ pub struct RecipeFile {
     /// Draws that several places share, by name.
     #[serde(default)]
     pub draw: BTreeMap<String, serde_json::Value>,
-    /// What a road scene file holds (`catseye scene`), without its name.
+    /// Content of a road scene file (`catseye scene`), without its name.
     pub road: Option<At<serde_json::Value>>,
-    /// What a scenario file holds (`catseye simulate`), without name, seed, frames.count and output; without scene too where
-    /// there is a road.
+    /// Content of a scenario file (`catseye simulate`), without name, seed, frames.count and output; also
+    /// without scene where there is a road.
     pub scenario: At<serde_json::Value>,
 }
 
@@ -68,13 +68,13 @@ pub struct RecipeFile {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SplitTable {
-    /// For training.
+    /// Share of scenes for training.
     #[serde(default)]
     pub train: At<Share>,
-    /// For validation.
+    /// Share of scenes for validation.
     #[serde(default)]
     pub validation: At<Share>,
-    /// For testing.
+    /// Share of scenes for testing.
     #[serde(default)]
     pub test: At<Share>,
 }
@@ -102,13 +102,13 @@ impl Default for Share {
     }
 }
 
-/// A number, or "first:end" without the end.
+/// A scene number, or "first:end" excluding the end.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Scenes {
     /// One scene.
     One(u32),
-    /// Scenes from `first` to before `end`.
+    /// Scenes from `first` up to but excluding `end`.
     Run(String),
 }
 
@@ -116,11 +116,11 @@ pub enum Scenes {
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StoreTable {
-    /// frames (default; every build has it), zarr or hdf5 (builds with that feature).
+    /// Format: frames (default; every build has it), zarr or hdf5 (builds with that feature).
     pub format: At<Format>,
-    /// Default zstd:1 for zarr, deflate:3 for hdf5, none for frames.
+    /// Compression of arrays. Default zstd:1 for zarr, deflate:3 for hdf5, none for frames.
     pub compression: Option<At<Compression>>,
-    /// Frames that one task writes together; default: whole scenes, 100 frames or more.
+    /// Number of frames that one task writes together; default whole scenes, 100 frames or more.
     pub frames_per_shard: Option<At<u32>>,
 }
 
@@ -128,15 +128,15 @@ pub struct StoreTable {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Keep {
-    /// Samples; default false.
+    /// Whether samples are kept; default false.
     pub adc: bool,
-    /// Power maps; default true.
+    /// Whether power maps are kept; default true.
     pub range_doppler: bool,
-    /// Default true.
+    /// Whether points are kept; default true.
     pub points: bool,
-    /// Every echo; default false.
+    /// Whether every echo is kept; default false.
     pub returns: bool,
-    /// Boxes, lanes, lines and markers; default true.
+    /// Whether boxes, lanes, lines and markers are kept; default true.
     pub truth: bool,
 }
 
@@ -146,10 +146,10 @@ impl Default for Keep {
     }
 }
 
-/// Frames of a shard when the recipe does not say, rounded up to whole scenes.
+/// Number of frames of a shard when the recipe does not state it, rounded up to whole scenes.
 const FRAMES_PER_SHARD: u64 = 100;
 
-/// A recipe that has been read and checked as far as no scene decides.
+/// A recipe that was read and checked as far as no scene is needed.
 #[derive(Debug)]
 pub struct Recipe {
     tree: Tree,
@@ -165,15 +165,15 @@ pub struct Recipe {
     pub licence: Option<String>,
     /// Format of the shards.
     pub format: Format,
-    /// What is said where this build cannot write that format.
+    /// The error where this build cannot write that format.
     unbuilt: Option<BadInput>,
     /// Compression of arrays.
     pub compression: Compression,
-    /// Frames of a shard.
+    /// Number of frames of a shard.
     pub frames_per_shard: u64,
     /// What is kept of each frame.
     pub keep: Keep,
-    /// Number in [`SPLITS`] of each scene.
+    /// Index in [`SPLITS`] of each scene.
     split: Vec<u8>,
     sizes: Mutex<Sizes>,
 }
@@ -183,33 +183,33 @@ pub struct Recipe {
 pub struct Drawn {
     /// Number of the scene.
     pub scene: u32,
-    /// The text of a road scene file.
+    /// Text of a road scene file.
     pub road: Option<String>,
-    /// The text of a scenario file, whose scene is the road's file where there is a road.
+    /// Text of a scenario file, whose scene is the road's file where there is a road.
     pub scenario: String,
     /// The road scene, where the recipe draws one.
     pub plan: Option<ScenePlan>,
     /// The scenario, read from the text.
     pub parsed: Scenario,
-    /// Draws that were repeated because vehicles stood in one another.
+    /// Number of draws that were repeated because vehicles overlapped.
     pub redrawn: u32,
-    /// Vehicles that were left out because no draw gave them room.
+    /// Number of vehicles that were left out because no draw gave them room.
     pub dropped: u32,
 }
 
 impl Recipe {
-    /// Reads a recipe; `seed` takes the place of its own.
+    /// Loads a recipe; `seed` replaces its own.
     ///
     /// # Errors
-    /// One line with file, line, key, value and remedy.
+    /// Returns an error of one line with file, line, key, value and remedy.
     pub fn load(path: &Path, seed: Option<u64>) -> Result<Recipe> {
         Recipe::parse(path, &read_text(path)?, seed)
     }
 
-    /// The same from a text; files that it names are looked for beside `path`. `seed` takes the place of the recipe's.
+    /// Parses a recipe from text; files that it names are looked for beside `path`. `seed` replaces its own.
     ///
     /// # Errors
-    /// As [`Recipe::load`].
+    /// Returns the errors of [`Recipe::load`].
     pub fn parse(path: &Path, text: &str, seed: Option<u64>) -> Result<Recipe> {
         let doc = Document::parse(path, text)?;
         let file: RecipeFile = doc.read()?;
@@ -256,7 +256,7 @@ impl Recipe {
         Ok(recipe)
     }
 
-    /// Keys of the two files that the recipe decides itself.
+    /// Checks for keys of the two files that the recipe determines itself.
     fn check_keys(&self, doc: &Document<'_>) -> Result<()> {
         let refuse = |node: Option<&Node>, problem: &str, remedy: &str| match node {
             Some(n) => Err(Error::from(doc.bad(n.span(), problem).remedy(remedy))),
@@ -274,12 +274,12 @@ impl Recipe {
         Ok(())
     }
 
-    /// The file that it was read from.
+    /// The file from which it was read.
     pub fn path(&self) -> &Path {
         self.tree.file()
     }
 
-    /// The text as it was read.
+    /// The text as read.
     pub fn text(&self) -> &str {
         self.tree.text()
     }
@@ -288,31 +288,31 @@ impl Recipe {
         self.path().parent().unwrap_or(Path::new(""))
     }
 
-    /// Refuses to make frames where this build cannot write the recipe's format; its scenes can be drawn all the same.
+    /// Checks that this build can write the recipe's format; its scenes can be drawn in any case.
     ///
     /// # Errors
-    /// `BadInput` with the line of the format and the feature to build with.
+    /// Returns `BadInput` with the line of the format and the feature to build with.
     pub fn check_built(&self) -> Result<()> {
         self.unbuilt.clone().map_or(Ok(()), |b| Err(b.into()))
     }
 
-    /// Frames of the dataset.
+    /// Number of frames of the dataset.
     pub fn frames(&self) -> u64 {
         u64::from(self.scenes) * u64::from(self.frames_per_scene)
     }
 
-    /// Scene of a frame, and number of the frame in it.
+    /// Scene of a frame, and the frame's index in it.
     pub fn place(&self, frame: u64) -> (u32, u32) {
         let n = u64::from(self.frames_per_scene);
         ((frame / n) as u32, (frame % n) as u32)
     }
 
-    /// One of [`SPLITS`].
+    /// Part of the dataset that a scene belongs to: one of [`SPLITS`].
     pub fn split(&self, scene: u32) -> &'static str {
         SPLITS[self.split.get(scene as usize).copied().unwrap_or(0) as usize]
     }
 
-    /// Scenes of each of [`SPLITS`].
+    /// Number of scenes of each of [`SPLITS`].
     pub fn split_counts(&self) -> [u32; 3] {
         let mut counts = [0; 3];
         self.split.iter().for_each(|k| counts[*k as usize] += 1);
@@ -324,10 +324,11 @@ impl Recipe {
         word(self.seed, scene, "seed", 0) >> 1
     }
 
-    /// The files below the recipe's folder that it names, and those that they name: path as it is written, and the file's.
+    /// The files below the recipe's folder that it names, and those that they name: path as written, and path
+    /// of the file.
     ///
     /// # Errors
-    /// A file that is named and cannot be read.
+    /// Returns an error if a named file cannot be read.
     pub fn files(&self) -> Result<BTreeMap<String, PathBuf>> {
         let mut texts: BTreeSet<String> = BTreeSet::new();
         for part in ["draw", "road", "scenario"] {
@@ -352,10 +353,11 @@ impl Recipe {
         Ok(found)
     }
 
-    /// SHA-256 of all that decides on the frames: the text, the seed, the files that it names, this version of the program.
+    /// SHA-256 of all that determines the frames: the text, the seed, the files that it names, this version
+    /// of the program.
     ///
     /// # Errors
-    /// A file that is named and cannot be read.
+    /// Returns an error if a named file cannot be read.
     pub fn identity(&self) -> Result<String> {
         let mut all = format!("{}\n{}\n{}\n", env!("CARGO_PKG_VERSION"), self.seed, self.text());
         for (name, path) in self.files()? {
@@ -364,11 +366,11 @@ impl Recipe {
         Ok(sha256_of_bytes(all.as_bytes()))
     }
 
-    /// Draws every scene and has its readers check it, on all cores. `drawn` is called after each. Ends early when
-    /// `cancel` is set.
+    /// Draws every scene and has its readers check it, on all cores. `drawn` is called after each. Ends early
+    /// when `cancel` is set.
     ///
     /// # Errors
-    /// The first scene that is refused, and how many others are.
+    /// Returns the error of the first scene that is refused, with the number of others.
     pub fn check(&self, cancel: &AtomicBool, drawn: &(dyn Fn() + Sync)) -> Result<()> {
         let refused = |scene: u32| {
             if cancel.load(Ordering::Relaxed) {
@@ -393,11 +395,11 @@ impl Recipe {
         }
     }
 
-    /// What decides on the bytes of all frames: this version of the program, what is kept, the contents of the files that
-    /// the recipe names.
+    /// Text of what determines the bytes of all frames: this version of the program, what is kept, and the
+    /// contents of the files that the recipe names.
     ///
     /// # Errors
-    /// A file that is named and cannot be read.
+    /// Returns an error if a named file cannot be read.
     pub fn basis(&self) -> Result<String> {
         let mut all = format!("{}\n{:?}\n", env!("CARGO_PKG_VERSION"), self.keep);
         for (name, path) in self.files()? {
@@ -406,10 +408,11 @@ impl Recipe {
         Ok(all)
     }
 
-    /// SHA-256 of what decides on the bytes of some frames beside [`Recipe::basis`]: their scenes as they were drawn.
+    /// SHA-256 of what determines the bytes of some frames in addition to [`Recipe::basis`]: their scenes as
+    /// drawn.
     ///
     /// # Errors
-    /// As [`Recipe::draw`].
+    /// Returns the errors of [`Recipe::draw`].
     pub fn drawn_from(&self, basis: &str, frames: Range<u64>) -> Result<String> {
         let mut all = basis.to_string();
         let mut at = frames.start;
@@ -428,7 +431,7 @@ impl Recipe {
     /// Draws a scene.
     ///
     /// # Errors
-    /// A scene that its readers refuse, named with its number, the key and the drawn value.
+    /// Returns an error for a scene that its readers refuse, with its number, the key and the drawn value.
     pub fn draw(&self, scene: u32) -> Result<Drawn> {
         if scene >= self.scenes {
             return Err(BadInput::new("there is no such scene")
@@ -475,7 +478,7 @@ impl Recipe {
                     dropped,
                 });
             };
-            // The later one moves, unless only the earlier one can.
+            // The later vehicle moves, unless only the earlier one can.
             let origin = |(i, j): (usize, usize)| texts.road_origins.get(&format!("road[{i}].vehicle[{j}]"));
             let movable = |at| self.redrawable(&texts, at);
             let id = [Some(second), first].into_iter().flatten().find(|v| movable(*v)).and_then(origin);
@@ -554,7 +557,7 @@ impl Recipe {
         Ok(Texts { road, scenario, road_origins, scenario_origins })
     }
 
-    /// What stands at a place of the recipe, in one line.
+    /// Text at a place of the recipe, in one line.
     fn excerpt(&self, span: &Range<usize>) -> String {
         const MOST: usize = 80;
         let text = self.text().get(span.clone()).unwrap_or_default();
@@ -565,7 +568,7 @@ impl Recipe {
         }
     }
 
-    /// A reader's complaint about a drawn text, with the place in the recipe.
+    /// Adds the place in the recipe to a reader's error about a drawn text.
     fn explain(&self, scene: u32, part: &str, origins: &BTreeMap<String, Origin>, e: Error) -> Error {
         let Error::Input(b) = e else { return e };
         // Complaints about other files say their own place.
@@ -597,7 +600,7 @@ impl Recipe {
     }
 }
 
-/// Format and compression that go together in this build.
+/// Format and compression that fit together in this build.
 fn stored(doc: &Document<'_>, t: &StoreTable) -> Result<(Format, Compression, Option<BadInput>)> {
     let format = t.format.value;
     let compression = match (&t.compression, format) {

@@ -1,14 +1,15 @@
-//! Our radars as devices whose recordings others read.
+//! Radars of this program as devices whose recordings other programs read.
 
 use crate::ti_cfg::{IqOrder, Multiplex as TiMultiplex, TiRadar};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::scene::radar::{Radar, Sampling};
 use catseye::scene::waveform::{Multiplex, Waveform};
 
-/// The TI device that this radar would be: one ramp, transmitters in turn, up to three of them and four receivers.
+/// The TI device equivalent to this radar: one ramp, transmitters in turn, up to three of them and four
+/// receivers.
 ///
 /// # Errors
-/// What such a device does not have.
+/// Returns an error for a property of the radar that such a device does not have.
 pub fn ti_radar(radar: &Radar) -> Result<TiRadar> {
     let bad = |problem: &str, value: String, allowed: &str| {
         Error::from(

@@ -1,4 +1,4 @@
-//! A frame as a dataset stores it: arrays of samples and powers, tables of points, echoes and truth.
+//! A frame in the form of a dataset: arrays of samples and powers, tables of points, echoes and truth.
 
 use super::drawn_scene::DrawnScene;
 use super::manifest::Axes;
@@ -15,15 +15,16 @@ use catseye::simulate::truth::{Visibility, visibility};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Lanes, lines and markers are kept up to this distance from the ego vehicle.
+/// Largest distance from the ego vehicle at which lanes, lines and markers are kept, m.
 pub const TRUTH_RANGE_M: f64 = 150.0;
 
-/// One frame of all radars: frame `frame` of the dataset.
+/// Makes the record of frame `frame` of the dataset from one frame of all radars.
 ///
-/// Arrays are named `adc`, `range_doppler`, with `_1` and so on for more ramps, with the radar's name where there are several.
+/// Arrays are named `adc` and `range_doppler`, with `_1` and so on for more ramps, and with the radar's name
+/// where there are several.
 ///
 /// # Errors
-/// Arrays or tables that are not those of the layout.
+/// Returns an error for arrays or tables that do not match the layout.
 pub fn record(recipe: &Recipe, site: &DrawnScene, frame: u64, mut radars: Vec<Frame>) -> Result<Record> {
     let tables = tables(recipe, site, &radars).into_iter().map(|made| made.table).collect();
     let mut arrays = Vec::new();
@@ -33,7 +34,7 @@ pub fn record(recipe: &Recipe, site: &DrawnScene, frame: u64, mut radars: Vec<Fr
     Ok(Record { frame, arrays, tables })
 }
 
-/// What the layout of a recipe's dataset says of its tables.
+/// Describes the tables of a recipe's dataset for its layout.
 pub fn table_specs(recipe: &Recipe, site: &DrawnScene) -> Vec<TableSpec> {
     tables(recipe, site, &[]).into_iter().map(|made| made.spec).collect()
 }
@@ -52,7 +53,7 @@ fn tables(recipe: &Recipe, site: &DrawnScene, radars: &[Frame]) -> Vec<Made> {
     tables
 }
 
-/// `base`, for one of several radars with its name.
+/// Name of an array: `base`, with the radar's name if there are several.
 fn array_name(base: &str, site: &DrawnScene, radar: &Radar) -> String {
     match site.scenario.radars.len() {
         1 => base.to_string(),
@@ -217,7 +218,7 @@ fn radar_table(site: &DrawnScene, radars: &[Frame]) -> Made {
         .made()
 }
 
-/// The points of all radars, by the columns of points.csv.
+/// Table with the columns of points.csv.
 fn point_table(site: &DrawnScene, radars: &[Frame]) -> Made {
     let all = radars.iter().flat_map(|f| f.points.iter().map(move |p| (f, p)));
     Rows::new("points", "one row for each detected point of a radar, in that radar's frame of reference", all)
@@ -226,7 +227,7 @@ fn point_table(site: &DrawnScene, radars: &[Frame]) -> Made {
         .made()
 }
 
-/// The echoes of all radars, by the columns of returns.csv.
+/// Table with the columns of returns.csv.
 fn return_table(site: &DrawnScene, radars: &[Frame]) -> Made {
     let all = radars.iter().flat_map(|f| {
         let radar = &site.scenario.radars[f.radar];
@@ -242,7 +243,7 @@ fn return_table(site: &DrawnScene, radars: &[Frame]) -> Made {
     .made()
 }
 
-/// A word of a file format.
+/// A value as the word of a file format.
 fn word(value: impl Serialize) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(s)) => s,
@@ -250,7 +251,7 @@ fn word(value: impl Serialize) -> String {
     }
 }
 
-/// Boxes, lanes, painted lines and markers, in the world.
+/// Tables of boxes, lanes, painted lines and markers, in the world.
 fn truth_tables(site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
     let time_s = radars.first().map_or(0.0, |f| f.time_s);
     let here = site.scenario.ego.pose(time_s).translation_m;
@@ -372,7 +373,7 @@ fn truth_tables(site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
     [boxes, lanes, lines, markers]
 }
 
-/// What a layout says of an array.
+/// The layout's description of an array.
 pub fn array_spec(array: &Array) -> ArraySpec {
     let mut spec = array.spec();
     spec.about = match spec.name.as_bytes().first() {

@@ -1,5 +1,5 @@
-//! Many frames into one folder. Each frame appears under its name when it is complete; an interrupted
-//! run goes on where it stopped; the folder gets its own name at the very end.
+//! Runs many frames into one folder. Each frame appears under its name when it is complete; an interrupted
+//! run continues where it stopped; the folder gets its own name at the very end.
 
 use super::files::{Truth, frame_name, write_frame, write_masks};
 use super::follow;
@@ -22,42 +22,42 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Draws the pictures of a frame into a folder.
+/// Function that draws the pictures of a frame into a folder.
 pub type Pictures<'a> = &'a (dyn Fn(&SitedScenario, &Scene, &Frame, &Truth, &Path) -> Result<()> + Sync);
 
-/// How to run.
+/// Options of [`run`].
 pub struct RunOptions<'a> {
-    /// What the folder's manifest calls it; only a folder of the same kind is replaced.
+    /// Kind of result in the folder's manifest; only a folder of the same kind is replaced.
     pub kind: &'static str,
-    /// Whether a result that stands is replaced.
+    /// Whether an existing result is replaced.
     pub force: bool,
-    /// Measure how far each object's peak moves when the coherent sums are 16 times more accurate.
+    /// Whether to measure how far each object's peak moves when the coherent sums are 16 times more accurate.
     pub convergence: bool,
-    /// The text of the scenario file, kept in the manifest.
+    /// Text of the scenario file, kept in the manifest.
     pub source: Option<String>,
-    /// Draws the pictures of a frame into its folder.
+    /// Function that draws the pictures of a frame into its folder.
     pub pictures: Pictures<'a>,
-    /// Called with (frames done, of them found complete from an earlier run).
+    /// Function that is called with (frames done, frames among them found complete from an earlier run).
     pub progress: &'a dyn Fn(u32, u32),
 }
 
-/// What a run left.
+/// Report on a run.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct RunReport {
     /// Folder of the result.
     #[serde(serialize_with = "catseye::formats::path_text")]
     pub folder: PathBuf,
-    /// Frames that an interrupted run had left complete.
+    /// Number of frames that an interrupted run had left complete.
     pub resumed: u32,
-    /// Frames of an interrupted run whose files were not as they had been written; they were made again.
+    /// Number of frames of an interrupted run whose files had changed; they were made again.
     pub repaired: u32,
-    /// What the scene's meshes have that may show in the frames, one line each.
+    /// Properties of the scene's meshes that may show in the frames, one line each.
     pub remarks: Vec<String>,
-    /// One record a frame.
+    /// Records of the frames.
     pub frames: Vec<FrameRecord>,
 }
 
-/// What is known of a frame that is complete. Written when all its files would survive a loss of power.
+/// Data of a complete frame. It is written when all its files would survive a power failure.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Note {
     records: Vec<FrameRecord>,
@@ -68,14 +68,15 @@ struct Note {
 /// Runs all frames of the scenario on `engine` into `out`.
 ///
 /// # Errors
-/// A folder that holds something else; what a frame or the disk reports. Frames that are complete stay.
+/// Returns an error for a folder that holds something else, and the errors of frames and of writing. Complete
+/// frames stay.
 pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOptions<'_>) -> Result<RunReport> {
     let site = Site::new(scenario)?;
     let (scenario, scene) = (&site.scenario, &site.scene);
     scenario.radars.iter().try_for_each(|r| engine.check_memory(r, 0))?;
     let radars = scenario.radars.iter().map(to_toml).collect::<Result<Vec<_>>>()?;
-    // Everything that decides on the bytes, the text of a calibration too: another one of these must not continue this
-    // folder.
+    // All that determines the bytes, including the text of a calibration: a run with another one of these
+    // must not continue this folder.
     let identity = sha256_of_bytes(
         format!(
             "{} {:?} {scenario:?} {radars:?} {} {:?}",
@@ -94,7 +95,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     let mut sums = BTreeMap::new();
     for index in 0..scenario.frames.count {
         let folder = staged.path().join(frame_name(index));
-        // Written last: a frame with a note is complete if its files still are what they were.
+        // Written last: a frame with a note is complete if its files are still the same.
         let note_path = notes.join(format!("{}.json", frame_name(index)));
         let keep = |note: Note, records: &mut Vec<FrameRecord>, sums: &mut BTreeMap<String, String>| {
             records.extend(note.records);
@@ -182,7 +183,8 @@ fn read_note(path: &Path) -> Option<Note> {
     serde_json::from_slice(&fs::read(path).ok()?).ok()
 }
 
-/// The frames' checksums and those of what lies beside them. The frames are not read again: what was written is what counts.
+/// Checksums of the frames and of the files beside them. The frames are not read again: what was written
+/// counts.
 fn with_the_rest(dir: &Path, mut sums: BTreeMap<String, String>) -> Result<BTreeMap<String, String>> {
     for name in files_of(dir)? {
         if name != MANIFEST && !sums.contains_key(&name) {

@@ -1,4 +1,4 @@
-//! An open file of cubes: where its numbers stand ([`Layout`]), and how their bytes are fetched.
+//! An open file of cubes: the arrangement of its numbers ([`Layout`]), and the reading of their bytes.
 
 use super::cube_layout::{Layout, Real};
 use super::ti_cfg::TiRadar;
@@ -9,14 +9,14 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Fills the slice with the bytes from that byte of the numbers on.
+/// Function that fills the slice with the bytes from the given offset into the numbers.
 type Fetch = Box<dyn FnMut(u64, &mut [u8]) -> Result<()>>;
 
-/// An open file of one or more cubes of equal shape. Samples are read as they are asked for, and are finite. Memory is that of
-/// the answer and of a megabyte, or one place of the slowest axis.
+/// An open file of one or more cubes of equal shape. Samples are read on request and are finite. Memory is
+/// that of the result plus a megabyte, or one place of the slowest axis.
 pub struct Source {
     path: PathBuf,
-    /// One array, or real and imaginary parts apart.
+    /// One array, or separate real and imaginary parts.
     arrays: Vec<(Layout, Fetch)>,
     pub(super) ti_radar: Option<TiRadar>,
 }
@@ -26,7 +26,7 @@ impl Source {
         Source { path: path.to_path_buf(), arrays, ti_radar: None }
     }
 
-    /// The numbers of a plain file from byte `data_at` on.
+    /// Makes a source of a plain file whose numbers begin at byte `data_at`.
     pub(super) fn plain(path: &Path, mut file: File, layout: Layout, data_at: u64) -> Source {
         let own = path.to_path_buf();
         let fetch = move |at, to: &mut [u8]| {
@@ -37,7 +37,7 @@ impl Source {
         Source::new(path, vec![(layout, Box::new(fetch))])
     }
 
-    /// The file.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -47,30 +47,32 @@ impl Source {
         self.arrays[0].0.frames()
     }
 
-    /// `[chirp, rx_virtual, sample]` of one frame.
+    /// Shape `[chirp, rx_virtual, sample]` of one frame.
     pub fn shape(&self) -> [usize; 3] {
         self.arrays[0].0.shape()
     }
 
-    /// Whether the file has imaginary parts; else they read as 0.
+    /// Whether the file has imaginary parts; otherwise they read as 0.
     pub fn is_complex(&self) -> bool {
         self.arrays.iter().any(|(layout, _)| layout.is_complex())
     }
 
-    /// What the `.cfg` of a `.bin` says.
+    /// The radar of the `.cfg` of a `.bin`.
     pub fn ti_radar(&self) -> Option<&TiRadar> {
         self.ti_radar.as_ref()
     }
 
-    /// Whether samples are in √W: not those of a recording without a full scale, nor integers, which are counts.
+    /// Whether samples are in √W: not those of a recording without a full scale, nor integers, which are
+    /// counts.
     pub fn has_levels(&self) -> bool {
         !self.arrays.iter().any(|(layout, _)| layout.is_counts())
     }
 
-    /// Channels of one frame, `[chirp, channel of the range, sample]`; memory beyond the answer is small.
+    /// Reads channels of one frame, `[chirp, channel of the range, sample]`; memory beyond the result is
+    /// small.
     ///
     /// # Errors
-    /// `BadInput` with the index for NaN, infinity or a number too large for `T`.
+    /// Returns `BadInput` with the index for NaN, infinity or a number too large for `T`.
     pub fn channels<T: Real>(&mut self, frame: usize, channels: Range<usize>) -> Result<Vec<Complex<T>>> {
         let [chirps, _, samples] = self.shape();
         let mut out = vec![Complex::<T>::default(); chirps * channels.len() * samples];
@@ -80,17 +82,17 @@ impl Source {
         Ok(out)
     }
 
-    /// All channels of one frame, `[chirp, rx_virtual, sample]`.
+    /// Reads all channels of one frame, `[chirp, rx_virtual, sample]`.
     ///
     /// # Errors
-    /// A frame that is not there; a file that is cut short; samples that are not finite.
+    /// Returns an error for a frame that does not exist, a truncated file, or a non-finite sample.
     pub fn frame<T: Real>(&mut self, frame: usize) -> Result<Vec<Complex<T>>> {
         let channels = self.shape()[1];
         self.channels(frame, 0..channels)
     }
 }
 
-/// Opens a file that has to be there.
+/// Opens a file that must exist.
 pub(super) fn open_file(path: &Path) -> Result<File> {
     catseye::formats::input::open(path, "a file of samples")
 }

@@ -1,4 +1,5 @@
-//! Counts over frames: what a dataset's statistics say. Sums of integers, so the order of frames does not matter.
+//! Counts over frames for a dataset's statistics. They are sums of integers, so the order of frames does not
+//! matter.
 
 use super::drawn_scene::DrawnScene;
 use super::store::Table;
@@ -6,18 +7,18 @@ use catseye::simulate::Frame;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Width of the bins of SNR, dB, and of range, m.
+/// Width of the bins of SNR, dB.
 pub const SNR_BIN_DB: f64 = 5.0;
 /// Width of the bins of range, m.
 pub const RANGE_BIN_M: f64 = 10.0;
 
-/// Of some frames.
+/// Counts of some frames.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tally {
     /// Number of frames.
     pub frames: u64,
-    /// Frames of each part.
+    /// Number of frames of each part.
     pub splits: BTreeMap<String, u64>,
     /// Number of echoes.
     pub echoes: u64,
@@ -25,35 +26,35 @@ pub struct Tally {
     pub points: u64,
     /// Least and greatest number of points in a frame, of all radars.
     pub points_a_frame: Option<[u64; 2]>,
-    /// Points by the lower end of their bin, dB.
+    /// Number of points by the lower end of their SNR bin, dB.
     pub snr_db: BTreeMap<i32, u64>,
-    /// Points by the lower end of their bin, m.
+    /// Number of points by the lower end of their range bin, m.
     pub range_m: BTreeMap<i32, u64>,
     /// Counts by class.
     pub classes: BTreeMap<String, ClassTally>,
-    /// Scenes that begin in these frames.
+    /// Number of scenes that begin in these frames.
     pub scenes: u64,
-    /// Vehicles that were drawn again, and left out, because they stood in others.
+    /// Number of vehicles that were drawn again because they overlapped others.
     pub redrawn: u64,
-    /// Objects that were left out because others stand in their place.
+    /// Number of objects that were left out because others stand in their place.
     pub dropped: u64,
     /// Greatest number of rows in a frame, by table.
     #[serde(default)]
     pub rows_a_frame_most: BTreeMap<String, u64>,
 }
 
-/// Of one class, "" for none.
+/// Counts of one class, "" for none.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClassTally {
-    /// Objects in the scenes, once a scene.
+    /// Number of objects in the scenes, each counted once per scene.
     pub objects: u64,
-    /// Points that are labelled with it.
+    /// Number of points that are labelled with the class.
     pub points: u64,
-    /// Those of them that are ghosts. Datasets made before November 2026 count none here, nor side lobes.
+    /// Number of those that are ghosts. Datasets made before November 2026 count none here, nor sidelobes.
     #[serde(default)]
     pub ghosts: u64,
-    /// Those of them that lie in side lobes.
+    /// Number of those that lie in sidelobes.
     #[serde(default)]
     pub side_lobes: u64,
 }
@@ -64,7 +65,7 @@ fn bin(x: f64, width: f64) -> i32 {
 }
 
 impl Tally {
-    /// One frame of all radars of a site.
+    /// Counts one frame of all radars of a site.
     pub fn of(site: &DrawnScene, split: &str, radars: &[Frame]) -> Tally {
         let mut t = Tally { frames: 1, ..Default::default() };
         t.splits.insert(split.to_string(), 1);
@@ -72,7 +73,7 @@ impl Tally {
             t.echoes += f.echoes.list.len() as u64;
             t.points += f.points.len() as u64;
             for p in &f.points {
-                // Of a cube without noise the ratio is infinite.
+                // In a cube without noise the ratio is infinite.
                 if p.snr_db.is_finite() {
                     *t.snr_db.entry(bin(p.snr_db, SNR_BIN_DB)).or_default() += 1;
                 }
@@ -94,7 +95,7 @@ impl Tally {
         t
     }
 
-    /// Notes how many rows the tables of a frame have.
+    /// Notes the numbers of rows of a frame's tables.
     pub fn note_rows(&mut self, tables: &[Table]) {
         for t in tables {
             let most = self.rows_a_frame_most.entry(t.name.clone()).or_default();
@@ -102,7 +103,7 @@ impl Tally {
         }
     }
 
-    /// Adds the counts of another.
+    /// Adds the counts of another tally.
     pub fn add(&mut self, o: &Tally) {
         fn maps<K: Ord + Clone>(a: &mut BTreeMap<K, u64>, b: &BTreeMap<K, u64>) {
             b.iter().for_each(|(k, n)| *a.entry(k.clone()).or_default() += n);

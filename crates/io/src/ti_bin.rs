@@ -7,8 +7,8 @@
 //!   `I I Q Q` of two samples each.
 //! * Real samples have no Q words. With `IqOrder::Qi` the words of Q come first.
 //!
-//! The value of a word in √W is not in the file. `full_scale_dbm` says it: a sample of modulus 2^(bits−1)
-//! is √P of that power. What catseye writes has it in a sidecar, `NAME.bin.json`. Without either, samples are
+//! The value of a word in √W is not in the file. `full_scale_dbm` gives it: a sample of modulus 2^(bits−1) is
+//! √P of that power. Files of catseye have it in a sidecar, `NAME.bin.json`. Without either, samples are
 //! counts.
 
 use super::cube_layout::{Axis, Dim, Layout, Number};
@@ -23,31 +23,31 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Lanes of xWR14xx, whether their receiver is on or not.
+/// Number of lanes of xWR14xx, whether their receivers are on or not.
 const LANES: usize = 4;
-/// A sidecar holds six short lines.
+/// Largest size of a sidecar, which holds six short lines, bytes.
 const MAX_SIDECAR_BYTES: u64 = 1 << 16;
 
-/// What the `.cfg` does not know; `None` takes it from the sidecar, else from the `.cfg`.
+/// Properties that the `.cfg` does not state; `None` takes them from the sidecar, or else from the `.cfg`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BinOptions {
-    /// One lane for each receiver, as xWR14xx.
+    /// Whether there is one lane for each of four receivers, as in xWR14xx.
     pub four_lanes: Option<bool>,
     /// Which of I and Q comes first.
     pub iq_order: Option<IqOrder>,
-    /// Power of a sample of modulus 2^(bits−1).
+    /// Power of a sample of modulus 2^(bits−1), dBm.
     pub full_scale_dbm: Option<f64>,
 }
 
-/// `NAME.bin.json`, written beside a recording.
+/// Content of `NAME.bin.json`, written beside a recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sidecar {
-    /// Which program, which version.
+    /// Name and version of the program that wrote it.
     pub written_by: String,
     /// Power of a full-scale tone, dBm.
     pub full_scale_dbm: f64,
-    /// One count is so many √W: √P / 2^(bits−1).
+    /// Amplitude of one count, √W: √P / 2^(bits−1).
     pub sqrt_watt_per_count: f64,
     /// Whether the card captured four lanes.
     pub four_lanes: bool,
@@ -55,11 +55,11 @@ pub struct Sidecar {
     pub iq_order: IqOrder,
     /// Number of frames.
     pub frames: usize,
-    /// Words that were cut to the largest or smallest count.
+    /// Number of words that were clipped to the largest or smallest count.
     pub clipped_words: u64,
 }
 
-/// The sidecar's name.
+/// Path of the sidecar of a recording.
 pub fn sidecar_path(bin: &Path) -> PathBuf {
     let mut name = bin.as_os_str().to_owned();
     name.push(".json");
@@ -80,7 +80,7 @@ fn sidecar_of(bin: &Path) -> Result<Option<Sidecar>> {
     Ok(Some(s))
 }
 
-/// √W of one count.
+/// Amplitude of one count, √W.
 fn scale(full_scale_dbm: f64, bits: u32) -> Result<f64> {
     if !(-300.0..=300.0).contains(&full_scale_dbm) {
         return Err(BadInput::new("is out of range")
@@ -93,7 +93,7 @@ fn scale(full_scale_dbm: f64, bits: u32) -> Result<f64> {
     Ok(w_from_dbm(full_scale_dbm).sqrt() / f64::from(1u32 << (bits - 1)))
 }
 
-/// Where the words of `frames` frames stand. A frame has `loops × chirps × receivers × samples`.
+/// Layout of the words of `frames` frames. A frame has `loops × chirps × receivers × samples`.
 fn layout(radar: &TiRadar, frames: usize, four_lanes: bool, iq: IqOrder) -> Result<Layout, String> {
     let map = Some(match iq {
         IqOrder::Iq => vec![Some(0), Some(1)],
@@ -126,11 +126,11 @@ fn layout(radar: &TiRadar, frames: usize, four_lanes: bool, iq: IqOrder) -> Resu
     Layout::new(dims, Number::I16 { bits: radar.adc_bits }, false)
 }
 
-/// Opens a recording, to be read in √W, or in counts where no full scale is known.
+/// Opens a recording for reading in √W, or in counts where no full scale is known.
 ///
 /// # Errors
-/// `BadInput` when the file is missing, empty, or holds no whole number of the frames that `radar`
-/// describes; a sidecar that says something else.
+/// Returns `BadInput` if the file is missing, empty, or does not hold a whole number of the frames that
+/// `radar` describes, or if a sidecar contradicts it.
 pub fn open(path: &Path, radar: &TiRadar, options: &BinOptions) -> Result<Source> {
     let file = open_file(path)?;
     let bytes = file.metadata().map_err(|e| Error::io(path, e))?.len();
@@ -176,18 +176,18 @@ pub fn open(path: &Path, radar: &TiRadar, options: &BinOptions) -> Result<Source
     Ok(source)
 }
 
-/// What was written.
+/// Result of writing a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
-    /// The recording.
+    /// Path of the recording.
     pub bin: PathBuf,
-    /// The file beside it.
+    /// Path of the sidecar.
     pub sidecar: PathBuf,
-    /// What that file says.
+    /// Content of the sidecar.
     pub said: Sidecar,
 }
 
-/// Writes a recording chirp by chirp, rounding to counts. Nothing is left unless it is finished.
+/// Writes a recording chirp by chirp, rounded to counts. Nothing is left unless it is finished.
 pub struct Writer {
     radar: TiRadar,
     bin: StagedFile,
@@ -199,10 +199,11 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// `radar` says layout, order and bits (its `interleaved`, `iq_order`, `adc_bits`).
+    /// Begins a recording; `radar` gives layout, order and bits (its `interleaved`, `iq_order`, `adc_bits`).
     ///
     /// # Errors
-    /// A name that exists (without `force`), an odd number of samples, a full scale that is no power.
+    /// Returns an error for a name that exists (without `force`), an odd number of samples, or an invalid
+    /// full scale.
     pub fn create(
         path: impl AsRef<Path>,
         radar: &TiRadar,
@@ -234,10 +235,10 @@ impl Writer {
         })
     }
 
-    /// The next chirp of whichever transmitter, `[rx, sample]`, in √W.
+    /// Appends the next chirp of any transmitter, `[rx, sample]`, in √W.
     ///
     /// # Errors
-    /// Another number of samples, NaN or infinity.
+    /// Returns an error for another number of samples, or a NaN or infinite one.
     pub fn push_chirp<T: Copy + Into<f64>>(&mut self, rows: &[Complex<T>]) -> Result<()> {
         let (n, rx) = (self.radar.samples, self.radar.rx.len());
         let path = self.bin.final_path();
@@ -303,10 +304,10 @@ impl Writer {
         self.file.write_all(&self.words).map_err(|e| Error::io(path, e))
     }
 
-    /// A whole frame, `[chirp, rx_virtual, sample]`.
+    /// Appends a whole frame, `[chirp, rx_virtual, sample]`, in √W.
     ///
     /// # Errors
-    /// A cube of another shape; samples that are not finite; what the disk says.
+    /// Returns an error for a cube of another shape, a non-finite sample, or a failed write.
     pub fn push_frame<T: Copy + Into<f64>>(&mut self, cube: &[Complex<T>]) -> Result<()> {
         let chirp = self.radar.samples * self.radar.rx.len();
         let [a, b, c] = self.radar.shape();
@@ -320,10 +321,10 @@ impl Writer {
         cube.chunks_exact(chirp).try_for_each(|rows| self.push_chirp(rows))
     }
 
-    /// Puts both files under their names.
+    /// Gives both files their final names.
     ///
     /// # Errors
-    /// A frame that is not whole.
+    /// Returns an error if the last frame is not complete, or if the file cannot be finished.
     pub fn finish(mut self) -> Result<Written> {
         let a_frame = self.radar.loops * self.radar.slots();
         if self.chirps == 0 || !self.chirps.is_multiple_of(a_frame) {
@@ -344,7 +345,7 @@ impl Writer {
     }
 }
 
-/// The smallest full scale in dBm, in whole decibels, at which no word of `samples` is cut. −300 for silence.
+/// The smallest full scale, in whole dBm, at which no word of `samples` is clipped; −300 for silence.
 pub fn fitting_full_scale_dbm<T: Copy + Into<f64>>(samples: &[Complex<T>], adc_bits: u32) -> f64 {
     let peak = samples.iter().fold(0f64, |m, z| {
         let (re, im): (f64, f64) = (z.re.into(), z.im.into());

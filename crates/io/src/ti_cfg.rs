@@ -17,7 +17,7 @@ use std::path::Path;
 /// How the transmitters share the chirps of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Multiplex {
-    /// One transmitter in each chirp, each once in a loop.
+    /// One transmitter in each chirp, each once per loop.
     Tdm,
     /// Two transmitters in two chirps, S₁ + S₂ and S₁ − S₂ (TI SWRA554, section 4.2): see
     /// [`bpm_separate`].
@@ -30,32 +30,32 @@ pub enum Multiplex {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum IqOrder {
-    /// In phase first (`sample_swap` 0).
+    /// In-phase part first (`sample_swap` 0).
     Iq,
-    /// Quadrature first (`sample_swap` 1, which the SDK's demo uses).
+    /// Quadrature part first (`sample_swap` 1, which the SDK's demo uses).
     Qi,
 }
 
-/// What a `.cfg` says of the radar. All chirps of a frame have one shape.
+/// The radar that a `.cfg` describes. All chirps of a frame have one shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TiRadar {
-    /// Frequency where the ramp begins.
+    /// Frequency at the start of the ramp, Hz.
     pub start_hz: f64,
-    /// Negative for a falling ramp.
+    /// Slope of the ramp, Hz/s, negative for a falling ramp.
     pub slope_hz_per_s: f64,
-    /// From the end of a ramp to the start of the next.
+    /// Time from the end of a ramp to the start of the next, s.
     pub idle_s: f64,
-    /// From the start of the ramp to the first sample.
+    /// Time from the start of the ramp to the first sample, s.
     pub adc_start_s: f64,
-    /// Length of the ramp.
+    /// Duration of the ramp, s.
     pub ramp_end_s: f64,
-    /// When the transmitter is switched on, from the start of the ramp; negative is before it.
+    /// Time at which the transmitter is switched on, from the start of the ramp, s; negative is before it.
     pub tx_start_s: f64,
-    /// Of one chirp.
+    /// Number of samples of one chirp.
     pub samples: usize,
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
     pub sample_rate_hz: f64,
-    /// Times that the chirps of `tx_masks` are repeated in a frame.
+    /// Number of repetitions of the chirps of `tx_masks` in a frame.
     pub loops: usize,
     /// Transmitters (bit 0 is TX1) of each chirp of a loop, in order.
     pub tx_masks: Vec<u32>,
@@ -63,61 +63,62 @@ pub struct TiRadar {
     pub multiplex: Multiplex,
     /// Receivers that are on, counted from 0, ascending.
     pub rx: Vec<u32>,
-    /// `None` runs until it is stopped.
+    /// Number of frames; `None` runs until it is stopped.
     pub frames: Option<usize>,
     /// Time from frame to frame, s.
     pub frame_period_s: f64,
-    /// I and Q; else real samples.
+    /// Whether samples have I and Q; otherwise they are real.
     pub complex: bool,
-    /// The image band is kept ("complex 2x").
+    /// Whether the image band is kept ("complex 2x").
     pub image_band: bool,
-    /// 12, 14 or 16.
+    /// Number of bits of a sample: 12, 14 or 16.
     pub adc_bits: u32,
     /// Which of I and Q comes first.
     pub iq_order: IqOrder,
-    /// All receivers of a sample together (xWR14xx), else one receiver's chirp after another.
+    /// Whether all receivers of a sample stand together (xWR14xx), rather than one receiver's chirp after
+    /// another.
     pub interleaved: bool,
-    /// Output power below the largest, in dB, of TX1, TX2, TX3.
+    /// Output power of TX1, TX2, TX3 below the largest, dB.
     pub power_backoff_db: [u8; 3],
-    /// As in `profileCfg`: bits 0 to 5 are the gain in dB.
+    /// Receiver gain as in `profileCfg`: bits 0 to 5 are the gain in dB.
     pub rx_gain: u32,
     /// Corner codes of the two high-pass filters, as in `profileCfg`.
     pub high_pass: [u32; 2],
-    /// `[header, format, software]` of `lvdsStreamCfg`.
+    /// Values `[header, format, software]` of `lvdsStreamCfg`.
     pub lvds: Option<[u32; 3]>,
-    /// Commands that say nothing of the samples, as they stood.
+    /// Commands that do not concern the samples, as they stood.
     pub others: Vec<String>,
 }
 
 impl TiRadar {
-    /// Chirps of a loop.
+    /// Number of chirps of a loop.
     pub fn slots(&self) -> usize {
         self.tx_masks.len()
     }
 
-    /// Rows of samples in a loop: chirps times receivers, the chirp running slower. With TDM these are
-    /// the virtual channels.
+    /// Number of rows of samples in a loop: chirps times receivers, the chirp running slower. With TDM these
+    /// are the virtual channels.
     pub fn channels(&self) -> usize {
         self.slots() * self.rx.len()
     }
 
-    /// `[chirp, rx_virtual, sample]` of one frame.
+    /// Shape `[chirp, rx_virtual, sample]` of one frame.
     pub fn shape(&self) -> [usize; 3] {
         [self.loops, self.channels(), self.samples]
     }
 
-    /// From the start of one chirp to the start of the next.
+    /// Time from the start of one chirp to the start of the next, s.
     pub fn chirp_period_s(&self) -> f64 {
         self.idle_s + self.ramp_end_s
     }
 
-    /// Frequency in the middle of the ramp.
+    /// Frequency at the middle of the ramp, Hz.
     pub fn carrier_hz(&self) -> f64 {
         self.start_hz + 0.5 * self.slope_hz_per_s * self.ramp_end_s
     }
 
-    /// The `.cfg` with the commands that the mmWave SDK's demo (release 3) needs before it starts. Commands
-    /// of `others` take the place of the demo's defaults. Reads back with the same numbers.
+    /// Text of a `.cfg` with the commands that the mmWave SDK's demo (release 3) needs before it starts.
+    /// Commands of `others` replace the demo's defaults. It reads back with the same numbers.
     pub fn to_cfg(&self) -> String {
         let mask = |of: &[u32]| of.iter().fold(0, |m, r| m | 1u32 << r);
         let tx = self.tx_masks.iter().fold(0, |m, t| m | t);
@@ -181,10 +182,10 @@ impl TiRadar {
         out
     }
 
-    /// Refuses a stream over LVDS that holds more than plain samples.
+    /// Checks that a stream over LVDS holds only plain samples.
     ///
     /// # Errors
-    /// `BadInput` for headers, chirp-quality words or the software's own stream.
+    /// Returns `BadInput` for headers, chirp-quality words or the software's own stream.
     pub fn check_plain_stream(&self, cfg: &Path) -> Result<()> {
         let Some([header, format, software]) = self.lvds else { return Ok(()) };
         if header != 0 || format > 1 || software != 0 {
@@ -199,11 +200,11 @@ impl TiRadar {
         Ok(())
     }
 
-    /// The text of a catseye radar: `carrier_hz` is the centre of the ramp.
+    /// Text of a catseye radar, whose `carrier_hz` is the centre of the ramp.
     ///
     /// # Errors
-    /// `BadInput` for a falling ramp, and for transmitters that send together: those need a radar TOML of
-    /// their own.
+    /// Returns `BadInput` for a falling ramp, and for transmitters that send together: those need a radar
+    /// TOML of their own.
     pub fn to_radar_toml(&self, name: &str, board: Board) -> Result<String> {
         let bad = |key: &str, value: String, problem: &str| {
             Error::from(
@@ -261,25 +262,26 @@ impl TiRadar {
     }
 }
 
-/// Largest output of one transmitter of the first-generation devices (TI, sensing estimator: 12 dBm).
+/// Largest output power of one transmitter of the first-generation devices, dBm (TI, sensing estimator: 12
+/// dBm).
 const POWER_DBM: f64 = 12.0;
-/// As TI's engineers reckon for the AWR1243 (E2E 870322: 14 dB, −160 dBm/Hz).
+/// Noise figure as TI's engineers calculate it for the AWR1243, dB (E2E 870322: 14 dB, −160 dBm/Hz).
 const NOISE_FIGURE_DB: f64 = 14.0;
 
-/// Where the antennas stand.
+/// Arrangement of the antennas.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Board {
-    /// Receivers half a wavelength apart, transmitters in their order of sending as far apart as all
-    /// receivers together, so that the virtual array is a filled line.
+    /// Receivers half a wavelength apart; transmitters, in their order of sending, spaced by the length of
+    /// all receivers together, so that the virtual array is a filled line.
     #[default]
     Line,
-    /// Receivers D = λ/2 apart; TX2 stands 2D to the side of TX1 and D above, TX3 2D further in TX1's row;
-    /// λ at 62 GHz (TI SWRU585, IWR6843L EVM, section 4.1).
+    /// Receivers D = λ/2 apart; TX2 is 2D to the side of TX1 and D above, TX3 2D further in TX1's row; λ at
+    /// 62 GHz (TI SWRU585, IWR6843L EVM, section 4.1).
     Iwr6843,
 }
 
 impl Board {
-    /// Wavelength at which the board's spacings are half of it.
+    /// Frequency whose half wavelength is the board's spacing, Hz.
     const IWR6843_DESIGN_HZ: f64 = 62e9;
 
     fn note(self) -> &'static str {
@@ -291,7 +293,8 @@ impl Board {
         }
     }
 
-    /// `[forward, left, up]` in half wavelengths of the carrier, the first receiver furthest to the right.
+    /// Positions of the receivers `[forward, left, up]` in half wavelengths of the carrier, the first one
+    /// furthest to the right.
     fn rx(self, radar: &TiRadar) -> Vec<[f64; 3]> {
         match self {
             Board::Line => (0..radar.rx.len()).map(|i| [0.0, i as f64, 0.0]).collect(),
@@ -301,7 +304,7 @@ impl Board {
         }
     }
 
-    /// The same of transmitters, in their order of sending.
+    /// Positions of the transmitters, in their order of sending, in the same form.
     fn tx(self, order: &[u32], radar: &TiRadar) -> Vec<[f64; 3]> {
         match self {
             Board::Line => (0..order.len()).map(|i| [0.0, (i * radar.rx.len()) as f64, 0.0]).collect(),
@@ -318,8 +321,8 @@ impl Board {
 }
 
 /// Separates two transmitters of BPM: on return `a` holds (a + b)/2 and `b` (a − b)/2, the echoes of the
-/// first and of the second (TI SWRA554, section 4.2). Exact for what stands still; a moving target turns by
-/// f_d times the chirp period between the two.
+/// first and of the second (TI SWRA554, section 4.2). It is exact for what is stationary; the phase of a
+/// moving target turns by f_d times the chirp period between the two.
 pub fn bpm_separate<T>(a: &mut [num_complex::Complex<T>], b: &mut [num_complex::Complex<T>])
 where
     T: Copy + std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Div<Output = T> + From<f32>,
@@ -332,8 +335,8 @@ where
     }
 }
 
-/// What the demo will not start without (release 3), with the values of its own sample profiles; the last
-/// but one lines keep every range and speed in its field of view.
+/// Commands without which the demo does not start (release 3), with the values of its own sample profiles;
+/// the last but one keep every range and speed in its field of view.
 const DEMO_DEFAULTS: [&str; 18] = [
     "lvdsStreamCfg -1 0 1 0",
     "lowPower 0 0",
@@ -359,7 +362,7 @@ fn name_of(line: &str) -> &str {
     line.split_whitespace().next().unwrap_or("")
 }
 
-/// The shortest decimal that reads back as `x`, its point moved by `power` places: exact both ways.
+/// The shortest decimal that reads back as `x`, with its point moved by `power` places: exact both ways.
 pub(super) fn shifted(x: f64, power: i32) -> String {
     let text = format!("{x:e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
@@ -377,7 +380,8 @@ pub(super) fn shifted(x: f64, power: i32) -> String {
     if x == 0.0 { "0".into() } else { format!("{sign}{plain}") }
 }
 
-/// A TOML float: the shortest that reads back the same, rounded to fifteen digits where sums left dust.
+/// A TOML float: the shortest that reads back the same, rounded to fifteen digits to remove rounding errors
+/// of sums.
 fn number(x: f64) -> String {
     let rounded: f64 = format!("{x:.14e}").parse().unwrap_or(x);
     if rounded == 0.0 { "0.0".into() } else { format!("{rounded:e}") }

@@ -1,23 +1,23 @@
-//! The commands of a `.cfg`, read line by line and put together to a [`TiRadar`].
+//! The commands of a `.cfg`, read line by line and combined to a [`TiRadar`].
 
 use super::ti_cfg::{IqOrder, Multiplex, TiRadar, shifted};
 use catseye::base::error::{BadInput, Error, Result};
 use std::path::{Path, PathBuf};
 
-/// A configuration has some fifty short lines.
+/// Largest size of a configuration, which has some fifty short lines, bytes.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Chirps that the devices can tell apart (`chirpCfg`, mmWave interface control document).
+/// Number of chirps that the devices can distinguish (`chirpCfg`, mmWave interface control document).
 const MAX_CHIRPS: usize = 512;
-/// Receivers, and transmitters, of one device.
+/// Largest number of receivers, and of transmitters, of one device.
 const MAX_ANTENNAS: u32 = 4;
 
 impl TiRadar {
     /// Reads a `.cfg`.
     ///
     /// # Errors
-    /// `BadInput` with the line for a value that is no number or out of range, a chirp without its
-    /// profile, samples beyond the ramp, a frame shorter than its chirps, a mask of antennas that are off.
+    /// Returns `BadInput` with the line for a value that is no number or out of range, a chirp without its
+    /// profile, samples beyond the ramp, a frame shorter than its chirps, or a mask of antennas that are off.
     pub fn read(path: impl AsRef<Path>) -> Result<TiRadar> {
         let path = path.as_ref();
         let bad = |problem: &str| Error::from(BadInput::new(problem).file(path));
@@ -25,10 +25,10 @@ impl TiRadar {
         TiRadar::parse(path, &String::from_utf8(bytes).map_err(|_| bad("is not UTF-8 text"))?)
     }
 
-    /// The radar of a text; `file` is named in errors.
+    /// Parses the radar of a text; `file` is named in errors.
     ///
     /// # Errors
-    /// A command that is unknown, missing, or has other arguments, with its line.
+    /// Returns an error with the line for a command that is unknown, missing, or has other arguments.
     pub fn parse(file: impl AsRef<Path>, text: &str) -> Result<TiRadar> {
         Commands::parse(file.as_ref(), text)?.radar()
     }
@@ -58,7 +58,7 @@ impl Line<'_> {
         Ok(())
     }
 
-    /// The number in place `i`, times ten to `power`, without rounding twice.
+    /// The number at position `i`, times ten to the power `power`, without rounding twice.
     fn number(&self, i: usize, field: &str, power: i32, low: f64, high: f64) -> Result<f64> {
         let word = self.words[i];
         let wrong = |problem: &str| {
@@ -97,7 +97,7 @@ impl Line<'_> {
     }
 }
 
-/// Enough of a hostile line to recognise it.
+/// The beginning of a line, enough to recognise it.
 fn clipped(text: &str) -> String {
     let short: String = text.chars().take(40).map(|c| if c.is_control() { ' ' } else { c }).collect();
     if short.len() < text.len() { short + "…" } else { short }
@@ -117,7 +117,7 @@ struct Profile {
 struct Chirp {
     line: usize,
     profile: u32,
-    /// Start, slope, idle, ADC start: added to the profile's.
+    /// Start, slope, idle and ADC start, which are added to the profile's.
     vary: [f64; 4],
     tx_mask: u32,
 }
@@ -131,7 +131,7 @@ struct Frame {
     period_s: f64,
 }
 
-/// A file's commands before they are put together.
+/// A file's commands before they are combined.
 struct Commands {
     file: PathBuf,
     channel: Option<(usize, u32, u32)>,
@@ -373,7 +373,7 @@ impl Commands {
         Ok(radar)
     }
 
-    /// The shape that all chirps of the frame have, and who sends in each.
+    /// The shape that all chirps of the frame have, and the transmitters of each.
     fn frame_chirps(&self, frame: &Frame, channel_line: usize, tx_mask: u32) -> Result<(Chirp, Vec<u32>)> {
         let mut masks = Vec::new();
         let mut shape: Option<&Chirp> = None;
@@ -469,8 +469,8 @@ impl Commands {
     }
 }
 
-/// `masks` is some number of repetitions of a shorter list: that number, and the shortest such list. Two
-/// chirps of BPM are alike in their masks and stay two.
+/// Finds how often `masks` repeats a shorter list: that number, and the shortest such list. Two chirps of BPM
+/// have equal masks and stay two.
 fn smallest_period(masks: Vec<u32>) -> (usize, Vec<u32>) {
     let n = masks.len();
     for p in 1..n {

@@ -1,4 +1,4 @@
-//! Whether the vehicles of a drawn road stand in one another or bumper to bumper.
+//! Tests whether the vehicles of a drawn road overlap or stand bumper to bumper.
 
 use catseye::base::error::Result;
 use catseye::base::frames::Pose;
@@ -11,11 +11,11 @@ use catseye::scene::scenario::Scenario;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
-/// The vehicle that carries the radar is taken for one of this kind, whose rear axle stands so far behind its middle
-/// (`road/vehicle/car.rs`).
+/// Kind that is assumed for the vehicle that carries the radar, and distance of its rear axle behind its
+/// middle, m (`road/vehicle/car.rs`).
 const EGO: (&str, f64) = ("sedan", 1.30);
 
-/// Free road that every vehicle keeps before and behind it: half the least gap of a queue.
+/// Free road that every vehicle keeps before and behind it, m: half the least gap of a queue.
 const GAP_M: f64 = 1.0;
 
 /// A box that moves straight on.
@@ -39,7 +39,7 @@ impl Footprint {
         }
     }
 
-    /// Whether the two overlap at a time (separating axes; heights by their extent).
+    /// Whether the two overlap at a time (separating axes in plan; heights by their extent).
     fn meets(&self, other: &Footprint, time_s: f64) -> bool {
         let apart =
             (other.centre_m + other.velocity_mps * time_s) - (self.centre_m + self.velocity_mps * time_s);
@@ -56,12 +56,12 @@ impl Footprint {
     }
 }
 
-/// Least and greatest corner of the kinds of vehicles that were asked for.
+/// Least and greatest corner of the kinds of vehicles that were looked up.
 #[derive(Debug, Clone, Default)]
 pub struct Sizes(BTreeMap<String, (DVec3, DVec3)>);
 
 impl Sizes {
-    /// Takes over what another has found.
+    /// Takes over the entries of another.
     pub fn add(&mut self, other: Sizes) {
         if other.0.len() > self.0.len() {
             self.0.extend(other.0);
@@ -87,14 +87,14 @@ impl Sizes {
     }
 }
 
-/// Number of a road and of a vehicle on it, as the file lists them.
+/// Index of a road and of a vehicle on it, in the order of the file.
 pub type VehicleAt = (usize, usize);
 
-/// The first two vehicles, in the order of the file, that stand in one another or nearer than a queue at the middle of a
-/// frame. The first of the pair is None for the vehicle of the scenario, which comes before all.
+/// The first two vehicles, in the order of the file, that overlap or are closer than in a queue at the middle
+/// of a frame. The first of the pair is None for the vehicle of the scenario, which comes before all.
 ///
 /// # Errors
-/// A vehicle whose motion or outline cannot be made.
+/// Returns an error for a vehicle whose motion or outline cannot be made.
 pub fn first_clash(
     plan: &ScenePlan,
     scenario: &Scenario,

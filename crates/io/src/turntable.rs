@@ -1,5 +1,5 @@
-//! A turntable run in simulation: a corner reflector at a fixed distance, the radar turned from angle to angle, through
-//! synthesis and both transforms to a calibration (Feng 2019, section 2.2.4).
+//! A simulated turntable run: a corner reflector at a fixed distance, with the radar turned from angle to
+//! angle, through synthesis and both transforms to a calibration (Feng 2019, section 2.2.4).
 
 use catseye::base::control::Control;
 use catseye::base::error::{BadInput, Result};
@@ -19,29 +19,30 @@ use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
-/// Where the reflector stands and which angles are taken.
+/// Position of the reflector, and the angles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turntable {
     /// Distance of the reflector, m.
     pub range_m: f64,
-    /// Of the reflector in the sensor's frame, ascending.
+    /// Azimuths of the reflector in the sensor's frame, ascending, degrees.
     pub azimuth_deg: Vec<f64>,
-    /// Elevations that are taken, degrees.
+    /// Elevations of the reflector in the sensor's frame, degrees.
     pub elevation_deg: Vec<f64>,
     /// Seed of the noise.
     pub seed: u64,
-    /// What is measured and how.
+    /// Options of the measurement.
     pub options: TurntableOptions,
 }
 
-/// Chirps of one position: nothing moves.
+/// Number of chirps of one position, as nothing moves.
 const CHIRPS: usize = 16;
 
-/// The calibration of `radar` with its front end and noise as they are. `target` is turned so that its x axis points at the
-/// radar, its origin `range_m` away. `watch` is told after each angle.
+/// Measures the calibration of `radar` with its front end and noise as they are. `target` is turned so that
+/// its x axis points at the radar, with its origin `range_m` away. `watch` is called after each angle.
 ///
 /// # Errors
-/// A reflector that is not seen, or nearer than the array is long; those of [`Calibration::from_turntable`].
+/// Returns an error for a reflector that is not seen or nearer than the array is long, and the errors of
+/// [`Calibration::from_turntable`].
 pub fn run(
     engine: &Engine,
     radar: &Radar,

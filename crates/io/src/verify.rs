@@ -1,5 +1,5 @@
-//! Whether a dataset is whole: every shard there, once, with the bytes that were written, and nothing else beside. A run of
-//! `catseye simulate` the same, by its files.
+//! Checks whether a dataset is whole: every shard present, once, with the bytes that were written, and
+//! nothing else beside. A run of `catseye simulate` is checked likewise, by its files.
 
 use super::dataset::{DATASET, DatasetFile, Marker, SHARDS};
 use super::datasheet::{DatasetManifest, is_own, is_unfinished};
@@ -13,22 +13,22 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Names that a problem lists before it counts the rest.
+/// Number of names that a problem lists before it counts the rest.
 const LISTED: usize = 3;
 
-/// One class of what is wrong.
+/// One class of problems.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Problem {
-    /// What is wrong.
+    /// Description of the problem.
     pub problem: &'static str,
-    /// Files, or numbers of shards.
+    /// Names of files, or numbers of shards.
     pub names: Vec<String>,
-    /// What to do about it.
+    /// Remedy of the problem.
     pub remedy: &'static str,
 }
 
 impl Problem {
-    /// One line.
+    /// The problem as one line of text.
     pub fn line(&self) -> String {
         let listed = self.names.iter().take(LISTED).cloned().collect::<Vec<_>>().join(", ");
         let more = match self.names.len().saturating_sub(LISTED) {
@@ -39,7 +39,7 @@ impl Problem {
     }
 }
 
-/// What was found.
+/// Result of a verification.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Findings {
     /// Folder of the dataset.
@@ -47,21 +47,21 @@ pub struct Findings {
     pub folder: PathBuf,
     /// Name of the dataset.
     pub name: String,
-    /// Frames that it should hold.
+    /// Number of frames that it should hold.
     pub frames: u64,
-    /// 0 of a run.
+    /// Number of shards; 0 for a run.
     pub shards: u64,
-    /// Shards that are complete.
+    /// Number of shards that are complete.
     pub shards_complete: u64,
-    /// Files that were checked.
+    /// Number of files that were checked.
     pub files: u64,
-    /// Bytes of these files.
+    /// Size of these files, bytes.
     pub bytes: u64,
-    /// Empty when all is well.
+    /// Problems found; empty when all is well.
     pub problems: Vec<Problem>,
 }
 
-/// What is wrong, by its class: names and remedy.
+/// Problems by class: names and remedy.
 #[derive(Default)]
 struct Problems(BTreeMap<&'static str, (BTreeSet<String>, &'static str)>);
 
@@ -80,12 +80,12 @@ impl Problems {
     }
 }
 
-/// Files that something vouches for, by path: length where it is known, and checksum.
+/// Files with a known checksum, by path: length where it is known, and checksum.
 type Vouched = BTreeMap<String, (Option<u64>, String)>;
 
-/// What a file turned out to be.
+/// Result of checking a file.
 enum Found {
-    /// So many bytes.
+    /// The file is right and has this many bytes.
     Right(u64),
     Missing,
     Wrong,
@@ -110,7 +110,7 @@ fn compare<'a>(
     vouched.par_iter().map(check).collect()
 }
 
-/// What a run's `manifest.json` says that matters here.
+/// Content of a run's `manifest.json` that matters here.
 #[derive(Deserialize)]
 struct RunManifest {
     scenario_name: Option<String>,
@@ -124,7 +124,8 @@ struct RunFrame {
     index: u32,
 }
 
-/// A folder with a manifest that is no dataset: every file that it names is there as it was written, and no other.
+/// Verifies a folder with a manifest that is no dataset: every file that it names is present as written, and
+/// no other.
 fn verify_run(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
     const AGAIN: &str = "copy the file back, or run the command again with --force";
     let path = dir.join(MANIFEST);
@@ -170,11 +171,11 @@ fn verify_run(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
     })
 }
 
-/// Reads all of `dir`, a dataset or a run. `progress` is told of each file whose checksum was taken, and how many there
-/// are.
+/// Verifies `dir`, a dataset or a run, by reading all of it. `progress` is called for each file whose
+/// checksum was taken, with the total number.
 ///
 /// # Errors
-/// A folder that is neither, or whose description is damaged; what the disk says.
+/// Returns an error for a folder that is neither, a damaged description, or a file that cannot be read.
 pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
     if !dir.join(DATASET).exists() {
         return verify_run(dir, progress);

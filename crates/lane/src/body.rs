@@ -1,30 +1,33 @@
-//! Where the middle of a vehicle lies from the place where a radar sees it.
+//! Estimates where the middle of a vehicle lies, given the place at which a radar sees it.
 //!
-//! A vehicle returns from few places: its corners and its wheel houses, each seen from its own side, and its flat ends, which mirror
-//! back only what falls on them squarely (Bühren and Yang, "Simulation of automotive radar target lists using a novel approach of
-//! object representation", IEEE Intelligent Vehicles Symposium 2006). So the echo lies on the side that faces the radar, half a width
-//! from the middle; and where the radar stands behind or before the vehicle, within its width, anywhere on that width.
+//! A vehicle echoes from few places: its corners and wheel houses, each seen from its own side, and its flat
+//! ends, which reflect specularly only what falls on them squarely (Bühren and Yang, "Simulation of
+//! automotive radar target lists using a novel approach of object representation", IEEE Intelligent Vehicles
+//! Symposium 2006). So the echo lies on the side that faces the radar, half a width from the middle. Where
+//! the radar stands behind or ahead of the vehicle, within its width, the echo may lie anywhere on that
+//! width.
 
 use super::Measured;
 use crate::numeric::erf;
 use glam::{DMat2, DVec2};
 use std::f64::consts::{PI, SQRT_2};
 
-/// Wheel houses lie so far from the middle, as a share of the length: wheelbases are 0.6 of it.
+/// Distance of the wheel houses from the middle as a share of the vehicle's length: a wheelbase is about 0.6
+/// of it.
 const WHEEL_HOUSE: f64 = 0.3;
 
-/// Length and width of a vehicle, m.
+/// Size of a vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Body {
     /// Length over all, m.
     pub length_m: f64,
     /// Width over all, m.
     pub width_m: f64,
-    /// Standard deviation of the width from vehicle to vehicle.
+    /// Standard deviation of the width from vehicle to vehicle, m.
     pub width_std_m: f64,
 }
 
-/// From the echo to the vehicle's middle.
+/// The step from an echo to the middle of its vehicle, with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// The step from the echo to the middle, m.
@@ -34,15 +37,17 @@ pub struct Step {
 }
 
 impl Body {
-    /// A passenger car.
+    /// A typical passenger car.
     pub const CAR: Body = Body { length_m: 4.5, width_m: 1.8, width_std_m: 0.15 };
 
-    /// How far to the left of the echo the middle lies, by how far to the left of it the radar stands, both across the vehicle.
-    /// `std_m` is that of the radar's place: range times the error of the vehicle's direction.
+    /// Returns how far to the left of the echo the vehicle's middle lies, m, with its standard deviation.
+    /// `radar_left_m` is how far to the left of the echo the radar stands; both are measured across the
+    /// vehicle. `std_m` is the error of the radar's place: range times the error of the vehicle's direction.
     ///
-    /// With u for that place, s for its error and every place of the middle as likely as another, the radar is beyond the left side
-    /// with the weight Φ(u/s), beyond the right one with Φ(-u/s), and within the width W with W φ(u/s)/s: the echo is then on the
-    /// radar's own line along the vehicle, where u is nothing but error.
+    /// Let u be the radar's place and s its error, with every place of the middle equally likely. Then the
+    /// radar is beyond the left side with weight Φ(u/s), beyond the right side with Φ(-u/s), and within the
+    /// width W with W φ(u/s)/s. In the last case the echo lies on the radar's own line along the vehicle, and
+    /// u is nothing but error.
     pub fn left_m(&self, radar_left_m: f64, std_m: f64) -> Measured {
         let half = 0.5 * self.width_m;
         let unknown = Measured { value: 0.0, std: self.width_m / 12f64.sqrt() };
@@ -59,11 +64,13 @@ impl Body {
         Measured { value, std: (square - value * value).max(0.0).sqrt() }
     }
 
-    /// From the echo to the middle, for an echo at `from_m` from the radar of a vehicle that points along `heading_rad`;
-    /// `direction_std_rad` is the error of that direction, `across_std_m` that of the echo.
+    /// Returns the step from the echo to the vehicle's middle. The echo is at `from_m` from the radar, and
+    /// the vehicle points along `heading_rad`; `direction_std_rad` is the error of that direction and
+    /// `across_std_m` the error of the echo across the vehicle.
     ///
-    /// Along the vehicle an echo comes from the corner of the end that faces the radar or from one of the wheel houses on that side:
-    /// the mean of these three, the end as wide as it is seen.
+    /// Along the vehicle the echo comes from the corner of the end that faces the radar or from one of the
+    /// wheel houses on that side. The step uses the mean of these three, with the end weighted by how wide it
+    /// is seen.
     pub fn to_middle(
         &self,
         from_m: DVec2,

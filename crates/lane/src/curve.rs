@@ -1,17 +1,19 @@
-//! Curves of lanes: clothoids, whose curvature grows evenly along the way, fitted to points with their covariance.
+//! Curves of lanes: clothoids, whose curvature changes linearly along the curve, fitted to points with their
+//! covariance.
 
 use crate::numeric::bilinear;
 use glam::{DMat4, DVec2, DVec4};
 use serde::{Deserialize, Serialize};
 
-/// A curve from `start_m` on: straight line, arc or clothoid. Lengths along it in m, headings in rad from the x axis, positive left.
+/// A straight line, arc or clothoid that begins at `start_m`. Lengths along it are in m; headings are in rad
+/// from the x axis, positive to the left.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Clothoid {
     /// Where the curve starts, m.
     pub start_m: [f64; 2],
     /// Direction at the start, rad from the x axis.
     pub heading_rad: f64,
-    /// At the start, positive left.
+    /// Curvature at the start, 1/m, positive to the left.
     pub curvature_per_m: f64,
     /// Change of the curvature along the curve, 1/m².
     pub curvature_rate_per_m2: f64,
@@ -19,27 +21,27 @@ pub struct Clothoid {
     pub length_m: f64,
 }
 
-/// A place on a curve.
+/// A point on a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurvePoint {
-    /// The place, m.
+    /// Position, m.
     pub at_m: DVec2,
     /// Direction of the curve there, rad from the x axis.
     pub heading_rad: f64,
-    /// Curvature there, 1/m, positive left.
+    /// Curvature there, 1/m, positive to the left.
     pub curvature_per_m: f64,
 }
 
-/// The foot of a point on a curve.
+/// The perpendicular foot of a point on a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foot {
-    /// Along the curve; below 0 and beyond the length on the tangents at the ends.
+    /// Length along the curve, m; below 0 and beyond the length it lies on the tangents at the ends.
     pub s_m: f64,
-    /// How far to the left of the curve the point is.
+    /// Distance of the point to the left of the curve, m.
     pub left_m: f64,
 }
 
-/// What a curve may be.
+/// The family that a curve belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Shape {
@@ -52,7 +54,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Lateral place and heading at the start, curvature, its rate.
+    /// Number of parameters: lateral position and heading at the start, then curvature, then its rate.
     pub fn parameters(self) -> usize {
         match self {
             Shape::Line => 2,
@@ -69,14 +71,14 @@ pub struct Fitted {
     pub curve: Clothoid,
     /// Its shape, which says how many parameters were fitted.
     pub shape: Shape,
-    /// Of lateral place (m), heading (rad), curvature (1/m) and its rate (1/m^2) at the start; zero for what the shape does not
-    /// have.
+    /// Covariance of lateral position (m), heading (rad), curvature (1/m) and its rate (1/m²) at the start;
+    /// zero for what the shape does not have.
     pub covariance: [[f64; 4]; 4],
-    /// Root mean square of the lateral residuals over their standard deviations.
+    /// Root mean square of the lateral residuals divided by their standard deviations.
     pub residual: f64,
 }
 
-/// Nodes and weights of Gauss' rule of five points on -1 to 1.
+/// Nodes and weights of Gauss' five-point rule on -1 to 1.
 pub(crate) const GAUSS: [(f64, f64); 5] = [
     (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
     (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
@@ -84,15 +86,15 @@ pub(crate) const GAUSS: [(f64, f64); 5] = [
     (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
     (0.906_179_845_938_664, 0.236_926_885_056_189_1),
 ];
-/// Longest turn of a panel of the rule, rad: its remainder is then below 1e-12 of the length.
+/// Longest turn of one panel of the rule, rad: its remainder is then below 1e-12 of the length.
 const PANEL_RAD: f64 = 1.0;
-/// Rounds of a fit.
+/// Largest number of iterations of a fit.
 const ROUNDS: usize = 20;
 
-/// The way from the start to a place: its end, and what the derivatives need of it.
+/// The displacement from the start to a place, and what the derivatives need of it.
 struct PathIntegrals {
     to_m: DVec2,
-    /// Integrals of the place, and of the place times the length, over the length.
+    /// Integral of the position over the length; `second` is that of the position times the length.
     first: DVec2,
     second: DVec2,
 }
@@ -129,7 +131,7 @@ impl Clothoid {
         way
     }
 
-    /// The place at `s_m` along the curve, on the tangents beyond its ends.
+    /// The point at `s_m` along the curve; beyond its ends on the tangents.
     pub fn at(&self, s_m: f64) -> CurvePoint {
         let s = s_m.clamp(0.0, self.length_m.max(0.0));
         let heading_rad = self.heading_at(s);
@@ -141,15 +143,15 @@ impl Clothoid {
         }
     }
 
-    /// Places about `step_m` apart, both ends included.
+    /// Points about `step_m` apart, both ends included, m.
     pub fn sample(&self, step_m: f64) -> Vec<DVec2> {
         let n = (self.length_m / step_m.max(1e-3)).ceil().clamp(1.0, 1e6) as usize;
         (0..=n).map(|i| self.at(self.length_m * i as f64 / n as f64).at_m).collect()
     }
 
-    /// The foot of `p` that is nearest to it.
+    /// The foot of `p` on the curve that is nearest to it.
     pub fn foot(&self, p: DVec2) -> Foot {
-        // Coarse places first: a curve that turns back has several feet.
+        // Coarse search first: a curve that turns back has several feet.
         let n = ((self.length_m
             * (self.curvature_per_m.abs() + self.length_m * self.curvature_rate_per_m2.abs())
             / 0.3)
@@ -162,14 +164,14 @@ impl Clothoid {
         self.foot_near(p, first.map_or(0.0, |f| f.1))
     }
 
-    /// The foot of `p` that Newton's steps reach from the place `s_m`.
+    /// The foot of `p` that Newton's method reaches from the place `s_m`.
     fn foot_near(&self, p: DVec2, s_m: f64) -> Foot {
         let mut s = s_m;
         for _ in 0..12 {
             let here = self.at(s);
             let d = p - here.at_m;
             let t = DVec2::from_angle(here.heading_rad);
-            // Newton on d . t = 0; on the tangents there is no curvature.
+            // Newton's method on d . t = 0; on the tangents there is no curvature.
             let inside = (0.0..=self.length_m).contains(&s);
             let bent = if inside { here.curvature_per_m * t.perp_dot(d) } else { 0.0 };
             let step = d.dot(t) / (1.0 - bent).max(0.2);
@@ -182,7 +184,7 @@ impl Clothoid {
         Foot { s_m: s, left_m: DVec2::from_angle(here.heading_rad).perp_dot(p - here.at_m) }
     }
 
-    /// The same curve, longer at both ends.
+    /// The same curve, longer by `before_m` and `after_m` at its ends.
     pub fn extended(&self, before_m: f64, after_m: f64) -> Clothoid {
         Clothoid {
             start_m: (DVec2::from_array(self.start_m) + self.way(-before_m).to_m).to_array(),
@@ -193,7 +195,7 @@ impl Clothoid {
         }
     }
 
-    /// The part between two places along it.
+    /// The part of the curve from `from_m` to `to_m` along it.
     pub fn part(&self, from_m: f64, to_m: f64) -> Clothoid {
         let start = self.at(from_m);
         Clothoid {
@@ -207,19 +209,20 @@ impl Clothoid {
 }
 
 impl Fitted {
-    /// Derivatives of the lateral place at `s_m` by the four parameters.
+    /// Derivatives of the lateral position at `s_m` with respect to the four parameters.
     fn sideways(&self, s_m: f64) -> [f64; 4] {
         sideways(&self.curve, s_m)
     }
 
-    /// Standard deviation of the lateral place at `s_m` along the curve, m.
+    /// Standard deviation of the lateral position at `s_m` along the curve, m.
     pub fn lateral_std_m(&self, s_m: f64) -> f64 {
         let j = self.sideways(s_m);
         bilinear(&j, &self.covariance, &j).max(0.0).sqrt()
     }
 }
 
-/// By lateral place and heading at the start, curvature and its rate.
+/// Derivatives of the lateral position with respect to lateral position and heading at the start, curvature
+/// and its rate.
 fn sideways(curve: &Clothoid, s: f64) -> [f64; 4] {
     let way = curve.way(s);
     let t = DVec2::from_angle(curve.heading_at(s));
@@ -231,8 +234,9 @@ fn sideways(curve: &Clothoid, s: f64) -> [f64; 4] {
     ]
 }
 
-/// Least squares of the lateral distances of points that follow one another along the curve, with their standard deviations (m).
-/// None for fewer points than the shape has parameters, points in one place, or non-finite values.
+/// Fits a curve by least squares of the lateral distances of points in order along the curve, with their
+/// standard deviations (m). None for fewer points than the shape has parameters, points in one place, or
+/// non-finite values.
 pub fn fit(points: &[DVec2], std_m: &[f64], shape: Shape) -> Option<Fitted> {
     let n = shape.parameters();
     let sound = |s: &f64| s.is_finite() && *s > 0.0;
@@ -264,9 +268,9 @@ pub fn fit(points: &[DVec2], std_m: &[f64], shape: Shape) -> Option<Fitted> {
                 }
             }
         }
-        // What the shape does not have stays.
+        // Parameters that the shape does not have stay unchanged.
         (n..4).for_each(|k| a[k][k] = 1.0);
-        // Scaled, for a heading over a long way is worth more than a place.
+        // Scaled, since a heading over a long curve weighs more than a position.
         let scale = [0, 1, 2, 3].map(|k| if a[k][k] > 0.0 { a[k][k].sqrt() } else { 1.0 });
         let scaled = DMat4::from_cols_array_2d(
             &[0, 1, 2, 3].map(|c| [0, 1, 2, 3].map(|r| a[r][c] / (scale[r] * scale[c]))),
@@ -297,7 +301,7 @@ pub fn fit(points: &[DVec2], std_m: &[f64], shape: Shape) -> Option<Fitted> {
             break;
         }
     }
-    // From the first foot to the last.
+    // The curve runs from the first foot to the last.
     let feet: Vec<Foot> = points.iter().map(|p| curve.foot(*p)).collect();
     let squares: f64 = feet.iter().zip(std_m).map(|(f, s)| (f.left_m / s).powi(2)).sum();
     let (first, last) =
@@ -317,22 +321,23 @@ pub fn fit(points: &[DVec2], std_m: &[f64], shape: Shape) -> Option<Fitted> {
     Some(out)
 }
 
-/// The curve from a place on it on, its covariance carried along.
+/// The curve from a place on it onwards, with its covariance propagated.
 fn moved(f: &Fitted, s: f64) -> Fitted {
     let j = sideways(&f.curve, s);
-    // Of heading, curvature and rate by the four: the heading gains s per curvature, s^2/2 per rate.
+    // Heading, curvature and rate by the four parameters: the heading gains s per curvature, s²/2 per rate.
     let rows = [j, [0.0, 1.0, s, 0.5 * s * s], [0.0, 0.0, 1.0, s], [0.0, 0.0, 0.0, 1.0]];
     let covariance = rows.map(|a| rows.map(|b| bilinear(&a, &f.covariance, &b)));
     Fitted { curve: f.curve.part(s, f.curve.length_m), covariance, ..*f }
 }
 
-/// A curve to set out from: through the first point, with the curvature of the whole turn.
+/// A start curve of the fit: through the first point, with the curvature of the whole turn.
 fn begin(points: &[DVec2], chord: DVec2, way: f64, shape: Shape) -> Option<Clothoid> {
     let mut heading =
         if chord.length() > 1e-6 * way { chord.to_angle() } else { (points[1] - points[0]).to_angle() };
     let mut curvature = 0.0;
     if shape != Shape::Line {
-        // The circle through the first, the middle and the last point, or the chords' turn where those are one.
+        // The circle through the first, the middle and the last point, or the turn of the chords where those
+        // coincide.
         let (a, b, c) = (points[0], points[points.len() / 2], *points.last()?);
         let sides = a.distance(b) * b.distance(c) * c.distance(a);
         if sides > 1e-9 * way.powi(3) {
@@ -351,8 +356,8 @@ fn begin(points: &[DVec2], chord: DVec2, way: f64, shape: Shape) -> Option<Cloth
     })
 }
 
-/// The simplest of line, arc and clothoid that the points bear out: a further parameter has to lower the sum of squared residuals
-/// (in standard deviations) by more than `gain`.
+/// Fits the simplest of line, arc and clothoid that the points support: a further parameter has to lower the
+/// sum of squared residuals (in standard deviations) by more than `gain`.
 pub fn fit_simplest(points: &[DVec2], std_m: &[f64], gain: f64) -> Option<Fitted> {
     let squares = |f: &Fitted| f.residual * f.residual * (points.len() - f.shape.parameters()).max(1) as f64;
     let mut best: Option<Fitted> = None;

@@ -1,40 +1,43 @@
-//! Why there is no lane, and the checks that say so: one error for all methods and their parts.
+//! The error of all lane methods and their parts, with the checks that return it.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::ops::RangeInclusive;
 
-/// Serde takes a field of type `&'static str` for one that borrows from the file, also in variants that it skips.
+/// Serde takes a field of type `&'static str` for one that borrows from the file, also in variants that it
+/// skips.
 type Text = &'static str;
 
-/// Why no lane is stated, or why a method or a part of one refuses its input. `Display` gives one plain sentence.
+/// The reason why no lane is stated, or why a method or a part of one refuses its input. `Display` gives one
+/// plain sentence.
 ///
-/// In files an estimate without a lane holds the first seven; the others become [`LaneError::Refused`] there.
+/// In files an estimate without a lane holds one of the first seven; the others become [`LaneError::Refused`]
+/// there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "reason")]
 pub enum LaneError {
     /// The scan is empty.
     Empty,
-    /// So many points were not finite, and nothing was left.
+    /// No point is finite.
     NotFinite {
         /// Number of points that were given.
         points: usize,
     },
-    /// The vehicle's speed is not known, and nothing tells what moves.
+    /// The vehicle's speed is not known, so that moving points cannot be told from resting ones.
     NoSpeed,
-    /// Nothing stands still.
+    /// No point is at rest.
     NothingAtRest,
-    /// Points at rest, but not in the markers' pattern.
+    /// Points are at rest, but not in the markers' pattern.
     NoPattern {
         /// Number of points at rest.
         at_rest: usize,
     },
-    /// The method needs what the input does not hold.
+    /// The method needs something that the input does not hold.
     NotGiven {
         /// What is missing, in words.
         what: String,
     },
-    /// The method's own reason.
+    /// The method states a reason of its own.
     Refused {
         /// The reason as one sentence.
         why: String,
@@ -42,13 +45,13 @@ pub enum LaneError {
     /// The image shows no line that can be a lane's.
     #[serde(skip)]
     NoLaneLine,
-    /// An empty list.
+    /// A list is empty.
     #[serde(skip)]
     Missing {
         /// What the list holds, in words.
         what: Text,
     },
-    /// A value is NaN or infinite; with its place in a list.
+    /// A value is NaN or infinite.
     #[serde(skip)]
     NotANumber {
         /// What the value is, in words.
@@ -82,7 +85,7 @@ pub enum LaneError {
         /// The length of the other list.
         expected: usize,
     },
-    /// Fewer things than a method needs.
+    /// There are fewer things than a method needs.
     #[serde(skip)]
     TooFew {
         /// What is counted, in words.
@@ -113,37 +116,37 @@ pub enum LaneError {
 }
 
 impl LaneError {
-    /// A reason of a method's own, as one sentence.
+    /// Makes a method's own reason, as one sentence.
     pub fn refused(why: impl fmt::Display) -> LaneError {
         LaneError::Refused { why: why.to_string() }
     }
 
-    /// A value that is NaN or infinite.
+    /// Makes the error for a value that is NaN or infinite.
     pub fn not_finite(what: &'static str) -> LaneError {
         LaneError::NotANumber { what, index: None }
     }
 
-    /// A value outside its range, with the range in words.
+    /// Makes the error for a value outside its range, with the range in words.
     pub fn out_of_range(what: &'static str, value: f64, allowed: &str) -> LaneError {
         LaneError::OutOfRange { what, value, allowed: allowed.into() }
     }
 
-    /// Fewer things than a method needs.
+    /// Makes the error for fewer things than a method needs.
     pub fn too_few(what: &'static str, found: usize, needed: usize) -> LaneError {
         LaneError::TooFew { what, found, needed }
     }
 
-    /// A search with more places than one call takes.
+    /// Makes the error for a search with more places than one call takes.
     pub fn too_large(places: usize, most: usize) -> LaneError {
         LaneError::refused(format!("the search has {places} places and one call takes at most {most}"))
     }
 
-    /// Data that do not determine the result.
+    /// Makes the error for data that do not determine the result.
     pub fn undetermined(what: &'static str) -> LaneError {
         LaneError::Undetermined { what }
     }
 
-    /// As an estimate states it.
+    /// The error as an estimate states it.
     pub(crate) fn stated(self) -> LaneError {
         use LaneError::{Empty, NoPattern, NoSpeed, NotFinite, NotGiven, NothingAtRest, Refused};
         match self {
@@ -198,7 +201,7 @@ impl std::error::Error for LaneError {}
 /// A result with the error of this crate.
 pub type Result<T> = std::result::Result<T, LaneError>;
 
-/// The value itself when it is finite and `ok` holds.
+/// Returns the value itself when it is finite and `ok` holds.
 pub(crate) fn checked(what: &'static str, value: f64, ok: bool, allowed: &str) -> Result<f64> {
     match (value.is_finite(), ok) {
         (false, _) => Err(LaneError::not_finite(what)),
@@ -207,7 +210,7 @@ pub(crate) fn checked(what: &'static str, value: f64, ok: bool, allowed: &str) -
     }
 }
 
-/// The value itself when it is finite and within a range, whose ends the error names.
+/// Returns the value itself when it is finite and within a range, whose ends the error names.
 pub(crate) fn within(what: &'static str, value: f64, allowed: RangeInclusive<f64>) -> Result<f64> {
     let words = format!("{} to {}", allowed.start(), allowed.end());
     checked(what, value, allowed.contains(&value), &words)
@@ -225,7 +228,7 @@ pub(crate) fn not_negative(what: &'static str, value: f64) -> Result<f64> {
     checked(what, value, value >= 0.0, "0 or more")
 }
 
-/// Refuses an empty list and a list with a value that is not finite.
+/// Refuses an empty list and a list with a non-finite value.
 pub(crate) fn all_finite(what: &'static str, values: &[f64]) -> Result<()> {
     if values.is_empty() {
         return Err(LaneError::Missing { what });
@@ -236,7 +239,7 @@ pub(crate) fn all_finite(what: &'static str, values: &[f64]) -> Result<()> {
     }
 }
 
-/// The first setting, by name, that breaks its rule.
+/// Returns an error for the first setting, by name, that breaks its rule.
 pub(crate) fn settings(rules: &[(&'static str, bool)]) -> Result<()> {
     match rules.iter().find(|r| !r.1) {
         Some((name, _)) => Err(LaneError::Setting { name }),

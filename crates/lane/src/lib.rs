@@ -1,5 +1,6 @@
-//! Lanes from radar: what an estimator is given and what it answers. Estimators take points from any source; places are in the
-//! vehicle's level frame, x forward, y left, the origin on the road under the vehicle's reference point.
+//! Lanes from radar: the input that estimators take and the estimates that they return. Estimators take
+//! points from any source. Positions are in the vehicle's level frame: x forward, y left, the origin on the
+//! road under the vehicle's reference point.
 
 pub mod body;
 pub mod camera_fusion;
@@ -33,7 +34,8 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// The mean by weights of one over the variance. None without values, or where no weight is finite.
+    /// The mean weighted by the inverse variances. None without values, or where the sum of weights is not
+    /// positive and finite.
     pub(crate) fn mean(all: impl Iterator<Item = Measured> + Clone) -> Option<Measured> {
         let weight: f64 = all.clone().map(|m| m.std.powi(-2)).sum();
         let value = all.map(|m| m.value * m.std.powi(-2)).sum::<f64>() / weight;
@@ -41,20 +43,20 @@ impl Measured {
     }
 }
 
-/// A detected point as lane estimators take it.
+/// A detected point as input of lane estimators.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LanePoint {
-    /// Vehicle's level frame.
+    /// Position in the vehicle's level frame, m.
     pub at_m: [f64; 2],
-    /// One standard deviation along and across the direction from the radar.
+    /// Standard deviations along and across the direction from the radar, m.
     pub std_m: [f64; 2],
-    /// Positive when receding.
+    /// Range rate, m/s, positive when receding.
     pub range_rate_mps: f64,
     /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
-    /// From the radar, which need not stand at the origin.
+    /// Range from the radar, m; the radar need not stand at the origin.
     pub range_m: f64,
-    /// In the level frame, positive left.
+    /// Azimuth in the level frame, rad, positive to the left.
     pub azimuth_rad: f64,
     /// Radar cross-section, dBsm.
     pub rcs_dbsm: f64,
@@ -62,59 +64,61 @@ pub struct LanePoint {
     pub snr_db: f64,
 }
 
-/// Something that moves, as a tracker gives it.
+/// A moving object as a tracker reports it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LaneTrack {
-    /// Number of the track, the same from one instant to the next.
+    /// Identifier of the track, the same from one look to the next.
     pub id: u64,
-    /// Vehicle's level frame.
+    /// Position in the vehicle's level frame, m.
     pub at_m: [f64; 2],
-    /// Standard deviation along both axes, m.
+    /// Standard deviation of the position along both axes, m.
     pub std_m: [f64; 2],
-    /// Over the ground, along the axes of that frame.
+    /// Velocity over the ground along the axes of that frame, m/s.
     pub velocity_mps: [f64; 2],
 }
 
-/// A scan of an impulse radar at a time of its own.
+/// One scan of an impulse radar with its own time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PulseScan {
     /// Time of the scan, s.
     pub time_s: f64,
-    /// Of the vehicle at that time.
+    /// Speed of the vehicle at that time, m/s.
     pub speed_mps: Option<Measured>,
     /// Samples of the scan, near ranges first.
     pub samples: Vec<f64>,
 }
 
-/// All that one instant gives to an estimator, which takes of it what it needs. What a source does not give stays empty.
+/// All input of one look. An estimator takes from it what it needs; what a source does not give stays empty.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SensorInput<'a> {
-    /// Time of the instant, s.
+    /// Time of the look, s.
     pub time_s: f64,
-    /// Of the vehicle, as its bus tells.
+    /// Speed of the vehicle as reported by its bus, m/s.
     pub speed_mps: Option<Measured>,
-    /// Positive to the left.
+    /// Yaw rate of the vehicle, rad/s, positive to the left.
     pub yaw_rate_rad_per_s: Option<Measured>,
     /// Detected points of the radar's scan.
     pub points: &'a [LanePoint],
-    /// Tracks of what moves.
+    /// Tracks of moving objects.
     pub tracks: &'a [LaneTrack],
     /// Samples of an impulse radar's scan.
     pub pulse: Option<&'a [f64]>,
-    /// Scans since the look before, of an impulse radar that takes more of them than there are looks; the oldest first.
+    /// Scans since the last look, the oldest first, of an impulse radar that scans more often than there are
+    /// looks.
     pub scans: &'a [PulseScan],
-    /// Picture of a camera.
+    /// Image of a camera.
     pub image: Option<&'a camera_fusion::Image>,
-    /// Of the radar on the earth.
+    /// Position and direction of the radar on the earth.
     pub place: Option<hd_map::RadarPose>,
 }
 
-/// A method that finds lanes. It may remember earlier looks, which come in the order of their times.
+/// A method that finds lanes. It may remember earlier looks, which must come in order of time.
 pub trait LaneEstimator {
-    /// As on the command line.
+    /// The method's name, as on the command line.
     fn method(&self) -> &'static str;
 
-    /// Never fails: what cannot be told is stated with its reason ([`LaneEstimate::no_lane`]).
+    /// Estimates the lane. It never fails: what cannot be estimated is stated with its reason
+    /// ([`LaneEstimate::no_lane`]).
     fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate;
 }
 
@@ -123,58 +127,60 @@ pub trait LaneEstimator {
 pub struct Line {
     /// The curve of the line with its covariance.
     pub fitted: Fitted,
-    /// 0 to 1.
+    /// Confidence in the line, 0 to 1.
     pub confidence: f64,
-    /// Indices of the points that it was fitted to.
+    /// Indices of the points to which it was fitted.
     pub members: Vec<usize>,
 }
 
-/// What a method says of the lane at one time.
+/// The lane that a method estimates for one time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaneEstimate {
     /// Time of the estimate, s.
     pub time_s: f64,
-    /// From right to left where the vehicle stands.
+    /// Lines from right to left where the vehicle stands.
     pub lines: Vec<Line>,
     /// Number of the vehicle's lane in a map.
     pub lane_number: Option<i32>,
     /// Width of the vehicle's lane, m.
     pub width_m: Option<Measured>,
-    /// Of the vehicle from the middle of its lane, positive left.
+    /// Offset of the vehicle from the lane's centre line, m, positive to the left.
     pub offset_m: Option<Measured>,
-    /// Of the vehicle against the lane, positive left.
+    /// Heading of the vehicle relative to the lane, rad, positive to the left.
     pub heading_rad: Option<Measured>,
-    /// Of the lane where the vehicle stands, positive left; its reciprocal is the radius.
+    /// Curvature of the lane where the vehicle stands, 1/m, positive to the left; its reciprocal is the
+    /// radius.
     pub curvature_per_m: Option<Measured>,
-    /// 0 to 1; 0 where there is no lane.
+    /// Confidence in the lane, 0 to 1; 0 where there is no lane.
     pub confidence: f64,
-    /// Why there is no lane; None where there is one.
+    /// The reason why there is no lane; None where there is one.
     pub no_lane: Option<LaneError>,
-    /// The mirrored lane fits as well: offset, heading, curvature and lines hold up to one common sign.
+    /// Whether the mirrored lane fits as well: offset, heading, curvature and lines are then known only up to
+    /// one common sign.
     #[serde(default)]
     pub mirror: bool,
-    /// The method, and how many points it took.
+    /// The method and the number of points that it took.
     pub provenance: Provenance,
 }
 
-/// Where an estimate comes from.
+/// The origin of an estimate.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance {
-    /// As on the command line.
+    /// The method's name, as on the command line.
     pub method: String,
-    /// Points that were given, and that the lines rest on.
+    /// Number of points that were given.
     pub given: usize,
     /// Number of points that the lines rest on.
     pub used: usize,
 }
 
 impl LaneEstimate {
-    /// Nothing found, and why.
+    /// Makes an estimate without a lane, with its reason.
     pub fn none(method: &str, time_s: f64, given: usize, why: LaneError) -> LaneEstimate {
         LaneEstimate { no_lane: Some(why.stated()), ..LaneEstimate::empty(method, time_s, given) }
     }
 
-    /// Nothing known yet.
+    /// Makes an estimate that states nothing yet.
     pub(crate) fn empty(method: &str, time_s: f64, given: usize) -> LaneEstimate {
         LaneEstimate {
             time_s,
@@ -191,12 +197,14 @@ impl LaneEstimate {
         }
     }
 
-    /// The lane between the nearest line on the left and on the right of the vehicle, from lines in any order.
+    /// Makes an estimate of the lane between the nearest lines to the left and to the right of the vehicle,
+    /// from lines in any order.
     pub fn of_lines(method: &str, time_s: f64, given: usize, lines: Vec<Line>) -> LaneEstimate {
         let mut beside: Vec<(f64, Line)> =
             lines.into_iter().map(|l| (left_of_origin(&l.fitted).0, l)).collect();
         beside.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // A line far ahead, whose place beside the vehicle nobody knows, bounds its lane only where no other does.
+        // A line far ahead whose position beside the vehicle is unknown bounds its lane only where no other
+        // does.
         let known = |l: &Line| left_of_origin(&l.fitted).1 < UNKNOWN_M;
         let on_left = |i: &(f64, Line)| i.0 > 0.0;
         let left =
@@ -231,14 +239,15 @@ impl LaneEstimate {
     }
 }
 
-/// Standard deviation beside the vehicle from which on a line may be any lane's, m: a lane.
+/// Standard deviation beside the vehicle from which on a line may belong to any lane, m: about one lane's
+/// width.
 pub(crate) const UNKNOWN_M: f64 = 3.0;
 
 fn beside_origin(f: &Fitted) -> curve::CurvePoint {
     f.curve.at(f.curve.foot(glam::DVec2::ZERO).s_m)
 }
 
-/// How far to the left of the vehicle a line lies, and its standard deviation there, m.
+/// Distance of a line to the left of the vehicle, and its standard deviation there, m.
 fn left_of_origin(f: &Fitted) -> (f64, f64) {
     let foot = f.curve.foot(glam::DVec2::ZERO);
     let at = f.curve.at(foot.s_m);

@@ -1,4 +1,5 @@
-//! Small symmetric positive definite matrices. They are scaled to ones on the diagonal first: values in m⁴ and in 1 stand side by side.
+//! Small symmetric positive definite matrices. They are first scaled to a unit diagonal, as values in m⁴ and
+//! in 1 stand side by side.
 
 pub(crate) type Square<const N: usize> = [[f64; N]; N];
 
@@ -28,7 +29,7 @@ fn cholesky<const N: usize>(m: &Square<N>) -> Option<(Square<N>, [f64; N])> {
     Some((l, scale))
 }
 
-/// The x of m x = b. None for a matrix that is not positive definite, or an x that is not finite.
+/// Solves m x = b. None for a matrix that is not positive definite, or a non-finite x.
 pub(crate) fn solve<const N: usize>(m: &Square<N>, b: &[f64; N]) -> Option<[f64; N]> {
     let (l, scale) = cholesky(m)?;
     let mut x = [0.0; N];
@@ -46,7 +47,7 @@ pub(crate) fn solve<const N: usize>(m: &Square<N>, b: &[f64; N]) -> Option<[f64;
     x.iter().all(|v| v.is_finite()).then_some(x)
 }
 
-/// None where the matrix is not positive definite to working precision.
+/// Inverts a matrix. None where it is not positive definite to working precision.
 pub(crate) fn inverse<const N: usize>(m: &Square<N>) -> Option<Square<N>> {
     let (l, scale) = cholesky(m)?;
     // Columns of L⁻¹, then L⁻ᵀ L⁻¹.

@@ -3,25 +3,26 @@
 use glam::DVec2;
 use std::f64::consts::{FRAC_2_SQRT_PI, PI, TAU};
 
-/// An angle brought into (-π, π].
+/// Wraps an angle to (-π, π].
 pub(crate) fn wrapped(angle_rad: f64) -> f64 {
     let a = angle_rad.rem_euclid(TAU);
     if a > PI { a - TAU } else { a }
 }
 
-/// Where the top of the parabola through three even samples lies from the middle one, in steps, -0.5 to 0.5; 0 where it opens upwards.
+/// Position of the vertex of the parabola through three even samples from the middle one, in steps, -0.5 to
+/// 0.5; 0 where it opens upwards.
 pub(crate) fn vertex(before: f64, top: f64, after: f64) -> f64 {
     let bend = before - 2.0 * top + after;
     if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
 }
 
-/// The upper one of the two middle values, or the middle one. None for an empty list.
+/// Median: the middle value, or the upper one of the two middle values. None for an empty list.
 pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
 }
 
-/// u u^T.
+/// Outer product u uᵀ.
 pub(crate) fn outer(u: DVec2) -> glam::DMat2 {
     glam::DMat2::from_cols(u * u.x, u * u.y)
 }
@@ -42,7 +43,7 @@ pub(crate) fn erf(x: f64) -> f64 {
     FRAC_2_SQRT_PI * (-x * x).exp() * sum
 }
 
-/// Places along a polyline, `step_m` apart from its first one on.
+/// Points along a polyline, `step_m` apart, starting at its first point.
 pub(crate) fn spread(line: &[DVec2], step_m: f64) -> Vec<DVec2> {
     let mut out = Vec::new();
     let mut left = 0.0;
@@ -57,7 +58,7 @@ pub(crate) fn spread(line: &[DVec2], step_m: f64) -> Vec<DVec2> {
     out
 }
 
-/// The mean of points and the direction in which they spread the most, in radians.
+/// Mean of points, and the direction of their greatest spread, rad.
 pub(crate) fn principal_axis(points: &[DVec2]) -> (DVec2, f64) {
     let mean = points.iter().sum::<DVec2>() / points.len() as f64;
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
@@ -68,7 +69,7 @@ pub(crate) fn principal_axis(points: &[DVec2]) -> (DVec2, f64) {
     (mean, 0.5 * (2.0 * xy).atan2(xx - yy))
 }
 
-/// a^T m b.
+/// Bilinear form aᵀ m b.
 pub(crate) fn bilinear<const N: usize>(a: &[f64; N], m: &[[f64; N]; N], b: &[f64; N]) -> f64 {
     (0..N).map(|k| (0..N).map(|l| a[k] * m[k][l] * b[l]).sum::<f64>()).sum()
 }

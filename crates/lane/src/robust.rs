@@ -1,13 +1,13 @@
-//! Curves through points with outliers, which lose weight the farther they are off (Cauchy).
+//! Fits curves to points with outliers, whose weight falls with their distance (Cauchy).
 
 use crate::curve::{Fitted, Shape, fit};
 use glam::DVec2;
 
-/// Standard deviations off the curve at which a point's weight has halved.
+/// Standard deviations off the curve at which a point's weight is halved.
 const HALF_WEIGHT: f64 = 2.0;
-/// A first curve takes no point for surer than this, m, lest a few sure points drown what the rest say.
+/// Least standard deviation of points for a first curve, m, lest a few precise points outweigh all others.
 const AT_FIRST_M: f64 = 0.08;
-/// Rounds in which points off the curve lose weight, as a rule.
+/// Default number of iterations in which points off the curve lose weight.
 pub(crate) const WEIGHINGS: usize = 3;
 
 /// Standard deviations for a first curve, m.
@@ -15,20 +15,21 @@ pub(crate) fn at_first(std_m: &[f64]) -> Vec<f64> {
     std_m.iter().map(|s| s.hypot(AT_FIRST_M)).collect()
 }
 
-/// How far a point is off a curve, 1 where its weight has halved.
+/// Distance of a point from a curve, scaled to 1 where its weight is halved.
 fn off(fitted: &Fitted, place: DVec2, std_m: f64) -> f64 {
     fitted.curve.foot(place).left_m / (HALF_WEIGHT * std_m)
 }
 
-/// The curve fitted again with weights by how far points are off it; the curve itself where that fails.
+/// The curve fitted again with weights by the points' distances; the curve itself where that fails.
 pub(crate) fn weighed(fitted: Fitted, places: &[DVec2], std_m: &[f64]) -> Fitted {
     let weighed: Vec<f64> =
         places.iter().zip(std_m).map(|(p, s)| s * (1.0 + off(&fitted, *p, *s).powi(2)).sqrt()).collect();
     fit(places, &weighed, fitted.shape).unwrap_or(fitted)
 }
 
-/// The simplest shape that points with outliers bear out, by Cauchy's measure of each shape's own best fit: the weights of one shape
-/// would make outliers of what only another one fits. A further parameter has to lower the measure by more than `gain`.
+/// Fits the simplest shape that points with outliers support, by Cauchy's measure of each shape's own best
+/// fit: the weights of one shape would make outliers of what only another one fits. A further parameter has
+/// to lower the measure by more than `gain`.
 pub(crate) fn robust(places: &[DVec2], std_m: &[f64], gain: f64, weighings: usize) -> Option<Fitted> {
     let first = at_first(std_m);
     let mut best: Option<(f64, Fitted)> = None;

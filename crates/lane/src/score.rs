@@ -1,4 +1,4 @@
-//! Estimates against the true lines: one measure for all methods.
+//! Compares estimates with the true lines: one measure for all methods.
 
 use super::{LaneEstimate, Line};
 use crate::curve::Clothoid;
@@ -7,59 +7,63 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Distance within which a place of a line counts as found, m (the threshold of common lane benchmarks).
+/// Distance within which a point of a line counts as found, m (the threshold of common lane benchmarks).
 pub const WITHIN_M: f64 = 0.3;
 /// Distances from the vehicle at which lateral errors are stated, m.
 pub const DISTANCES_M: [f64; 4] = [10.0, 20.0, 40.0, 60.0];
 /// Half the width of a narrow lane, m.
 const HALF_LANE_M: f64 = 1.5;
-/// Places along lines that are compared, m.
+/// Spacing of the points along lines that are compared, m.
 const STEP_M: f64 = 0.5;
 
-/// The true lines round the vehicle, in its level frame, and what else is true of its lane.
+/// The true lines around the vehicle in its level frame, and other true values of its lane.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct TrueLanes {
-    /// That are to be found.
+    /// Lines that are to be found.
     pub lines: Vec<Vec<[f64; 2]>>,
-    /// That are right when they are found, and not missed when they are not: of other lanes, rails, walls.
+    /// Lines that are right when they are found and not missed when they are not: of other lanes, rails,
+    /// walls.
     #[serde(default)]
     pub also: Vec<Vec<[f64; 2]>>,
-    /// Index of the line at the right and at the left of the vehicle's lane.
+    /// Index of the line to the right and to the left of the vehicle's lane.
     pub own: [Option<usize>; 2],
-    /// Offset of the vehicle from the middle of its lane, m, positive left.
+    /// Offset of the vehicle from the lane's centre line, m, positive to the left.
     pub offset_m: Option<f64>,
-    /// Heading of the vehicle against the lane, rad, positive left.
+    /// Heading of the vehicle relative to the lane, rad, positive to the left.
     pub heading_rad: Option<f64>,
     /// Curvature of the lane beside the vehicle, 1/m, positive left.
     pub curvature_per_m: Option<f64>,
     /// Number of the lane in a map.
     pub lane_number: Option<i32>,
-    /// Distances from the vehicle between which lines are to be found: what the sensor can see.
+    /// Least and largest distance from the vehicle at which lines are to be found, m: what the sensor can
+    /// see.
     pub range_m: [f64; 2],
 }
 
-/// Of one estimate.
+/// Score of one estimate.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Score {
-    /// Of the places of estimated lines, within [`WITHIN_M`] of a true line; None without lines.
+    /// Share of the points of estimated lines within [`WITHIN_M`] of a true line; None without lines.
     pub precision: Option<f64>,
-    /// Of the places of true lines, within [`WITHIN_M`] of an estimated one; None where there is nothing to find.
+    /// Share of the points of true lines within [`WITHIN_M`] of an estimated one; None where there is nothing
+    /// to find.
     pub recall: Option<f64>,
     /// Harmonic mean of precision and recall; None where there is nothing to find.
     pub f1: Option<f64>,
-    /// Mean distance of the vehicle's own lines from the truth at [`DISTANCES_M`], m; None where a line does not reach.
+    /// Mean distance of the vehicle's own lines from the truth at [`DISTANCES_M`], m; None where a line does
+    /// not reach.
     pub lateral_m: [Option<f64>; 4],
-    /// Estimated less true offset, m.
+    /// Estimated minus true offset, m.
     pub offset_error_m: Option<f64>,
-    /// Estimated less true heading, rad.
+    /// Estimated minus true heading, rad.
     pub heading_error_rad: Option<f64>,
-    /// Estimated less true curvature, 1/m.
+    /// Estimated minus true curvature, 1/m.
     pub curvature_error_per_m: Option<f64>,
-    /// Whether the lane's number is the true one.
+    /// Whether the estimated lane number is the true one.
     pub lane_right: Option<bool>,
 }
 
-/// Distance of a point from a polyline.
+/// Distance of a point from a polyline, m.
 fn distance(line: &[[f64; 2]], p: DVec2) -> f64 {
     let of = |w: &[[f64; 2]]| {
         let (a, d) = (DVec2::from_array(w[0]), DVec2::from_array(w[1]) - DVec2::from_array(w[0]));
@@ -69,7 +73,7 @@ fn distance(line: &[[f64; 2]], p: DVec2) -> f64 {
     line.windows(2).map(of).fold(f64::INFINITY, f64::min)
 }
 
-/// Where a polyline leaves a circle round the vehicle for the last time ahead of it.
+/// Point at which a polyline last leaves a circle around the vehicle ahead of it.
 fn crossing(line: &[[f64; 2]], radius_m: f64) -> Option<DVec2> {
     line.windows(2)
         .filter_map(|w| {
@@ -81,7 +85,7 @@ fn crossing(line: &[[f64; 2]], radius_m: f64) -> Option<DVec2> {
         .next_back()
 }
 
-/// Compares an estimate with the truth.
+/// Scores an estimate against the truth.
 pub fn score(estimate: &LaneEstimate, truth: &TrueLanes) -> Score {
     let seen = |p: &DVec2| (truth.range_m[0]..=truth.range_m[1]).contains(&p.length());
     let curves: Vec<&Clothoid> = estimate.lines.iter().map(|l| &l.fitted.curve).collect();
@@ -111,7 +115,7 @@ pub fn score(estimate: &LaneEstimate, truth: &TrueLanes) -> Score {
                     (-2.0..=l.fitted.curve.length_m + 2.0).contains(&foot.s_m)
                 };
                 let near = |l: &Line| l.fitted.curve.foot(at).left_m.abs();
-                // The line that is meant is the nearest; what is farther off is another lane's.
+                // The nearest line is compared; a farther one belongs to another lane.
                 let nearest = estimate.lines.iter().filter(reaches).map(near).min_by(f64::total_cmp)?;
                 (nearest < HALF_LANE_M).then_some(nearest)
             })
@@ -131,7 +135,7 @@ pub fn score(estimate: &LaneEstimate, truth: &TrueLanes) -> Score {
     }
 }
 
-/// Mean of a figure over runs with its 95 % confidence interval (Student's t).
+/// Mean of a value over runs, with its 95 % confidence interval (Student's t).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     /// Mean of the values.
@@ -143,7 +147,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// None without values.
+    /// Computes mean and interval; None without values.
     pub fn of(values: &[f64]) -> Option<Figure> {
         let n = values.len();
         if n == 0 {

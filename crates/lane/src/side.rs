@@ -1,9 +1,9 @@
-//! Left and right.
+//! The sides left and right.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A side of the vehicle or of its lane, seen in the direction of travel.
+/// A side of the vehicle or of its lane, in the direction of travel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
@@ -17,7 +17,7 @@ impl Side {
     /// Both sides, left first.
     pub const BOTH: [Side; 2] = [Side::Left, Side::Right];
 
-    /// +1 on the left, −1 on the right.
+    /// Sign of the side: +1 on the left, −1 on the right.
     pub fn sign(self) -> f64 {
         match self {
             Side::Left => 1.0,

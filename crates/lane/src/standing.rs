@@ -1,32 +1,33 @@
-//! What stands still: points whose range rate is that of the radar's own motion.
+//! Test for stationary points: points whose range rate agrees with the radar's own motion.
 
 use crate::Measured;
 use glam::DVec2;
 
-/// Velocity of a radar over the ground in the vehicle's axes, m/s, where it stands at `arm_m` from the vehicle's reference point.
+/// Velocity of a radar over the ground in the vehicle's axes, m/s, if the radar is at `arm_m` from the
+/// vehicle's reference point.
 pub(crate) fn radar_velocity_mps(speed_mps: f64, yaw_rate_rad_per_s: f64, arm_m: DVec2) -> DVec2 {
     DVec2::new(speed_mps - yaw_rate_rad_per_s * arm_m.y, yaw_rate_rad_per_s * arm_m.x)
 }
 
-/// The gate of range rates of what stands still.
+/// Gate for the range rates of stationary points.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct StandingGate {
-    /// Of the radar over the ground, in the axes from which azimuths count.
+    /// Velocity of the radar over the ground, in the axes in which azimuths are measured, m/s.
     pub velocity_mps: DVec2,
     pub speed_std_mps: f64,
     pub yaw_rate_std_rad_per_s: f64,
-    /// From the vehicle's reference point to the radar.
+    /// Vector from the vehicle's reference point to the radar, m.
     pub arm_m: DVec2,
-    /// Half the gate in standard deviations of the difference.
+    /// Half width of the gate in standard deviations of the difference.
     pub sigmas: f64,
-    /// Range rates of standing things scatter by this beyond their noise.
+    /// Error of stationary points' range rates beyond their noise, m/s.
     pub tolerance_mps: f64,
-    /// Range rates are known modulo this.
+    /// Interval modulo which range rates are known, m/s.
     pub fold_mps: Option<f64>,
 }
 
 impl StandingGate {
-    /// The gate of a radar on a vehicle that goes at this speed and turns at this rate.
+    /// Makes the gate of a radar on a vehicle with this speed and yaw rate.
     pub fn of_vehicle(speed: Measured, yaw_rate: Measured, arm_m: DVec2) -> StandingGate {
         StandingGate {
             velocity_mps: radar_velocity_mps(speed.value, yaw_rate.value, arm_m),
@@ -37,8 +38,8 @@ impl StandingGate {
         }
     }
 
-    /// Whether a point with this azimuth (rad) and range rate (m/s) stands. A non-finite one does not; of standard deviations those
-    /// that are non-finite do not count.
+    /// Whether a point with this azimuth (rad) and range rate (m/s) is stationary. A non-finite point is not;
+    /// non-finite standard deviations are ignored.
     pub fn passes(&self, azimuth_rad: f64, azimuth_std_rad: f64, range_rate: Measured) -> bool {
         let u = DVec2::from_angle(azimuth_rad);
         let mut off = range_rate.value + self.velocity_mps.dot(u);

@@ -1,6 +1,7 @@
-//! Lines over successive looks. What a line's points were is remembered and moved with the vehicle, so that a line is fitted to all
-//! that was seen of it, and its place beside the vehicle to what was seen before it was passed (Feng 2019, section 5.1.6 names tracking
-//! as the way to more accuracy). Takes the estimates of any method whose lines rest on points.
+//! Tracks lines over successive looks. The points of a line are remembered and moved with the vehicle, so
+//! that a line is fitted to all that was seen of it, and its position beside the vehicle to what was seen
+//! before it was passed (Feng 2019, section 5.1.6 names tracking as the way to more accuracy). It takes the
+//! estimates of any method whose lines rest on points.
 
 use super::curve::{Clothoid, Fitted, Shape};
 use super::numeric::{bilinear, outer};
@@ -9,29 +10,29 @@ use super::{LaneEstimate, LanePoint, Line, Measured, UNKNOWN_M};
 use catseye_math::Matrix;
 use glam::{DMat2, DVec2};
 
-/// How lines are followed.
+/// Options of [`LineTracker`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackOptions {
-    /// By which lateral place (m), heading (rad), curvature (1/m) and its rate (1/m^2) of a line drift in a second, beyond what ego
-    /// motion says. What is remembered of points drifts as the place does.
+    /// Drift of a line's lateral position (m), heading (rad), curvature (1/m) and its rate (1/m²) in a
+    /// second, beyond the ego-motion. Remembered points drift as the position does.
     pub drift: [f64; 4],
-    /// How well a point stands for a place on the line, m, and what azimuths miss beyond their noise, rad.
+    /// Standard deviation of a point as a position on the line, m.
     pub place_m: f64,
     /// Error of azimuths beyond their noise, rad.
     pub azimuth_error_rad: f64,
-    /// A line is the same if it lies within so many standard deviations, or within `near_m`.
+    /// Largest distance between a line and a track of the same line, in standard deviations.
     pub sigmas: f64,
-    /// A line that lies within this of a followed one is the same, m.
+    /// Distance from a track within which a line is always the same, m.
     pub near_m: f64,
-    /// And turns away from it by less, rad.
+    /// Largest angle between a line and a track of the same line, rad.
     pub turned_rad: f64,
-    /// A line that is not seen again is dropped after this time, s.
+    /// Time after which a line that is not seen again is dropped, s.
     pub keep_s: f64,
-    /// What lies farther behind is forgotten, m.
+    /// Distance behind the vehicle beyond which points are dropped, m.
     pub behind_m: f64,
-    /// Offsets (m) and headings (rad) that are less sure than this are not stated.
+    /// Largest standard deviation of an offset that is stated, m.
     pub most_offset_std_m: f64,
-    /// Headings that are less sure than this are not stated, rad.
+    /// Largest standard deviation of a heading that is stated, rad.
     pub most_heading_std_rad: f64,
 }
 
@@ -46,24 +47,24 @@ impl Default for TrackOptions {
             turned_rad: 0.2,
             keep_s: 0.5,
             behind_m: 5.0,
-            // Three of them are half a narrow lane, beyond which it may be the next one.
+            // Three standard deviations are half a narrow lane, beyond which it may be the next one.
             most_offset_std_m: 0.5,
             most_heading_std_rad: 0.1,
         }
     }
 }
 
-/// How the vehicle moves; its path is an arc between looks.
+/// Motion of the vehicle; its path is an arc between looks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EgoStep {
     /// Speed of the vehicle, m/s.
     pub speed_mps: Measured,
-    /// Positive to the left.
+    /// Yaw rate of the vehicle, rad/s, positive to the left.
     pub yaw_rate_rad_per_s: Measured,
 }
 
 impl EgoStep {
-    /// Curvature of the vehicle's path. Standing still it has none that is known.
+    /// Curvature of the vehicle's path, 1/m. It is unknown at standstill.
     fn path_per_m(&self) -> Measured {
         let v = self.speed_mps.value;
         if v.abs() < SLOWEST_MPS {
@@ -76,12 +77,12 @@ impl EgoStep {
     }
 }
 
-/// Slower vehicles hardly move along a path, m/s.
+/// Speed below which a vehicle hardly moves along a path, m/s.
 const SLOWEST_MPS: f64 = 0.5;
-/// No vehicle's path bends more, 1/m.
+/// Largest curvature of a vehicle's path, 1/m.
 const SHARPEST_PER_M: f64 = 0.2;
 
-/// A place on a line as it is remembered.
+/// A remembered point of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Mark {
     at_m: DVec2,
@@ -102,7 +103,8 @@ impl Mark {
         direction.dot(self.covariance * direction).max(0.0).sqrt()
     }
 
-    /// Both as one, as their covariances weigh them; the surer one where they do not go together.
+    /// Combines both marks, weighted by their covariances; where they disagree, the more certain one is
+    /// returned.
     fn with(&self, o: &Mark, sigmas: f64) -> Mark {
         let sum = self.covariance + o.covariance;
         let off = o.at_m - self.at_m;
@@ -122,15 +124,15 @@ struct Track {
     line: Line,
     looks: u32,
     unseen_s: f64,
-    /// In the order of the line, away from the vehicle.
+    /// Marks in the order of the line, away from the vehicle.
     marks: Vec<Mark>,
 }
 
-/// Places nearer to one another are one, m: no row has its markers so near.
+/// Distance within which two marks are one, m: no row has its markers so close.
 const ONE_PLACE_M: f64 = 0.5;
-/// By how much a further parameter has to lower Cauchy's measure.
+/// Least decrease of Cauchy's measure for a further parameter.
 const GAIN: f64 = 12.0;
-/// Of what is remembered of a line at least this share lies on its curve.
+/// Least share of a line's marks that lies on its curve.
 const MOST_ON: f64 = 0.8;
 
 impl Track {
@@ -146,7 +148,7 @@ impl Track {
             self.marks[k] = self.marks[k].with(&m, o.sigmas);
             return;
         }
-        // Where it makes the way through all of them least longer.
+        // Insert it where it lengthens the path through all marks least.
         let longer = |k: usize| {
             let before = k.checked_sub(1).map(distance);
             let after = (k < self.marks.len()).then(|| distance(k));
@@ -159,7 +161,7 @@ impl Track {
         self.marks.insert(at, m);
     }
 
-    /// The curve through what is remembered, from as far behind as one curve goes; forgets what lies beside it.
+    /// The curve through the marks, from as far behind as one curve fits; drops marks beside it.
     fn refit(&mut self, o: &TrackOptions) -> Option<Fitted> {
         for from in 0..=self.marks.len() / 2 {
             let marks = &self.marks[from..];
@@ -184,7 +186,7 @@ impl Track {
     }
 }
 
-/// A line where the vehicle is: how far to its left, its direction against the vehicle's, its curvature.
+/// A line at the vehicle: its distance to the left, its direction relative to the vehicle, and its curvature.
 #[derive(Debug, Clone, Copy)]
 struct Beside {
     left_m: Measured,
@@ -192,24 +194,26 @@ struct Beside {
     curvature_per_m: Measured,
 }
 
-/// What is remembered of a line within this way of the vehicle tells of its place beside it, m.
+/// Distance from the vehicle along the path within which marks tell the line's position beside it, m.
 const TELLS_M: f64 = 40.0;
-/// A path that has turned further than this is not followed, nor a line that turns farther away from it, rad.
+/// Largest turn of the path, and largest angle of a line to it, within which marks are used, rad.
 const TELLS_RAD: f64 = 1.2;
 const AWAY_RAD: f64 = 0.7;
-/// By how much a lane may bend otherwise than the path of a vehicle that keeps to it, 1/m: sway of 0.15 m over 4 s at 15 m/s.
+/// Difference between the curvature of a lane and that of a vehicle's path in it, 1/m: sway of 0.15 m over 4
+/// s at 15 m/s.
 const SWAY_PER_M: f64 = 0.002;
-/// Over which way the curvature of a bend may end or begin, m; and that of a road that seems straight may become `SWAY_PER_M` (a
-/// clothoid of A = 100 m).
+/// Distance over which the curvature of a bend may end or begin, m; and distance over which that of a
+/// seemingly straight road may become `SWAY_PER_M` (a clothoid of A = 100 m).
 const BENDS_OVER_M: f64 = 4.0;
 const SETS_IN_OVER_M: f64 = 20.0;
-/// Of place (m) and direction (rad) before anything is seen.
+/// Standard deviations of position (m) and direction (rad) before anything is seen.
 const ANYWHERE_M: f64 = 10.0;
 const ANY_TURN_RAD: f64 = 0.5;
 
 impl Track {
-    /// The line beside the vehicle, from the marks along its path, whose curvature is given. How the line goes where nothing was seen of
-    /// it is not known: its curvature there may wander (a Wiener process) as far as it does where it was seen.
+    /// The line beside the vehicle, from the marks along its path of given curvature. The course of the line
+    /// where nothing was seen of it is unknown: its curvature there may wander (a Wiener process) as much as
+    /// where it was seen.
     fn beside(&self, path_per_m: Measured) -> Option<Beside> {
         let reach = TELLS_M.min(TELLS_RAD / path_per_m.value.abs().max(1e-9));
         let path = Clothoid {
@@ -224,7 +228,7 @@ impl Track {
         let away = |m: &Mark, heading_rad: f64| {
             DVec2::from_angle(c.at(c.foot(m.at_m).s_m).heading_rad - heading_rad).to_angle()
         };
-        // Way along the path, place to its left and that place's deviation.
+        // Distance along the path, position to its left and the standard deviation of that position.
         let seen: Vec<[f64; 3]> = self
             .marks
             .iter()
@@ -232,7 +236,7 @@ impl Track {
                 let foot = path.foot(m.at_m);
                 let heading_rad = path.at(foot.s_m).heading_rad;
                 let left = DVec2::from_angle(heading_rad).perp();
-                // A line may be told to run either way.
+                // A line may be given in either direction.
                 let along = away(m, heading_rad).sin().abs() < AWAY_RAD.sin();
                 let inside = (0.0..=2.0 * reach).contains(&foot.s_m) && along;
                 inside.then(|| [foot.s_m - reach, foot.left_m, m.std_m(left)])
@@ -244,7 +248,8 @@ impl Track {
         }
         let bends: [f64; 5] = std::array::from_fn(|k| c.at(0.25 * k as f64 * c.length_m).curvature_per_m);
         let most = |than: f64| bends.iter().map(|k| (k - than).abs()).fold(0.0, f64::max);
-        // It bends here as the vehicle's path does or as it does where it was seen, and changes as far as to straight.
+        // It bends here as the vehicle's path does or as where it was seen, and may change as far as to
+        // straight.
         let bend = most(path_per_m.value).max(SWAY_PER_M);
         let change = most(0.0).powi(2) / BENDS_OVER_M + SWAY_PER_M.powi(2) / SETS_IN_OVER_M;
         let prior = [ANYWHERE_M.powi(2), ANY_TURN_RAD.powi(2), bend.powi(2) + path_per_m.std.powi(2)];
@@ -278,8 +283,9 @@ impl Track {
     }
 }
 
-/// Covariance of the places, at two ways from the vehicle, of a line that starts straight and whose curvature is a Wiener process of
-/// unit density to both sides: the integral of (s - u)²(t - u)²/4 over u up to the shorter way.
+/// Covariance of the positions, at two distances from the vehicle, of a line that starts straight and whose
+/// curvature is a Wiener process of unit density to both sides: the integral of (s - u)²(t - u)²/4 over u up
+/// to the shorter distance.
 fn wander(s: f64, t: f64) -> f64 {
     if s * t <= 0.0 {
         return 0.0;
@@ -289,7 +295,7 @@ fn wander(s: f64, t: f64) -> f64 {
     (near.powi(5) / 5.0 + d * near.powi(4) / 2.0 + d * d * near.powi(3) / 3.0) / 4.0
 }
 
-/// The lane at the vehicle, from its lines there; what is less sure than the options allow is not stated.
+/// The lane at the vehicle, from its lines there; what is less certain than the options allow is not stated.
 fn with_lane(mut e: LaneEstimate, beside: &[Beside], o: &TrackOptions) -> LaneEstimate {
     let near = |a: &&&Beside, b: &&&Beside| a.left_m.value.abs().total_cmp(&b.left_m.value.abs());
     let known: Vec<&Beside> = beside.iter().filter(|b| b.left_m.std < UNKNOWN_M).collect();
@@ -298,7 +304,7 @@ fn with_lane(mut e: LaneEstimate, beside: &[Beside], o: &TrackOptions) -> LaneEs
     (e.width_m, e.offset_m) = (None, None);
     if let (Some(l), Some(r)) = (left, right) {
         let (l, r) = (l.left_m, r.left_m);
-        // Both lines bend alike where they were not seen, so the doubts of the offset add up.
+        // Both lines bend alike where they were not seen, so the errors of the offset add up.
         let offset = Measured { value: -0.5 * (l.value + r.value), std: 0.5 * (l.std + r.std) };
         let width = Measured { value: l.value - r.value, std: l.std.hypot(r.std) };
         if offset.std < o.most_offset_std_m {
@@ -307,7 +313,7 @@ fn with_lane(mut e: LaneEstimate, beside: &[Beside], o: &TrackOptions) -> LaneEs
     }
     let mean = |of: &dyn Fn(&Beside) -> Measured| {
         let all = [left, right].into_iter().flatten().map(of);
-        // As unsure as the surer one: they bend alike.
+        // As uncertain as the more certain one: they bend alike.
         let std = all.clone().map(|m| m.std).fold(f64::INFINITY, f64::min);
         Measured::mean(all).map(|m| Measured { std, ..m })
     };
@@ -317,29 +323,30 @@ fn with_lane(mut e: LaneEstimate, beside: &[Beside], o: &TrackOptions) -> LaneEs
     e
 }
 
-/// A filter over lane estimates.
+/// A tracking filter over lane estimates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LineTracker {
-    /// How lines are followed.
+    /// Options of the tracker.
     pub options: TrackOptions,
     tracks: Vec<Track>,
     last_s: Option<f64>,
 }
 
-/// Looks farther apart have nothing to do with one another, s.
+/// Longest time between looks that belong together, s.
 const APART_S: f64 = 2.0;
 
 impl LineTracker {
-    /// A filter that has seen nothing yet.
+    /// Makes a tracker that has seen nothing yet.
     pub fn new(options: TrackOptions) -> LineTracker {
         LineTracker { options, tracks: Vec::new(), last_s: None }
     }
 
-    /// The look's estimate with what earlier looks say. `points`: those of which the estimate's lines name their members. `step`: the
-    /// motion since the look before; None: not known, nothing is carried over. A time that runs back starts anew.
+    /// Combines the look's estimate with earlier looks. `points` are those that the members of the estimate's
+    /// lines index. `step` is the motion since the last look; None if it is unknown, and nothing is then
+    /// carried over. Time that runs backwards restarts the tracker.
     ///
-    /// Offset, width, heading and curvature come from what was seen of the lines next to the vehicle, and are None where that says too
-    /// little.
+    /// Offset, width, heading and curvature come from what was seen of the lines next to the vehicle, and are
+    /// None where that is too little.
     pub fn update(&mut self, now: LaneEstimate, points: &[LanePoint], step: Option<EgoStep>) -> LaneEstimate {
         let dt = self.last_s.map(|t| now.time_s - t);
         let finite = |s: &EgoStep| {
@@ -396,7 +403,7 @@ impl LineTracker {
             f.curve.heading_rad -= turn;
             let direction = DVec2::from_angle(f.curve.heading_rad);
             let left = direction.perp();
-            // A turn that was not as stated moves the start and turns the line; a way that was not shifts it.
+            // An error of the turn moves the start and rotates the line; an error of the distance shifts it.
             let by_turn = [left.dot(start.perp()), 1.0, 0.0, 0.0];
             let by_way = left.x;
             for a in 0..4 {
@@ -411,7 +418,7 @@ impl LineTracker {
                 *f = moved(f, (here - self.options.behind_m).min(f.curve.length_m));
             }
         }
-        // Nothing of it is left.
+        // Nothing of the line is left.
         self.tracks.retain(|t| t.line.fitted.curve.length_m > 0.0);
     }
 
@@ -446,13 +453,13 @@ impl LineTracker {
             t.looks += 1;
             t.unseen_s = 0.0;
         }
-        // What was seen once only was chance more often than not.
+        // What was seen only once was a false line more often than not.
         let keep_s = self.options.keep_s;
         self.tracks.retain(|t| t.unseen_s == 0.0 || (t.looks > 1 && t.unseen_s < keep_s));
         for (l, _) in lines.iter().zip(&used).filter(|(_, u)| !**u) {
             self.tracks.push(Track::new(l, points, &o));
         }
-        // Lines do not cross: of two that have come together the one that was seen more often stays.
+        // Lines do not cross: of two that have met, the one that was seen more often stays.
         self.tracks.sort_by_key(|t| (t.unseen_s > 0.0, std::cmp::Reverse(t.looks)));
         let mut kept: Vec<Track> = Vec::new();
         for t in self.tracks.drain(..) {
@@ -466,7 +473,8 @@ impl LineTracker {
         self.tracks = kept;
     }
 
-    /// How far a line lies from where a followed one is expected, in standard deviations; None where it is another.
+    /// Distance of a line from the expected position of a track, in standard deviations; None where it is
+    /// another line.
     fn distance(&self, track: &Fitted, line: &Fitted) -> Option<f64> {
         let o = &self.options;
         let (track, line) = (&with_doubt(track), &with_doubt(line));
@@ -489,12 +497,12 @@ impl LineTracker {
             far_m = far_m.max(foot.left_m.abs());
         }
         let off = (sum / parts.len() as f64).sqrt();
-        // However unsure: beyond a metre it is the next line.
+        // However uncertain: beyond a metre it is another line.
         ((off < o.sigmas && far_m < 1.0) || far_m < o.near_m).then_some(off)
     }
 }
 
-/// Whether a curve comes nearer to another than `near_m`, at one of five places along it.
+/// Whether a curve comes closer to another than `near_m`, at one of five places along it.
 pub fn meet(a: &Clothoid, b: &Clothoid, near_m: f64) -> bool {
     [0.0, 0.25, 0.5, 0.75, 1.0].iter().any(|part| {
         let foot = b.foot(a.at(part * a.length_m).at_m);
@@ -502,16 +510,17 @@ pub fn meet(a: &Clothoid, b: &Clothoid, near_m: f64) -> bool {
     })
 }
 
-/// Lines may begin so far before or behind one another, m.
+/// Largest distance between the starts of two lines along them, m.
 const REACH_M: f64 = 15.0;
 
-/// With the doubt about the parameters that a simpler shape does not have, as a fit of theirs to as many points spread evenly over the
-/// length would give it; where the line bends after all, its place and heading at the start are others too.
+/// Adds the uncertainty of the parameters that a simpler shape does not have, as if they were fitted to as
+/// many points spread evenly over the length. Where the line bends after all, its position and heading at the
+/// start change, too.
 fn with_doubt(f: &Fitted) -> Fitted {
     let mut out = *f;
     let l = f.curve.length_m.max(1.0);
     let across = f.lateral_std_m(0.5 * l).max(0.005);
-    // What polynomials of lower degree leave of s²/2 and s³/6 over 0 to l (Legendre), and what they take for them.
+    // What polynomials of lower degree leave of s²/2 and s³/6 over 0 to l (Legendre), and what they absorb.
     let mut add = |std: f64, with: [f64; 4]| {
         for a in 0..4 {
             for b in 0..4 {
@@ -528,14 +537,14 @@ fn with_doubt(f: &Fitted) -> Fitted {
     out
 }
 
-/// The curve from the place `s_m` on, which may lie before its start, with its covariance carried along.
+/// The curve from the place `s_m` onwards, which may lie before its start, with its covariance propagated.
 pub fn moved(f: &Fitted, s_m: f64) -> Fitted {
     let curve = match s_m < 0.0 {
         true => f.curve.extended(-s_m, 0.0),
         false => f.curve.part(s_m, f.curve.length_m),
     };
     let by = displaced(&f.curve, s_m);
-    // What moves along the curve comes to another heading and curvature.
+    // A displacement along the curve changes heading and curvature.
     let bend = f.curve.curvature_per_m + s_m * f.curve.curvature_rate_per_m2;
     let heading = [0.0, 1.0, s_m, 0.5 * s_m * s_m];
     let curvature = [0.0, 0.0, 1.0, s_m];
@@ -549,8 +558,8 @@ pub fn moved(f: &Fitted, s_m: f64) -> Fitted {
     Fitted { curve, covariance, ..*f }
 }
 
-/// Derivatives of the place at `s_m`, along (x) and left (y) of the curve there, by lateral place, heading, curvature and its rate at
-/// the start, by small steps.
+/// Numerical derivatives of the position at `s_m`, along (x) and left (y) of the curve there, with respect to
+/// lateral position, heading, curvature and its rate at the start.
 fn displaced(curve: &Clothoid, s_m: f64) -> [DVec2; 4] {
     let place = |c: &Clothoid| match s_m < 0.0 {
         true => DVec2::from_array(c.extended(-s_m, 0.0).start_m),

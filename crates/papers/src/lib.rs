@@ -1,5 +1,6 @@
-//! What the documents say beside what catseye finds: drives of their lane methods, their studies and figures, the comparison of all
-//! methods, the gates that a build has to pass, and the workloads that its speed is measured on.
+//! Compares catseye's results with the documents: drives of their lane methods, their studies and figures,
+//! the comparison of all methods, the gates that a build has to pass, and the workloads that measure its
+//! speed.
 #![deny(unsafe_code)]
 
 pub mod bench;

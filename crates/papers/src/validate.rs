@@ -1,8 +1,8 @@
-//! The canonical table: targets and radar quantities whose values are known, measured on an engine.
+//! The canonical table: targets and radar quantities with known values, measured on an engine.
 //!
-//! Expected values are closed forms, reference series or numbers worked out by hand; each row says
-//! which, and how near the measurement has to come. Cross sections are at 77 GHz, far field,
-//! three bounces, VV unless the row says otherwise.
+//! Expected values are closed forms, reference series or numbers computed by hand; each row says which, and
+//! how close the measurement has to come. Cross sections are at 77 GHz, far field, three bounces, VV unless
+//! the row says otherwise.
 
 use crate::comparison::{Comparison, Tolerance};
 use catseye::adc::cpu::synthesis::synthesise;
@@ -42,10 +42,10 @@ pub struct Group {
 }
 
 impl Group {
-    /// The rows of this part as the engine has them.
+    /// Measures the rows of this part on an engine.
     ///
     /// # Errors
-    /// What the engine says.
+    /// Returns the errors of the engine.
     pub fn measure(&self, engine: &Engine) -> Result<Vec<Comparison>> {
         let mut rows = Rows::default();
         (self.rows)(engine, &mut rows)?;
@@ -84,7 +84,7 @@ fn unit(a: Aspect) -> DVec3 {
     direction_from_angles(a.azimuth, a.elevation)
 }
 
-/// A reflector of the library, alone and rolled about its boresight.
+/// A reflector of the library, alone and rolled about its boresight by `roll` (rad).
 fn scene(spec: &str, roll: f64) -> Result<Scene> {
     let mut scene = Scene::default();
     let pose = Pose::<Target, World>::from_yaw_pitch_roll(DVec3::ZERO, 0.0, 0.0, roll);
@@ -101,17 +101,17 @@ fn level_dbsm(s: &Matrix2, rx: usize, tx: usize) -> f64 {
     dbsm_from_amplitude(s[rx][tx].norm())
 }
 
-/// |a/b|² in dB; -400 for none, which JSON can write.
+/// |a/b|² in dB, at least -400, as JSON cannot hold minus infinity.
 fn ratio_db(a: Complex64, b: Complex64) -> f64 {
     db_from_power((a.norm() / b.norm()).powi(2)).max(-400.0)
 }
 
-/// The larger cross-polarised part over VV, dB.
+/// Level of the larger cross-polarised part relative to VV, dB.
 fn cross_db(s: &Matrix2) -> f64 {
     ratio_db(s[V][H], s[V][V]).max(ratio_db(s[H][V], s[V][V]))
 }
 
-/// The rows of a part, as they are measured.
+/// The rows of a part while they are measured.
 #[derive(Default)]
 struct Rows(Vec<Comparison>);
 
@@ -127,22 +127,22 @@ impl Rows {
         self.0.push(Comparison::new(&name.to_string(), unit, to.0, to.1, ours, source));
     }
 
-    /// A row whose ours is at most `by` from `to`, in its unit.
+    /// Adds a row whose value must lie within `by` of `to`, in its unit.
     fn near(&mut self, name: impl ToString, unit: &str, (to, by): (f64, f64), ours: f64, source: &str) {
         self.row(name, unit, (Some(to), Tolerance::Within(by)), ours, source);
     }
 
-    /// A row whose ours is at most the share `by` of `to` from it.
+    /// Adds a row whose value must lie within the share `by` of `to`.
     fn share(&mut self, name: impl ToString, unit: &str, (to, by): (f64, f64), ours: f64, source: &str) {
         self.row(name, unit, (Some(to), Tolerance::Share(by)), ours, source);
     }
 
-    /// A row whose ours is at most `most`.
+    /// Adds a row whose value must be at most `most`.
     fn at_most(&mut self, name: impl ToString, unit: &str, most: f64, ours: f64, source: &str) {
         self.row(name, unit, (None, Tolerance::AtMost(most)), ours, source);
     }
 
-    /// A row of the co-polarised cross section of `s` in polarisation `p`, dBsm.
+    /// Adds a row of the co-polarised cross section of `s` in polarisation `p`, dBsm.
     fn dbsm(&mut self, name: impl ToString, to: f64, by: f64, (s, p): (&Matrix2, usize), source: &str) {
         self.near(name, "dBsm", (to, by), level_dbsm(s, p, p), source);
     }
@@ -222,7 +222,7 @@ fn dihedral(engine: &Engine, rows: &mut Rows) -> Result<()> {
     Ok(())
 }
 
-/// Where sinc x has its main peak and its first side lobes: tan x = x.
+/// Zeros of tan x = x: the main peak and the first side lobes of sinc x.
 const LOBES: [f64; 4] = [0.0, 4.493_409_457_909_064, 7.725_251_836_937_707, 10.904_121_659_428_9];
 
 fn plate(engine: &Engine, rows: &mut Rows) -> Result<()> {
@@ -306,7 +306,7 @@ fn marker(engine: &Engine, rows: &mut Rows) -> Result<()> {
 
 // ---- the radar ----
 
-/// The small front radar with isotropic antennas of no gain, without noise, one transmitter and receiver.
+/// The small front radar without noise, with isotropic antennas of 0 dBi, one transmitter and one receiver.
 fn one_channel() -> Result<Radar> {
     let mut radar = radar_toml::preset("demo77")?;
     let antenna = Antenna {
@@ -377,7 +377,7 @@ fn two_rays(engine: &Engine, rows: &mut Rows) -> Result<()> {
     Ok(())
 }
 
-/// CONVENTIONS eq. 11 and 12 as they stand: phase of the beat in radians.
+/// Phase of the beat by CONVENTIONS eq. 11 and 12, rad.
 fn beat_phase(radar: &Radar, r: &Echo, chirp: usize, n: usize) -> f64 {
     let t_n = radar.adc_start_s + n as f64 / radar.sample_rate_hz;
     let t = radar.chirp_start_s(chirp, 0) + t_n;
@@ -507,7 +507,7 @@ fn processing_gain(engine: &Engine, rows: &mut Rows) -> Result<()> {
     Ok(())
 }
 
-/// |W(f)|² of a window over that at zero, f in bins.
+/// |W(f)|² of a window relative to that at zero, f in bins.
 fn response(w: &[f64], f: f64) -> f64 {
     let n = w.len() as f64;
     let sum: Complex64 = w.iter().enumerate().map(|(i, w)| w * Complex64::cis(-TAU * f * i as f64 / n)).sum();

@@ -25,7 +25,7 @@ pub struct Type3 {
     pub pitch_m: f64,
     /// How balls are packed.
     pub packing: Packing,
-    /// Of the random packing.
+    /// Seed of the random packing.
     pub seed: u32,
     /// How far facets may lie off the balls, m.
     pub sagitta_m: f64,

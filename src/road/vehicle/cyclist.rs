@@ -25,7 +25,7 @@ const SADDLE: DVec3 = DVec3::new(-0.29, 0.0, 0.90);
 const HIP: DVec3 = DVec3::new(-0.27, 0.0, 0.975);
 const HEAD: [DVec3; 2] = [DVec3::new(0.335, 0.0, 0.86), DVec3::new(0.375, 0.0, 0.70)];
 const GRIP: DVec3 = DVec3::new(0.33, 0.27, 1.03);
-/// Of the trunk from upright.
+/// Lean of the trunk from upright, rad.
 const LEAN_RAD: f64 = 0.55;
 
 const METAL: u32 = Paint::Aluminium as u32;

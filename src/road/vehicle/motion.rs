@@ -27,7 +27,8 @@ impl Joint {
 pub struct PartMotion {
     /// The part's frame in the body's.
     pub pose: Pose<Target, Target>,
-    /// Of the part's origin, in the body's frame and axes, m/s; the body's own velocity comes on top.
+    /// Velocity of the part's origin in the body's frame and axes, m/s; the body's own velocity is added to
+    /// it.
     pub velocity_mps: DVec3,
     /// rad/s, in the body's axes.
     pub angular_velocity_radps: DVec3,

@@ -26,12 +26,12 @@ pub struct Wheel {
 }
 
 impl Wheel {
-    /// Of a car or motorcycle.
+    /// The wheel of a car or motorcycle, lengths in m.
     pub const fn alloy(radius_m: f64, width_m: f64, rim_m: f64) -> Wheel {
         Wheel { radius_m, width_m, rim_m, spokes: 5, segments: 32, rim: Paint::Aluminium }
     }
 
-    /// Of a lorry.
+    /// The wheel of a lorry, lengths in m.
     pub const fn steel(radius_m: f64, width_m: f64, rim_m: f64) -> Wheel {
         Wheel { radius_m, width_m, rim_m, spokes: 8, segments: 36, rim: Paint::Steel }
     }

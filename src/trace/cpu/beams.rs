@@ -482,7 +482,7 @@ pub struct Node {
 pub struct Ends<'a> {
     /// Surfaces of the faces, in the order of `Face::surface`.
     pub surfaces: &'a [Surface],
-    /// Of the carrier, rad/m.
+    /// Wavenumber of the carrier, rad/m.
     pub wavenumber: f64,
     /// Beams of which k Ω |R| / 2π, the most that they return however they are turned, is below this are passed over, 1/m.
     pub least: f64,
@@ -1307,7 +1307,7 @@ fn middle(p: &Polygon) -> DVec2 {
     p.corners().iter().sum::<DVec2>() / p.n as f64
 }
 
-/// Of a narrow beam from a point, in the tangents of angles of its frame.
+/// Solid angle, sr, of a narrow beam from a point, given in the tangents of angles of its frame.
 fn solid_angle_sr(p: &Polygon) -> f64 {
     p.area().abs() / (1.0 + middle(p).length_squared()).powf(1.5)
 }

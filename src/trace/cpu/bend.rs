@@ -90,7 +90,7 @@ pub struct PathMotion {
 pub struct Bends {
     reach_s: f64,
     spin_rad_per_s: DVec3,
-    /// Of the radar before, in the middle, and after.
+    /// Positions of the radar before, in the middle, and after, m.
     radar_m: [DVec3; 3],
 }
 

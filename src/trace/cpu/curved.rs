@@ -51,7 +51,7 @@ pub(super) struct Spot {
     pub(super) place: DVec3,
     /// Unit normal on the lit side.
     pub(super) normal: DVec3,
-    /// Of the path by way of it, m.
+    /// Length of the path by way of the spot, m.
     pub(super) length: f64,
     /// Its derivatives along the face's axes.
     slope: DVec2,

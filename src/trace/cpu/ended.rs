@@ -53,7 +53,7 @@ struct Estimate {
     strongest: f64,
     /// What the whole mirror would return at most, 1/m.
     most: f64,
-    /// Of the strongest, without its amplitude.
+    /// The strongest echo, without its amplitude.
     at: Echo,
 }
 

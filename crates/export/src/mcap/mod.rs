@@ -71,10 +71,10 @@ pub struct Recording {
     channels: BTreeMap<String, u16>,
     sequence: BTreeMap<u16, u32>,
     white_dbm: f64,
-    /// Of the pictures, by radar.
+    /// Axes of the pictures, by radar.
     axes: BTreeMap<String, String>,
     order: Order,
-    /// Of the truth that was written last.
+    /// Time of the truth that was written last.
     truth_at: Option<i64>,
     sweeps: usize,
     points: usize,
@@ -84,7 +84,8 @@ impl Recording {
     /// `white_dbm`: the level that is white in the pictures of the maps, at best the highest of the run.
     ///
     /// # Errors
-    /// `BadInput` when there is a file already and `force` is not given; what the disk says.
+    /// Returns `BadInput` if the file already exists and `force` is not given, and an error if it cannot be
+    /// written.
     pub fn create(path: &Path, white_dbm: f64, force: bool) -> Result<Recording> {
         let staged = StagedFile::new(path, force)?;
         let out = File::create(staged.path()).map_err(|e| Error::io(path, e))?;

@@ -235,7 +235,8 @@ impl Trace {
     /// Begins a trace at `path`.
     ///
     /// # Errors
-    /// `BadInput` when there is a file already and `force` is not given; what the disk says.
+    /// Returns `BadInput` if the file already exists and `force` is not given, and an error if it cannot be
+    /// written.
     pub fn create(path: &Path, force: bool) -> Result<Trace> {
         let staged = StagedFile::new(path, force)?;
         let out = BufWriter::new(File::create(staged.path()).map_err(|e| Error::io(path, e))?);

@@ -10,16 +10,16 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Elements that are held of each file.
+/// Number of elements of each file that are held in memory.
 const PIECE: usize = 1 << 16;
 
 /// Real and imaginary part.
 type Element = [f64; 2];
 
-/// What is summed up of two arrays.
+/// Sums over two arrays.
 struct Sums {
     is_complex: bool,
-    /// Whole numbers that name something: they have to be equal.
+    /// Whether the numbers are identifiers, which have to be equal.
     is_exact: bool,
     elements: u64,
     norm: [f64; 2],
@@ -27,7 +27,7 @@ struct Sums {
     peak: f64,
     unequal: u64,
     broken: u64,
-    /// Distance, index, the two.
+    /// Largest distance, with its index and the two elements.
     farthest: Option<(f64, u64, Element, Element)>,
     first_broken: Option<(u64, Element, Element)>,
 }
@@ -80,7 +80,7 @@ impl Sums {
         }
     }
 
-    /// `fortran_order`: the first index runs fastest.
+    /// Reports the differences. With `fortran_order` the first index runs fastest.
     fn end(self, file: &str, shape: &[usize], fortran_order: bool, t: &Tolerances, found: &mut Found) {
         found.values += self.elements;
         let place = |flat: u64| {
@@ -120,7 +120,7 @@ impl Sums {
     }
 }
 
-/// Types of numbers that are read, by their names in NumPy.
+/// Types of numbers that can be read, by their names in NumPy.
 struct Type {
     bytes: usize,
     is_complex: bool,
@@ -212,7 +212,7 @@ impl<'a> Open<'a> {
     }
 }
 
-/// Notes where shapes or kinds of numbers differ; true where values can be compared.
+/// Notes differing shapes or kinds of numbers; returns true where values can be compared.
 fn fit(file: &str, shapes: [&[usize]; 2], kinds: [&str; 2], found: &mut Found) -> bool {
     if shapes[0] != shapes[1] {
         found.note(Difference::unequal(file, "shape", "header", json!(shapes[0]), json!(shapes[1])));
@@ -232,10 +232,11 @@ fn kind(is_complex: bool, is_exact: bool) -> &'static str {
     }
 }
 
-/// Compares two NumPy files in the memory of two pieces.
+/// Compares two NumPy files, of which only two pieces are in memory.
 ///
 /// # Errors
-/// `BadInput` for a file that is damaged, cut short or of a type that is not read, and for files whose orders differ.
+/// Returns `BadInput` for a file that is damaged, truncated or of an unsupported type, and for files with
+/// different orders of indices.
 pub fn npy(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Found) -> Result<()> {
     let (mut a, mut b) = (Open::new(a)?, Open::new(b)?);
     let kinds = [&a.of, &b.of].map(|t| kind(t.is_complex, t.is_exact));
@@ -264,10 +265,10 @@ pub fn npy(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Found) ->
     Ok(())
 }
 
-/// Compares two files of cubes, of which at least one is no NumPy file, in the memory of two frames.
+/// Compares two files of cubes, of which at least one is no NumPy file; only two frames are in memory.
 ///
 /// # Errors
-/// As [`open_cube`]; samples that are not finite.
+/// Returns the errors of [`open_cube`] and of reading a frame, such as non-finite samples.
 pub fn cubes(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Found) -> Result<()> {
     let options = CubeOptions::default();
     let (mut a, mut b) = (open_cube(a, &options, None)?, open_cube(b, &options, None)?);

@@ -12,14 +12,14 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Whether the shard of a frame is there; a folder without markers is taken to be complete.
+/// Whether the shard of a frame is complete; a folder without markers is taken as complete.
 fn has(dir: &Path, layout: &Layout, frame: u64) -> bool {
     let shard = layout.shard_of(frame);
     !dir.join(SHARDS).is_dir() || dir.join(Marker::name(shard)).is_file()
 }
 
-/// The size of the cells in which points match: what is asked for, else those of the frame's radars, else half a metre and
-/// half a metre a second. Of several radars, the largest.
+/// Size of the cells in which points match: the requested one, otherwise that of the frame's radars,
+/// otherwise half a metre and half a metre per second. Of several radars, the largest.
 fn gate(radars: Option<&Grid>, t: &Tolerances) -> Gate {
     let cell = |name: &str| {
         let cells = radars?.numbers(name)?;
@@ -30,13 +30,13 @@ fn gate(radars: Option<&Grid>, t: &Tolerances) -> Gate {
     Gate([range_m.unwrap_or(0.5), rate_mps.unwrap_or(0.5), t.match_deg])
 }
 
-/// Told of each file or frame that was compared, and how many there are.
+/// Function that is called for each file or frame that was compared, with the total number.
 pub type Progress<'a> = &'a (dyn Fn(u64) + Sync);
 
-/// Compares two datasets. `progress` is told of each frame, and how many there are.
+/// Compares two datasets. `progress` is called for each frame, with the total number.
 ///
 /// # Errors
-/// `BadInput` for a dataset that is damaged or of a format that this build cannot read.
+/// Returns `BadInput` for a dataset that is damaged or of a format that this build cannot read.
 pub fn compare(a: &Path, b: &Path, t: &Tolerances, found: &mut Found, progress: Progress<'_>) -> Result<()> {
     const LAYOUT: &str = crate::store::LAYOUT;
     let (x, y) = (Layout::open(a)?, Layout::open(b)?);

@@ -7,7 +7,7 @@ use catseye::formats::input;
 use serde_json::{Map, Value};
 use std::path::Path;
 
-/// Keys of manifests and reports that say what made a result, when and where, and not what it is.
+/// Keys of manifests and reports that state what made a result, when and where, and not its content.
 const OF_THE_MAKING: [&str; 14] = [
     "catseye",
     "checksums",
@@ -29,10 +29,10 @@ fn is_of_the_making(key: &str) -> bool {
     OF_THE_MAKING.contains(&key) || key.starts_with("seconds")
 }
 
-/// Reads a JSON file; of a file with one document a line, the list of them.
+/// Reads a JSON file; a file with one document per line gives the list of them.
 ///
 /// # Errors
-/// `BadInput` with the line for a file that is no JSON.
+/// Returns `BadInput` with the line for a file that is not JSON.
 pub fn read(path: &Path) -> Result<Value> {
     let bytes = input::read(path, "a JSON file", input::LARGEST_TEXT)?;
     let several = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("jsonl"));
@@ -49,18 +49,18 @@ pub fn read(path: &Path) -> Result<Value> {
     })
 }
 
-/// A key with the place of its value.
+/// A key with the path of its value.
 struct At<'a> {
     file: &'a str,
-    /// The last key, whose end is the unit.
+    /// The last key, whose ending is the unit.
     name: &'a str,
-    /// With the numbers of elements.
+    /// Path with the indices of elements.
     path: String,
-    /// Without them.
+    /// Path without them.
     what: String,
-    /// Numbers are levels in dB, as a unit beside them says.
+    /// Whether numbers are levels in dB, as a unit beside them states.
     is_level: bool,
-    /// What is beside: the size of a vector's longest part.
+    /// Size of the longest component if the value is part of a vector.
     scale: f64,
 }
 
@@ -81,7 +81,7 @@ impl<'a> At<'a> {
     }
 
     fn unequal(&self, a: &Value, b: &Value) -> Difference {
-        // Of tables and lists the beginning says enough.
+        // For tables and lists the length is enough.
         let short = |v: &Value| match v {
             Value::Array(list) => Value::String(format!("{} elements", list.len())),
             Value::Object(keys) => Value::String(format!("{} keys", keys.len())),
@@ -144,7 +144,7 @@ pub fn compare(file: &str, a: &Value, b: &Value, t: &Tolerances, found: &mut Fou
     walk(&top(file), a, b, |_| false, t, found);
 }
 
-/// Compares the figures of two manifests or reports: not what made them, when and where.
+/// Compares the content of two manifests or reports, but not what made them, when and where.
 pub fn compare_figures(file: &str, a: &Value, b: &Value, t: &Tolerances, found: &mut Found) {
     walk(&top(file), a, b, is_of_the_making, t, found);
 }

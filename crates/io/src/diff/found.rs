@@ -1,4 +1,4 @@
-//! Tolerances, and the differences that are found.
+//! Tolerances, and the differences that were found.
 
 use catseye::base::error::{BadInput, Result};
 use serde::Serialize;
@@ -7,29 +7,34 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::path::PathBuf;
 
-/// How far two results may be apart. Each may be infinite, which lets anything pass, but those that match points.
+/// Tolerances of a comparison. Each may be infinite, which lets anything pass, except those that match
+/// points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Tolerances {
-    /// Levels (columns and keys that end in `_db`, `_dbm`, `_dbsm`), dB, and powers in W by their ratio, dB.
+    /// Largest difference of levels (columns and keys that end in `_db`, `_dbm`, `_dbsm`) and of powers in W
+    /// by their ratio, dB.
     pub tolerance_db: f64,
-    /// Cross sections count only where one of the two is above the greatest of both tables less this, dB.
+    /// Depth below the greatest cross section of both tables down to which cross sections count, dB.
     pub above_db: f64,
-    /// Phases of the amplitudes in RCS tables where their levels count, degrees; none: they are not compared.
+    /// Largest difference of the phases of the amplitudes in RCS tables where their levels count, degrees;
+    /// None: phases are not compared.
     pub phase_deg: Option<f64>,
-    /// Arrays: the norm of the difference over the norm, and the largest difference over the largest value. Other numbers:
-    /// the difference over the larger of the two.
+    /// Largest relative difference. Arrays: the norm of the difference over the norm, and the largest
+    /// difference over the largest value. Other numbers: the difference over the larger of the two.
     pub relative: f64,
-    /// Lengths (`_m`), m.
+    /// Largest difference of lengths (`_m`), m.
     pub tolerance_m: f64,
-    /// Velocities (`_mps`), m/s.
+    /// Largest difference of velocities (`_mps`), m/s.
     pub tolerance_mps: f64,
-    /// Angles (`_deg`), degrees.
+    /// Largest difference of angles (`_deg`), degrees.
     pub tolerance_deg: f64,
-    /// Points match within this of range, m; none: the range cell of the manifest beside them, else 0.5 m.
+    /// Largest difference in range of matching points, m; None: the range cell of the manifest beside them,
+    /// or else 0.5 m.
     pub match_m: Option<f64>,
-    /// Points match within this of range rate, m/s; none: the cell of the manifest beside them, else 0.5 m/s.
+    /// Largest difference in range rate of matching points, m/s; None: the cell of the manifest beside them,
+    /// or else 0.5 m/s.
     pub match_mps: Option<f64>,
-    /// Points match within this of azimuth, degrees.
+    /// Largest difference in azimuth of matching points, degrees.
     pub match_deg: f64,
 }
 
@@ -51,10 +56,11 @@ impl Default for Tolerances {
 }
 
 impl Tolerances {
-    /// Refuses a value that cannot serve as a tolerance.
+    /// Checks that every value can serve as a tolerance.
     ///
     /// # Errors
-    /// `BadInput` with the name of a value that is negative or not a number, or not finite where points are matched.
+    /// Returns `BadInput` with the name of a value that is negative or NaN, or that is infinite where points
+    /// are matched.
     pub fn check(&self) -> Result<()> {
         let any = [
             ("tolerance_db", Some(self.tolerance_db)),
@@ -87,7 +93,7 @@ impl Tolerances {
     }
 }
 
-/// What differs in one file or array: of all places, the one where the two are farthest apart.
+/// Differences in one file or array, represented by the place where the two are farthest apart.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
     /// Path of the file below the folders, or the frame and name in a dataset.
@@ -98,20 +104,20 @@ pub struct Difference {
     pub places: u64,
     /// The place where the two are farthest apart: line, index, key or point.
     pub place: String,
-    /// What the first has there; null where it has nothing.
+    /// Value of the first result there; null where it has none.
     pub a: Value,
-    /// What the second has there; null where it has nothing.
+    /// Value of the second result there; null where it has none.
     pub b: Value,
-    /// How far they are apart, in `unit`; null where no number says it.
+    /// Distance of the two, in `unit`; null where no number states it.
     pub apart: Option<f64>,
-    /// How far they may be apart, in `unit`; null where they have to be equal.
+    /// Allowed distance, in `unit`; null where they have to be equal.
     pub allowed: Option<f64>,
-    /// Unit of both.
+    /// Unit of both distances.
     pub unit: String,
 }
 
 impl Difference {
-    /// Two values that should be equal.
+    /// Makes the difference of two values that should be equal.
     pub fn unequal(file: &str, what: &str, place: impl Into<String>, a: Value, b: Value) -> Self {
         Difference {
             file: file.into(),
@@ -126,19 +132,19 @@ impl Difference {
         }
     }
 
-    /// The same with how far they are apart, and may be.
+    /// Adds the distance of the two and the allowed distance.
     pub fn by(self, apart: f64, allowed: f64, unit: &str) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
         Difference { apart: finite(apart), allowed: finite(allowed), unit: unit.into(), ..self }
     }
 
-    /// No number is farther than all numbers.
+    /// A missing number ranks above all numbers.
     fn rank(&self) -> f64 {
         self.apart.unwrap_or(f64::INFINITY)
     }
 }
 
-/// A number as JSON; as text where JSON has no word for it.
+/// Converts a number to JSON; to text where JSON cannot hold it.
 pub fn number(x: f64) -> Value {
     match serde_json::Number::from_f64(x) {
         Some(n) => Value::Number(n),
@@ -146,7 +152,7 @@ pub fn number(x: f64) -> Value {
     }
 }
 
-/// What was compared, and what was found.
+/// Counts of what was compared, and the differences found.
 #[derive(Debug, Default)]
 pub struct Found {
     differences: BTreeMap<(String, String), Difference>,
@@ -177,20 +183,20 @@ impl Found {
         }
     }
 
-    /// Adds what another found.
+    /// Adds the counts and differences of another comparison.
     pub fn add(&mut self, other: Found) {
         self.files += other.files;
         self.values += other.values;
         other.differences.into_values().for_each(|d| self.note(d));
     }
 
-    /// By file, then by what differs.
+    /// Lists the differences by file, then by column, key or measure.
     pub fn list(self) -> Vec<Difference> {
         self.differences.into_values().collect()
     }
 }
 
-/// What a comparison gives.
+/// Report of a comparison.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     /// The first result.
@@ -199,7 +205,7 @@ pub struct Report {
     /// The second result.
     #[serde(serialize_with = "catseye::formats::path_text")]
     pub b: PathBuf,
-    /// What both are.
+    /// Kind of both results.
     pub kind: String,
     /// Whether nothing differs.
     pub alike: bool,
@@ -207,8 +213,8 @@ pub struct Report {
     pub files: u64,
     /// Number of values that were compared.
     pub values: u64,
-    /// What was allowed.
+    /// The tolerances that were used.
     pub tolerances: Tolerances,
-    /// What differs, by file.
+    /// The differences, by file.
     pub differences: Vec<Difference>,
 }

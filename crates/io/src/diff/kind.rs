@@ -1,4 +1,4 @@
-//! What a file or folder is, as far as results are compared.
+//! Recognises the kind of a file or folder for comparison.
 
 use super::document;
 use crate::dataset::DATASET;
@@ -11,10 +11,10 @@ use std::fmt;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-/// Comments and header of a table are at most so long.
+/// Largest size of the comments and header of a table, bytes.
 const HEADER_BYTES: u64 = 1 << 20;
 
-/// What can be compared with its like.
+/// Kind of a result, which can be compared with another of its kind.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Kind {
     /// Cross sections, as `catseye rcs` writes them.
@@ -31,7 +31,7 @@ pub enum Kind {
     Array,
     /// Samples in another format.
     Cube,
-    /// What `catseye study --json` prints.
+    /// The report that `catseye study --json` prints.
     Report,
     /// Another JSON document.
     Document,
@@ -41,9 +41,9 @@ pub enum Kind {
     Frame,
     /// A folder with a manifest, and the kind that it names.
     Folder(String),
-    /// A picture or a page, which is not looked at.
+    /// A picture or a page, which is not compared.
     Shown,
-    /// A file of which only the bytes are known.
+    /// A file that is compared by its bytes only.
     Other,
 }
 
@@ -127,10 +127,10 @@ fn of_folder(path: &Path) -> Result<Kind> {
 }
 
 impl Kind {
-    /// Of a file or folder that a user names.
+    /// The kind of a file or folder that a user names.
     ///
     /// # Errors
-    /// `BadInput` for what is no result of catseye, or is damaged.
+    /// Returns `BadInput` for what is no result of catseye, or is damaged.
     pub fn of(path: &Path) -> Result<Kind> {
         if path.is_dir() {
             return of_folder(path);
@@ -145,10 +145,10 @@ impl Kind {
         }
     }
 
-    /// Of a file in a folder.
+    /// The kind of a file in a folder.
     ///
     /// # Errors
-    /// `BadInput` for a table or document that is damaged.
+    /// Returns `BadInput` for a table or document that is damaged.
     pub fn of_file(path: &Path) -> Result<Kind> {
         let extension =
             path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();

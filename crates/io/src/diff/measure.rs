@@ -1,51 +1,51 @@
-//! How two numbers of a column or key are compared: by the unit at the end of its name.
+//! Comparison of two numbers of a column or key, by the unit at the end of its name.
 
 use super::found::Tolerances;
 
-/// Numbers that are nearer to zero than this are zero where only the ratio of two counts.
+/// Magnitude below which a number counts as zero where only the ratio counts.
 const ZERO: f64 = 1e-12;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum How {
     Absolute,
-    /// Angles in degrees, 360 apart is the same.
+    /// Angles in degrees, modulo 360.
     Angle,
-    /// Powers, by their ratio in dB.
+    /// Powers, compared by their ratio in dB.
     Ratio,
-    /// Over the larger of the two, or over this where it is larger still.
+    /// Difference divided by the larger of the two, or by this value where it is larger still.
     Relative(f64),
 }
 
-/// How the numbers of one column are compared.
+/// Method of comparing the numbers of one column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measure {
     how: How,
     allowed: f64,
     unit: &'static str,
-    /// Whole numbers have to be equal: they count or name something.
+    /// Whether whole numbers have to be equal, as counts and identifiers do.
     exact_counts: bool,
 }
 
-/// How far two numbers are apart, and may be.
+/// Distance of two numbers, and the allowed distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Apart {
-    /// Infinite where one has no number.
+    /// Distance; infinite where one of the two is not finite.
     pub apart: f64,
-    /// 0 of counts and numbers that name something.
+    /// Allowed distance; 0 for counts and identifiers.
     pub allowed: f64,
-    /// Of both.
+    /// Unit of both distances.
     pub unit: &'static str,
 }
 
 impl Apart {
-    /// Whether it is more than is allowed.
+    /// Whether the distance is more than is allowed.
     pub fn is_too_far(&self) -> bool {
         self.apart > self.allowed
     }
 }
 
 impl Measure {
-    /// By the name of a column or key.
+    /// The measure for the name of a column or key.
     pub fn of(name: &str, t: &Tolerances) -> Measure {
         let ends = |ends: &[&str]| ends.iter().any(|e| name.ends_with(e));
         let new = |how, allowed, unit| Measure { how, allowed, unit, exact_counts: false };
@@ -61,24 +61,24 @@ impl Measure {
         }
     }
 
-    /// Levels in dB, whatever the name.
+    /// The measure for levels in dB, whatever the name.
     pub fn level(t: &Tolerances) -> Measure {
         Measure { how: How::Absolute, allowed: t.tolerance_db, unit: "dB", exact_counts: false }
     }
 
-    /// The difference over the larger of the two.
+    /// The measure by the difference divided by the larger of the two.
     pub fn relative(t: &Tolerances) -> Measure {
         Measure { how: How::Relative(0.0), allowed: t.relative, unit: "relative", exact_counts: false }
     }
 
-    /// How far two numbers are apart. `scale`: the size of what they are parts of, as the length of a vector; 0 for none.
-    /// NaN is as far from NaN as 1 from 1, and infinitely far from numbers.
+    /// Distance of two numbers. `scale` is the size of what they are parts of, as the length of a vector; 0
+    /// for none. NaN has the distance 0 from NaN, and an infinite one from numbers.
     pub fn apart(&self, a: f64, b: f64, scale: f64) -> Apart {
         let all = |apart| Apart { apart, allowed: self.allowed, unit: self.unit };
         if a == b || (a.is_nan() && b.is_nan()) {
             return all(0.0);
         }
-        // What is no number passes no tolerance that is one.
+        // A non-finite distance passes no finite tolerance.
         if !a.is_finite() || !b.is_finite() {
             return all(f64::INFINITY);
         }

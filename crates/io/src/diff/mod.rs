@@ -1,4 +1,4 @@
-//! Two results of one kind, compared within tolerances: files, runs, datasets, studies.
+//! Compares two results of one kind within tolerances: files, runs, datasets, studies.
 //!
 //! A folder's files are compared each by its kind, and its manifest by its figures. Arrays are read side by side a piece at
 //! a time, datasets an array of a frame at a time; tables are held in memory. Frames and files are compared in parallel.
@@ -32,7 +32,8 @@ use table::Grid;
 /// Compares two results. NaN equals NaN; what only one of them has is a difference.
 ///
 /// # Errors
-/// `BadInput` for what is no result or is damaged, for two results of different kinds, and for a tolerance that is none.
+/// Returns `BadInput` for what is no result or is damaged, for two results of different kinds, and for an
+/// invalid tolerance.
 pub fn diff(a: &Path, b: &Path, t: &Tolerances, progress: Progress<'_>) -> Result<Report> {
     t.check()?;
     let (kind, other) = (Kind::of(a)?, Kind::of(b)?);
@@ -68,10 +69,10 @@ pub fn diff(a: &Path, b: &Path, t: &Tolerances, progress: Progress<'_>) -> Resul
     })
 }
 
-/// Cells of range in m and of range rate in m/s.
+/// Size of a cell in range (m) and in range rate (m/s).
 type Cells = Option<[f64; 2]>;
 
-/// What a manifest says of the axes of a radar; of one radar it has no name.
+/// Cells of the axes of a radar in a manifest; with a single radar it has no name there.
 fn cells(manifest: &Value, radar: &str) -> Cells {
     let axes = manifest.get("axes")?;
     let axes = if axes.get("range_m").is_some() { axes } else { axes.get(radar)? };
@@ -83,7 +84,8 @@ fn folder_name(path: &Path) -> String {
     path.parent().and_then(Path::file_name).map_or(String::new(), |n| n.to_string_lossy().into_owned())
 }
 
-/// Those of the manifest nearest to a file of points; its folder may be that of a frame or of a frame's radar.
+/// Cells from the manifest nearest to a file of points; its folder may be that of a frame or of a frame's
+/// radar.
 fn cells_beside(path: &Path) -> Cells {
     let manifest = path.ancestors().skip(1).take(3).map(|dir| dir.join(MANIFEST)).find(|m| m.is_file())?;
     cells(&document::read(&manifest).ok()?, &folder_name(path))
@@ -94,7 +96,7 @@ fn gate(cells: Cells, t: &Tolerances) -> Gate {
     Gate([t.match_m.unwrap_or(range_m), t.match_mps.unwrap_or(rate_mps), t.match_deg])
 }
 
-/// Compares two files. `name`: below their folders.
+/// Compares two files; `name` is their path below their folders.
 fn files(
     name: &str,
     [a, b]: [&Path; 2],
@@ -118,7 +120,7 @@ fn files(
             let (a, b) = (Grid::read(a)?, Grid::read(b)?);
             match points::is_points(&a) && points::is_points(&b) {
                 true => points::compare(name, &a, &b, gate, t, found),
-                // A place that is no number: nothing to match by.
+                // A position is not finite, so there is nothing to match by.
                 false => table::rows(name, &a, &b, t, found),
             }
         }

@@ -4,32 +4,32 @@ use super::found::{Difference, Found, Tolerances};
 use super::table::{self, Cells, Grid};
 use serde_json::{Value, json};
 
-/// The columns by which points are matched.
+/// Columns by which points are matched.
 pub const PLACE: [&str; 3] = ["range_m", "range_rate_mps", "azimuth_deg"];
 
-/// Most partners that a point is given a choice of.
+/// Largest number of candidate partners of a point.
 const PARTNERS: usize = 32;
 
-/// How far matched points may be apart: range in m, range rate in m/s, azimuth in degrees.
+/// Largest differences of matched points: range in m, range rate in m/s, azimuth in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate(pub [f64; 3]);
 
 impl Gate {
-    /// Echoes are many in a cell: they match within the tolerances of their columns.
+    /// The gate for echoes, of which a cell has many: they match within the tolerances of their columns.
     pub fn tight(t: &Tolerances) -> Gate {
         let finite = |x: f64, most: f64| if x.is_finite() { x.min(most) } else { most };
         Gate([finite(t.tolerance_m, 0.5), finite(t.tolerance_mps, 0.5), finite(t.tolerance_deg, 2.0)])
     }
 }
 
-/// Whether a table has points or echoes.
+/// Whether a table holds points or echoes.
 pub fn is_points(grid: &Grid) -> bool {
     PLACE.iter().all(|c| grid.numbers(c).is_some())
 }
 
 struct Points<'a> {
     place: [&'a [f64]; 3],
-    /// Only points of one radar match, and echoes of one chain of objects.
+    /// Key of each row: only points of one radar match, and echoes of one chain of objects.
     key: Vec<String>,
 }
 
@@ -43,7 +43,7 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// Sum of the squares of the distances over the gate's; none where one is outside.
+    /// Sum of the squared differences divided by the gate's; None where one is outside.
     fn distance(&self, i: usize, other: &Points<'_>, j: usize, gate: Gate) -> Option<f64> {
         if self.key.get(i) != other.key.get(j) {
             return None;
@@ -64,7 +64,7 @@ impl<'a> Points<'a> {
     }
 }
 
-/// Pairs within the gate, nearest first, each row in one pair at most.
+/// Pairs within the gate, nearest first; each row is in one pair at most.
 fn matched(a: &Points<'_>, b: &Points<'_>, gate: Gate) -> Vec<(usize, usize)> {
     let range = b.place[0];
     let mut order: Vec<usize> = (0..range.len()).filter(|j| !range[*j].is_nan()).collect();
@@ -92,7 +92,7 @@ fn matched(a: &Points<'_>, b: &Points<'_>, gate: Gate) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// A point in words.
+/// A point as JSON text.
 fn told(grid: &Grid, row: usize) -> Value {
     let of = |c: &str| grid.numbers(c).map_or(f64::NAN, |v| v[row]);
     json!(format!("{:.3} m, {:.3} m/s, {:.3} deg", of(PLACE[0]), of(PLACE[1]), of(PLACE[2])))
@@ -100,7 +100,7 @@ fn told(grid: &Grid, row: usize) -> Value {
 
 /// Compares two tables of points. Those without a partner are missing or extra; the others are compared by columns.
 pub fn compare(file: &str, a: &Grid, b: &Grid, gate: Gate, t: &Tolerances, found: &mut Found) {
-    // In the same order most results are alike.
+    // Most results that are alike have the same order.
     if a.rows == b.rows {
         let mut in_order = Found::default();
         table::rows(file, a, b, t, &mut in_order);

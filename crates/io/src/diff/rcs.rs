@@ -1,4 +1,4 @@
-//! Tables of cross sections: rows of one frequency and direction, levels where they count.
+//! Tables of cross sections: rows of one frequency and direction are compared, with levels where they count.
 
 use super::found::{Difference, Found, Tolerances, number};
 use super::measure::Measure;
@@ -46,7 +46,7 @@ fn place(r: &RawRow, other: &RawRow) -> String {
 /// Compares two tables as `catseye rcs` writes them.
 ///
 /// # Errors
-/// `BadInput` for a table that is none of cross sections.
+/// Returns `BadInput` for a table that does not hold cross sections.
 pub fn compare(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Found) -> Result<()> {
     let (a, b) = (rcs_csv::read(a)?.1, rcs_csv::read(b)?.1);
     let bistatic = [&a, &b].map(|rows| rows.iter().any(|r| r.receive_deg.is_some()));

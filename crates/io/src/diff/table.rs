@@ -1,4 +1,4 @@
-//! Tables of any columns: of CSV files and of a dataset's frames.
+//! Tables of any columns, from CSV files and from a dataset's frames.
 
 use super::found::{Difference, Found, Tolerances, number};
 use super::measure::Measure;
@@ -10,9 +10,9 @@ use std::path::Path;
 
 /// A column of a table.
 pub enum Cells {
-    /// Empty cells are NaN.
+    /// Numbers; empty cells are NaN.
     Numbers(Vec<f64>),
-    /// Where one cell is no number.
+    /// Text, where at least one cell is not a number.
     Text(Vec<String>),
 }
 
@@ -36,11 +36,11 @@ impl Cells {
 
 /// A table in memory.
 pub struct Grid {
-    /// By their names, in order.
+    /// Columns with their names, in order.
     pub columns: Vec<(String, Cells)>,
     /// Number of rows.
     pub rows: usize,
-    /// Lines of the file, empty of a dataset's tables.
+    /// Line numbers in the file; empty for a dataset's tables.
     lines: Vec<usize>,
 }
 
@@ -48,7 +48,7 @@ impl Grid {
     /// Reads a CSV file.
     ///
     /// # Errors
-    /// `BadInput` for text that is no table.
+    /// Returns `BadInput` for text that is no table.
     pub fn read(path: &Path) -> Result<Grid> {
         let table = csv::Table::read(path)?;
         let column = |name: &String| {
@@ -70,7 +70,7 @@ impl Grid {
         })
     }
 
-    /// The rows of one frame of a dataset.
+    /// Makes a table of the rows of one frame of a dataset.
     pub fn of(table: Table) -> Grid {
         let rows = table.rows();
         let cells = |column| match column {
@@ -86,12 +86,12 @@ impl Grid {
         Grid { columns: columns.collect(), rows, lines: Vec::new() }
     }
 
-    /// The column of that name.
+    /// The column of this name, if there is one.
     pub fn column(&self, name: &str) -> Option<&Cells> {
         self.columns.iter().find(|(n, _)| n == name).map(|(_, c)| c)
     }
 
-    /// The column of that name where all of its cells are numbers.
+    /// The numbers of the column of this name; None if it is missing or holds text.
     pub fn numbers(&self, name: &str) -> Option<&[f64]> {
         match self.column(name)? {
             Cells::Numbers(v) => Some(v),
@@ -99,7 +99,7 @@ impl Grid {
         }
     }
 
-    /// Where a row stands.
+    /// Position of a row, in words.
     pub fn place(&self, row: usize) -> String {
         match self.lines.get(row) {
             Some(line) => format!("line {line}"),
@@ -107,7 +107,7 @@ impl Grid {
         }
     }
 
-    /// Where a pair of rows stands, the first's place alone where both are the same.
+    /// Position of a pair of rows, in words; the first's alone where both are the same.
     fn places(&self, row: usize, other: &Grid, other_row: usize) -> String {
         let (a, b) = (self.place(row), other.place(other_row));
         if a == b { a } else { format!("{a}, {b}") }
@@ -137,7 +137,7 @@ pub fn headers(file: &str, a: &Grid, b: &Grid, found: &mut Found) {
     }
 }
 
-/// Compares all columns that both have over pairs of rows.
+/// Compares the columns that both have over pairs of rows.
 pub fn pairs(file: &str, a: &Grid, b: &Grid, pairs: &[(usize, usize)], t: &Tolerances, found: &mut Found) {
     for (name, here) in &a.columns {
         let Some(there) = b.column(name) else { continue };

@@ -1,4 +1,4 @@
-//! Files of shards as they stand in a dataset, and what is said about those that do not.
+//! Files of shards in a dataset, and the errors about those that are missing or damaged.
 
 use super::record::Record;
 use catseye::base::error::{BadInput, Error, Result};
@@ -7,26 +7,26 @@ use std::fs::File;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// A file of a shard as it stands in the dataset.
+/// A file of a shard in the dataset.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct ShardFile {
-    /// Below the dataset's folder, with forward slashes.
+    /// Path below the dataset's folder, with forward slashes.
     pub path: String,
-    /// Size, bytes.
+    /// Size of the file, bytes.
     pub bytes: u64,
-    /// 64 hexadecimal digits.
+    /// SHA-256 in 64 hexadecimal digits.
     pub sha256: String,
 }
 
 /// A shard under construction. Dropped without `finish`, it leaves no file.
 pub trait ShardWriter {
-    /// The next frame, already checked against the layout.
+    /// Appends the next frame, which is already checked against the layout.
     fn push(&mut self, record: &Record) -> Result<()>;
-    /// Puts all files under their names.
+    /// Gives all files their final names and describes them.
     fn finish(self: Box<Self>) -> Result<Vec<ShardFile>>;
 }
 
-/// Length and checksum of a file that is then safe on the disk.
+/// Length and checksum of a file, which is then safe on the disk.
 pub fn describe(path: &Path, relative: String) -> Result<ShardFile> {
     let sha256 = sha256_of_file(path)?;
     let file = File::options().append(true).open(path).map_err(|e| Error::io(path, e))?;
@@ -35,12 +35,12 @@ pub fn describe(path: &Path, relative: String) -> Result<ShardFile> {
     Ok(ShardFile { path: relative, bytes, sha256 })
 }
 
-/// Has the disk keep the name of `path` in its folder.
+/// Makes the name of `path` in its folder durable on the disk.
 pub fn sync_name(path: &Path) -> Result<()> {
     sync_folder(path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))
 }
 
-/// A stored file that cannot be what was written.
+/// Error for a stored file that cannot be what was written.
 pub fn broken(path: &Path, problem: impl Into<String>) -> Error {
     BadInput::new(format!("broken: {}", problem.into()))
         .file(path)
@@ -48,7 +48,7 @@ pub fn broken(path: &Path, problem: impl Into<String>) -> Error {
         .into()
 }
 
-/// The error of a file of a shard that cannot be opened.
+/// Error for a file of a shard that cannot be opened.
 pub fn missing(path: &Path, e: std::io::Error) -> Error {
     if !matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) {
         return Error::io(path, e);

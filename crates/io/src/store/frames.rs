@@ -1,5 +1,5 @@
-//! A folder a frame: `frame_000000/NAME.npy` for arrays, `NAME.csv` for tables, and `frame.json` with the length and SHA-256 of
-//! each, since these formats have no checksums of their own.
+//! One folder per frame: `frame_000000/NAME.npy` for arrays, `NAME.csv` for tables, and `frame.json` with the
+//! length and SHA-256 of each, since these formats have no checksums of their own.
 
 use super::files::{ShardFile, ShardWriter, broken, describe, missing, sync_name};
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, FRAME, TableSpec};
@@ -13,13 +13,13 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Of a frame's folder.
+/// Name of the file that lists the contents of a frame's folder.
 const CONTENTS: &str = "frame.json";
 
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Contents {
     frame: u64,
-    /// By names in the folder.
+    /// Files by their names in the folder.
     files: Vec<ShardFile>,
 }
 
@@ -39,7 +39,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// A folder under construction, removed where it is not finished.
+/// A folder under construction, removed unless it is finished.
 struct Unfinished(PathBuf);
 
 impl Drop for Unfinished {
@@ -123,7 +123,7 @@ fn write_table(path: &Path, frame: u64, table: &Table) -> std::io::Result<()> {
     Ok(())
 }
 
-/// The path of a file of a frame, whose bytes are those that were written.
+/// Path of a file of a frame, after a check that its bytes are those that were written.
 fn file_of(dir: &Path, frame: u64, file: String) -> Result<PathBuf> {
     let folder = dir.join(folder_name(frame));
     let list = folder.join(CONTENTS);
@@ -145,7 +145,7 @@ fn file_of(dir: &Path, frame: u64, file: String) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// The same complaint with the remedy of a dataset.
+/// The same error with the remedy of a dataset.
 fn as_broken(path: &Path, e: Error) -> Error {
     match e {
         Error::Input(b) => broken(path, BadInput { file: None, ..*b }.to_string()),

@@ -14,10 +14,10 @@ use hdf5_pure::{
 };
 use std::path::Path;
 
-/// Rows of a column in one chunk.
+/// Number of rows of a column in one chunk.
 const ROWS_OF_CHUNK: u64 = 4096;
 const TABLES: &str = "tables";
-/// Deflate makes at best so many bytes of one.
+/// Largest compression ratio of deflate.
 const MOST_OF_A_BYTE: u64 = 1032;
 
 fn shard_name(shard: u64) -> String {
@@ -37,7 +37,7 @@ fn number_type(kind: ArrayKind) -> Result<Datatype> {
     })
 }
 
-/// `width` is that of text, in bytes.
+/// Type of a column; `width` is that of text, in bytes.
 fn column_type(kind: ColumnKind, width: u32) -> Result<Datatype> {
     Ok(match kind {
         ColumnKind::I64 => hdf5_pure::make_i64_type(),
@@ -55,7 +55,7 @@ fn column_type(kind: ColumnKind, width: u32) -> Result<Datatype> {
     })
 }
 
-/// As they are stored, and the width of text.
+/// Bytes of a column as they are stored, and the width of text.
 fn column_bytes(column: &Column) -> (Vec<u8>, u32) {
     match column {
         Column::I64(v) => (bytemuck::cast_slice(v).to_vec(), 0),
@@ -81,7 +81,7 @@ pub(super) struct Writer<'a> {
     first: u64,
     frames: u64,
     arrays: Vec<Vec<u8>>,
-    /// With the row where each frame begins, and the end.
+    /// Tables with the row at which each frame begins, and the end.
     tables: Vec<(Rows, Vec<u64>)>,
 }
 
@@ -210,7 +210,7 @@ fn with_frames(spec: &ArraySpec, frames: u64) -> Vec<u64> {
     [frames].into_iter().chain(spec.shape.iter().map(|n| *n as u64)).collect()
 }
 
-/// A shard for reading, with the place of a frame in it.
+/// A shard opened for reading, with the position of a frame in it.
 struct Shard {
     path: std::path::PathBuf,
     size: u64,
@@ -241,7 +241,7 @@ impl Shard {
         Ok(Shard { path, size, file, frames: frames.end - frames.start, slot: frame - frames.start })
     }
 
-    /// Rows of a dataset that has to be as it was written.
+    /// Reads rows of a dataset after a check that it is as written.
     fn rows(
         &self,
         name: &str,
@@ -263,7 +263,7 @@ impl Shard {
         if rows == 0 {
             return Ok(Vec::new());
         }
-        // A chunk is put together in memory whole.
+        // A chunk is assembled in memory as a whole.
         if dataset.chunk_shape().map_err(bad)?.as_deref() != Some(chunk) {
             return Err(broken(&self.path, format!("{name}: its chunks are not {chunk:?}")));
         }

@@ -1,4 +1,4 @@
-//! What a dataset stores: arrays and tables of a frame, how frames are put into shards, and in which format.
+//! The layout of a dataset: arrays and tables of a frame, the division of frames into shards, and the format.
 
 use catseye::base::error::{BadInput, Error, Result, json_in_words, nearest};
 use catseye::formats::stage;
@@ -8,22 +8,23 @@ use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-/// The file that says what a folder stores.
+/// Name of the file that states what a folder stores.
 pub const LAYOUT: &str = "layout.json";
-/// Of [`LAYOUT`]; a change that an older reader would misread raises it.
+/// Version of [`LAYOUT`]; a change that an older reader would misread raises it.
 const VERSION: u32 = 1;
-/// The column that every stored table begins with.
+/// Name of the first column of every stored table.
 pub const FRAME: &str = "frame";
-/// Offsets of frames among the rows of a table in an HDF5 shard.
+/// Name of the offsets of frames among the rows of a table in an HDF5 shard.
 pub const ROW_OFFSETS: &str = "row_offsets";
-/// Folders that a dataset holds beside its arrays.
+/// Names of folders that a dataset holds beside its arrays.
 const TAKEN: [&str; 5] = ["tables", "data", "shards", "preview", "previews"];
-/// Codecs of Zarr and chunks of HDF5 hold less than 2 GiB in one piece.
+/// Largest size of a frame's array, bytes: codecs of Zarr and chunks of HDF5 hold less than 2 GiB in one
+/// piece.
 const MOST_FRAME_BYTES: usize = i32::MAX as usize;
-/// Where the frames of a shard lie is read and written in one piece.
+/// Largest number of frames of a shard, whose positions are read and written in one piece.
 const MOST_FRAMES_OF_SHARD: u64 = 1 << 20;
 
-/// Numbers of an array, little-endian.
+/// Type of the numbers of an array, little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 pub enum ArrayKind {
     /// Complex numbers of two f32.
@@ -32,7 +33,7 @@ pub enum ArrayKind {
     /// 32-bit floating point.
     #[serde(rename = "float32")]
     F32,
-    /// 8-bit integers without sign.
+    /// 8-bit unsigned integers.
     #[serde(rename = "uint8")]
     U8,
     /// 32-bit integers.
@@ -41,7 +42,7 @@ pub enum ArrayKind {
 }
 
 impl ArrayKind {
-    /// NumPy's name.
+    /// Name of the type in NumPy.
     pub fn name(self) -> &'static str {
         match self {
             ArrayKind::C32 => "complex64",
@@ -51,7 +52,7 @@ impl ArrayKind {
         }
     }
 
-    /// Of one number.
+    /// Size of one number, bytes.
     pub fn bytes(self) -> usize {
         match self {
             ArrayKind::C32 => 8,
@@ -67,7 +68,7 @@ pub enum ColumnKind {
     /// 64-bit integers.
     #[serde(rename = "int64")]
     I64,
-    /// 32-bit integers without sign.
+    /// 32-bit unsigned integers.
     #[serde(rename = "uint32")]
     U32,
     /// 64-bit floating point.
@@ -92,7 +93,7 @@ pub struct ArraySpec {
     pub name: String,
     /// Names of a frame's axes, slowest first; the axis `frame` stands before them in the files.
     pub dims: Vec<String>,
-    /// Of one frame.
+    /// Shape of the array in one frame.
     pub shape: Vec<usize>,
     /// Type of its numbers.
     #[serde(rename = "type")]
@@ -105,18 +106,18 @@ pub struct ArraySpec {
 }
 
 impl ArraySpec {
-    /// Numbers in one frame.
+    /// Number of values in one frame.
     pub fn count(&self) -> usize {
         self.shape.iter().product()
     }
 
-    /// Bytes of one frame before compression.
+    /// Size of one frame before compression, bytes.
     pub fn bytes(&self) -> usize {
         self.count() * self.kind.bytes()
     }
 }
 
-/// A column; its unit is the end of its name (`range_m`).
+/// A column of a table; its unit is the ending of its name (`range_m`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnSpec {
@@ -131,7 +132,7 @@ pub struct ColumnSpec {
 }
 
 impl ColumnSpec {
-    /// A column without words.
+    /// Makes a column without a description.
     pub fn new(name: &str, kind: ColumnKind) -> Self {
         ColumnSpec { name: name.into(), kind, about: String::new() }
     }
@@ -143,28 +144,29 @@ impl ColumnSpec {
 pub struct TableSpec {
     /// Name of the table.
     pub name: String,
-    /// Without the column `frame`, which the writer puts first.
+    /// Columns without `frame`, which the writer puts first.
     pub columns: Vec<ColumnSpec>,
     /// What it holds, in words.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub about: String,
 }
 
-/// How shards are stored.
+/// Format of shards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Format {
-    /// A Zarr v3 group: an array is a folder with one file a shard, a table a folder with one Parquet file a shard.
+    /// A Zarr v3 group: an array is a folder with one file per shard, a table a folder with one Parquet file
+    /// per shard.
     Zarr,
-    /// One HDF5 file a shard.
+    /// One HDF5 file per shard.
     Hdf5,
-    /// A folder a frame, with NumPy arrays and CSV tables. Every build has it.
+    /// One folder per frame, with NumPy arrays and CSV tables. Every build has it.
     #[default]
     Frames,
 }
 
 impl Format {
-    /// The format's name in recipes.
+    /// Name of the format in recipes.
     pub fn name(self) -> &'static str {
         match self {
             Format::Zarr => "zarr",
@@ -173,7 +175,7 @@ impl Format {
         }
     }
 
-    /// Whether this build reads and writes it.
+    /// Whether this build reads and writes the format.
     pub fn is_built(self) -> bool {
         match self {
             Format::Zarr => cfg!(feature = "zarr"),
@@ -183,16 +185,16 @@ impl Format {
     }
 }
 
-/// Of arrays. As text: `none`, `zstd:LEVEL` (1 to 22), `deflate:LEVEL` (1 to 9).
+/// Compression of arrays. As text: `none`, `zstd:LEVEL` (1 to 22), `deflate:LEVEL` (1 to 9).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Compression {
     /// No compression.
     #[default]
     None,
-    /// Zarr.
+    /// Zstandard at this level, for Zarr.
     Zstd(i32),
-    /// HDF5, after a shuffle of bytes.
+    /// Deflate at this level after a byte shuffle, for HDF5.
     Deflate(u32),
 }
 
@@ -246,7 +248,7 @@ impl schemars::JsonSchema for Compression {
     }
 }
 
-/// What a folder stores.
+/// Layout of a dataset folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layout {
@@ -254,15 +256,15 @@ pub struct Layout {
     pub format: Format,
     /// Compression of arrays.
     pub compression: Compression,
-    /// Of the whole dataset.
+    /// Number of frames of the whole dataset.
     pub frames: u64,
-    /// Frames of a shard.
+    /// Number of frames of a shard.
     pub frames_per_shard: u64,
     /// Arrays of each frame.
     pub arrays: Vec<ArraySpec>,
     /// Tables of each frame.
     pub tables: Vec<TableSpec>,
-    /// About the whole, of the user's own; in Zarr attributes of the group.
+    /// User attributes of the whole dataset; in Zarr attributes of the group.
     #[serde(default)]
     pub attributes: serde_json::Map<String, serde_json::Value>,
 }
@@ -296,10 +298,10 @@ pub(super) fn check_once<'a>(what: &str, names: impl IntoIterator<Item = &'a str
 }
 
 impl Layout {
-    /// Refuses a layout that cannot be stored by any build.
+    /// Checks that some build can store this layout.
     ///
     /// # Errors
-    /// The first thing that cannot be stored, with what can.
+    /// Returns an error for the first thing that cannot be stored, with what can.
     pub fn check(&self) -> Result<()> {
         let bad = |problem: &str| BadInput::new(problem);
         let counts = [
@@ -379,10 +381,10 @@ impl Layout {
         Ok(())
     }
 
-    /// Refuses a format that this build neither writes nor reads.
+    /// Checks that this build writes and reads the format.
     ///
     /// # Errors
-    /// `BadInput` with the formats that it has and the feature to build with.
+    /// Returns `BadInput` with the formats that the build has and the feature to build with.
     pub fn check_built(&self) -> Result<()> {
         if !self.format.is_built() {
             let feature = self.format.name();
@@ -403,12 +405,12 @@ impl Layout {
         Ok(())
     }
 
-    /// How many shards there are; the last may hold fewer frames.
+    /// Number of shards; the last may hold fewer frames.
     pub fn shards(&self) -> u64 {
         self.frames.div_ceil(self.frames_per_shard.max(1))
     }
 
-    /// Frames of a shard; empty beyond the last.
+    /// Range of frames of a shard; empty beyond the last.
     pub fn frames_of(&self, shard: u64) -> Range<u64> {
         let end = |k: u64| k.saturating_mul(self.frames_per_shard).min(self.frames);
         end(shard)..end(shard.saturating_add(1))
@@ -419,15 +421,15 @@ impl Layout {
         frame / self.frames_per_shard.max(1)
     }
 
-    /// Bytes of a frame's arrays before compression.
+    /// Size of a frame's arrays before compression, bytes.
     pub fn array_bytes(&self) -> usize {
         self.arrays.iter().map(ArraySpec::bytes).sum()
     }
 
-    /// The array of that name.
+    /// Finds the array of this name.
     ///
     /// # Errors
-    /// `BadInput` with the names that are there.
+    /// Returns `BadInput` with the existing names.
     pub fn array(&self, name: &str) -> Result<&ArraySpec> {
         self.arrays
             .iter()
@@ -435,10 +437,10 @@ impl Layout {
             .ok_or_else(|| absent("array", name, self.arrays.iter().map(|a| a.name.as_str())))
     }
 
-    /// The table of that name.
+    /// Finds the table of this name.
     ///
     /// # Errors
-    /// `BadInput` with the names that are there.
+    /// Returns `BadInput` with the existing names.
     pub fn table(&self, name: &str) -> Result<&TableSpec> {
         self.tables
             .iter()
@@ -449,17 +451,18 @@ impl Layout {
     /// Reads `layout.json` of `dir`.
     ///
     /// # Errors
-    /// As [`describe`](Layout::describe); a format that this build cannot read.
+    /// Returns the errors of [`describe`](Layout::describe), and `BadInput` for a format that this build
+    /// cannot read.
     pub fn open(dir: &Path) -> Result<Layout> {
         let layout = Layout::describe(dir)?;
         layout.check_built()?;
         Ok(layout)
     }
 
-    /// The same, also of a format that this build cannot read.
+    /// Reads `layout.json` of `dir`, also of a format that this build cannot read.
     ///
     /// # Errors
-    /// `BadInput` where there is none, for one that is damaged or of a later version.
+    /// Returns `BadInput` for a file that is missing, damaged or of a later version.
     pub fn describe(dir: &Path) -> Result<Layout> {
         let layout = Layout::find(dir)?.ok_or_else(|| {
             BadInput::new("is no dataset: it has no layout.json")
@@ -502,10 +505,10 @@ impl Layout {
         Ok(Some(file.layout))
     }
 
-    /// Writes `layout.json` into `dir`, or finds it there.
+    /// Writes `layout.json` into `dir`, or checks the one there.
     ///
     /// # Errors
-    /// `BadInput` when another layout is there.
+    /// Returns `BadInput` if the folder holds another layout.
     pub(super) fn keep(&self, dir: &Path) -> Result<()> {
         let path = dir.join(LAYOUT);
         if let Some(there) = Layout::find(dir)? {
@@ -525,7 +528,7 @@ impl Layout {
         Ok(())
     }
 
-    /// The first thing in which `self` differs from `other`.
+    /// The first thing in which `self` differs from `other`, in words.
     fn unlike(&self, other: &Layout) -> String {
         let names = |l: &Layout| -> Vec<String> {
             l.arrays.iter().map(|a| &a.name).chain(l.tables.iter().map(|t| &t.name)).cloned().collect()

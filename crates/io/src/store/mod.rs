@@ -6,12 +6,13 @@
 //! | `hdf5` | `data/part-000000.h5` a shard, datasets `/NAME`, `[frame, …]`, chunks of a frame | groups `/tables/NAME`, a dataset a column |
 //! | `frames` | `frame_000000/NAME.npy` | `frame_000000/NAME.csv` |
 //!
-//! `layout.json` says for all of them what is stored. Numbers are little-endian. Complex numbers are complex64, in HDF5 a
-//! compound of `r` and `i`. Every table begins with the column `frame` (int64).
+//! `layout.json` describes what is stored in all of them. Numbers are little-endian. Complex numbers are
+//! complex64, in HDF5 a compound of `r` and `i`. Every table begins with the column `frame` (int64).
 //!
-//! A shard is a function of its records alone: written twice, by whomever, it has the same bytes. Its files appear under
-//! their names only when the disk has them whole. Chunks carry checksums (CRC-32C, in HDF5 Fletcher-32), so that a reader
-//! tells a broken shard from data; that a shard is the one that was written, its SHA-256 tells ([`ShardFile`]).
+//! A shard is a function of its records alone: whoever writes it, it has the same bytes. Its files appear
+//! under their names only when the disk holds them completely. Chunks carry checksums (CRC-32C, in HDF5
+//! Fletcher-32), so that a reader distinguishes a damaged shard from data; the SHA-256 tells that a shard is
+//! the one that was written ([`ShardFile`]).
 
 mod files;
 mod frames;
@@ -40,10 +41,10 @@ use catseye::base::error::{BadInput, Error, Result};
 use std::path::Path;
 
 impl Layout {
-    /// Makes `dir` a dataset of this layout without frames, or finds that it is one: then nothing is changed.
+    /// Makes `dir` a dataset of this layout without frames; if it already is one, nothing is changed.
     ///
     /// # Errors
-    /// `BadInput` for a layout that cannot be stored and for a folder that holds another.
+    /// Returns `BadInput` for a layout that cannot be stored, or a folder that holds another one.
     pub fn create(&self, dir: &Path) -> Result<()> {
         self.check()?;
         self.check_built()?;
@@ -56,13 +57,14 @@ impl Layout {
         Ok(())
     }
 
-    /// Writes one shard into a folder that [`create`](Layout::create) made. `frames` is asked for each of its frames in
-    /// order; one is held at a time, with HDF5 all of the shard, and of tables in Zarr a group of rows. Files of an
-    /// earlier attempt are replaced.
+    /// Writes one shard into a folder that [`create`](Layout::create) made. `frames` is called for each of
+    /// its frames in order. One is held at a time, with HDF5 the whole shard, and of tables in Zarr a group
+    /// of rows. Files of an earlier attempt are replaced.
     ///
     /// # Errors
-    /// Those of `frames`; `BadInput` for a record that is not of the layout or a shard that it does not have; what the disk
-    /// says. Nothing of the shard stands under its name then, but frames in the format `frames`.
+    /// Returns the errors of `frames`, `BadInput` for a record that does not match the layout or a shard that
+    /// does not exist, and an error if a file cannot be written. Nothing of the shard then stands under its
+    /// name, except frames in the format `frames`.
     pub fn write_shard(
         &self,
         dir: &Path,
@@ -89,20 +91,22 @@ impl Layout {
         writer.finish()
     }
 
-    /// All of one frame.
+    /// Reads the whole record of one frame.
     ///
     /// # Errors
-    /// `BadInput` for a frame that the dataset does not have, a shard that is missing, broken or of another layout.
+    /// Returns `BadInput` for a frame that the dataset does not have, or a shard that is missing, damaged or
+    /// of another layout.
     pub fn read(&self, dir: &Path, frame: u64) -> Result<Record> {
         let arrays = self.arrays.iter().map(|a| self.read_array(dir, &a.name, frame));
         let tables = self.tables.iter().map(|t| self.read_table(dir, &t.name, frame));
         Ok(Record { frame, arrays: arrays.collect::<Result<_>>()?, tables: tables.collect::<Result<_>>()? })
     }
 
-    /// One array of a frame.
+    /// Reads one array of a frame.
     ///
     /// # Errors
-    /// As [`read`](Layout::read); a name that the dataset does not have.
+    /// Returns the errors of [`read`](Layout::read), and `BadInput` for a name that the dataset does not
+    /// have.
     pub fn read_array(&self, dir: &Path, name: &str, frame: u64) -> Result<Array> {
         self.check_frame(frame)?;
         let spec = self.array(name)?;
@@ -118,10 +122,10 @@ impl Layout {
         Ok(Array::of(spec, data))
     }
 
-    /// The rows of one table that belong to a frame.
+    /// Reads the rows of one table that belong to a frame.
     ///
     /// # Errors
-    /// As [`read_array`](Layout::read_array).
+    /// Returns the errors of [`read_array`](Layout::read_array).
     pub fn read_table(&self, dir: &Path, name: &str, frame: u64) -> Result<Table> {
         self.check_frame(frame)?;
         let spec = self.table(name)?;

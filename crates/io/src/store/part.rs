@@ -1,4 +1,5 @@
-//! A file of a shard under construction: written under a hidden name, synchronised with the disk, renamed when complete.
+//! A file of a shard under construction: written under a hidden name, synchronised with the disk, and renamed
+//! when complete.
 
 use super::files::{ShardFile, broken, describe, missing, sync_name};
 use catseye::base::error::{Error, Result};
@@ -14,24 +15,25 @@ pub struct Part {
 }
 
 impl Part {
-    /// `relative` is below `dir`, with forward slashes. What an interrupted run left of the same file is removed.
+    /// Begins a file at `relative` below `dir`, with forward slashes. What an interrupted run left of the
+    /// same file is removed.
     pub fn create(dir: &Path, relative: &str) -> Result<Part> {
         let path = dir.join(relative);
         remove_leftovers(&path)?;
         Ok(Part { staged: StagedFile::new(&path, true)?, relative: relative.into() })
     }
 
-    /// The name to write to.
+    /// Path to which the content is written.
     pub fn path(&self) -> &Path {
         self.staged.path()
     }
 
-    /// An error about the file under construction, under the name that it will have.
+    /// Makes an error about the file under construction, under its final name.
     pub fn failed(&self, e: std::io::Error) -> Error {
         Error::io(self.staged.final_path(), e)
     }
 
-    /// Puts the file, which must be closed or flushed, under its name once the disk has it.
+    /// Gives the file, which must be closed or flushed, its final name once the disk has it.
     pub fn commit(self) -> Result<ShardFile> {
         let file = describe(self.staged.path(), self.relative.clone()).map_err(|e| match e {
             Error::Io { source, .. } => self.failed(source),
@@ -69,9 +71,9 @@ fn remove_leftovers(path: &Path) -> Result<()> {
 /// Opens a file of a shard for reading.
 ///
 /// # Errors
-/// `BadInput` where it is missing.
+/// Returns `BadInput` if the file is missing.
 pub fn open(path: &Path) -> Result<File> {
-    // Looked at first: a pipe would wait for its writer.
+    // Checked first, as a pipe would wait for its writer.
     match std::fs::metadata(path) {
         Ok(m) if m.is_file() => File::open(path).map_err(|e| missing(path, e)),
         Ok(_) => Err(broken(path, "is not a file")),

@@ -1,17 +1,17 @@
-//! What is stored of one frame.
+//! The record of one frame in a dataset.
 
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, ColumnSpec, Layout, TableSpec, check_once};
 use catseye::base::error::{BadInput, Error, Result};
 use num_complex::Complex32;
 
-/// Numbers in C order: the last index runs fastest.
+/// Numbers of an array in C order: the last index runs fastest.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Data {
     /// Complex numbers of two f32.
     C32(Vec<Complex32>),
     /// 32-bit floating point.
     F32(Vec<f32>),
-    /// 8-bit integers without sign.
+    /// 8-bit unsigned integers.
     U8(Vec<u8>),
     /// 32-bit integers.
     I32(Vec<i32>),
@@ -43,7 +43,7 @@ impl Data {
         self.len() == 0
     }
 
-    /// As they are stored, little-endian.
+    /// Bytes of the numbers as they are stored, little-endian.
     pub fn bytes(&self) -> &[u8] {
         match self {
             Data::C32(v) => bytemuck::cast_slice(v),
@@ -54,7 +54,7 @@ impl Data {
     }
 
     #[cfg(any(feature = "zarr", feature = "hdf5"))]
-    /// From stored bytes; `None` where they are no whole number of elements.
+    /// Converts stored bytes; `None` if they are no whole number of elements.
     pub(super) fn from_bytes(kind: ArrayKind, bytes: Vec<u8>) -> Option<Data> {
         fn cast<T: bytemuck::Pod>(bytes: &[u8]) -> Option<Vec<T>> {
             bytes.len().is_multiple_of(size_of::<T>()).then(|| bytemuck::pod_collect_to_vec(bytes))
@@ -89,7 +89,7 @@ impl Array {
         Array { name, dims, shape, data, unit }
     }
 
-    /// What a layout says of it.
+    /// The layout's description of the array.
     pub fn spec(&self) -> ArraySpec {
         let Array { name, dims, shape, data, unit } = self;
         ArraySpec {
@@ -108,7 +108,7 @@ impl Array {
 pub enum Column {
     /// 64-bit integers.
     I64(Vec<i64>),
-    /// 32-bit integers without sign.
+    /// 32-bit unsigned integers.
     U32(Vec<u32>),
     /// 64-bit floating point.
     F64(Vec<f64>),
@@ -116,12 +116,12 @@ pub enum Column {
     F32(Vec<f32>),
     /// True or false.
     Bool(Vec<bool>),
-    /// Without zero bytes.
+    /// Text without zero bytes.
     Text(Vec<String>),
 }
 
 impl Column {
-    /// A column without rows.
+    /// Makes a column without rows.
     pub fn new(kind: ColumnKind) -> Column {
         match kind {
             ColumnKind::I64 => Column::I64(Vec::new()),
@@ -162,7 +162,7 @@ impl Column {
         self.len() == 0
     }
 
-    /// Appends the rows of `other`; false, and nothing done, where it is of another type.
+    /// Appends the rows of `other`; returns false and does nothing if it is of another type.
     pub fn extend(&mut self, other: &Column) -> bool {
         match (self, other) {
             (Column::I64(a), Column::I64(b)) => a.extend_from_slice(b),
@@ -177,17 +177,17 @@ impl Column {
     }
 }
 
-/// Rows that one frame adds to a table.
+/// The rows that one frame adds to a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// Name of the table.
     pub name: String,
-    /// Of equal length, in the layout's order, without `frame`.
+    /// Columns of equal length, in the layout's order, without `frame`.
     pub columns: Vec<(String, Column)>,
 }
 
 impl Table {
-    /// No rows.
+    /// Makes a table without rows.
     pub fn new(spec: &TableSpec) -> Table {
         let columns = spec.columns.iter().map(|c| (c.name.clone(), Column::new(c.kind)));
         Table { name: spec.name.clone(), columns: columns.collect() }
@@ -198,12 +198,12 @@ impl Table {
         self.columns.first().map_or(0, |(_, c)| c.len())
     }
 
-    /// The column of that name.
+    /// Finds the column of this name.
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|(n, _)| n == name).map(|(_, c)| c)
     }
 
-    /// What a layout says of it.
+    /// The layout's description of the table.
     pub fn spec(&self) -> TableSpec {
         let columns = self.columns.iter().map(|(name, c)| ColumnSpec::new(name, c.kind()));
         TableSpec { name: self.name.clone(), columns: columns.collect(), about: String::new() }
@@ -241,7 +241,7 @@ impl Rows {
     }
 }
 
-/// What is stored of one frame.
+/// All that is stored of one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     /// Number of the frame.
@@ -253,19 +253,19 @@ pub struct Record {
 }
 
 impl Record {
-    /// The array of that name.
+    /// Finds the array of this name.
     pub fn array(&self, name: &str) -> Option<&Array> {
         self.arrays.iter().find(|a| a.name == name)
     }
 
-    /// The table of that name.
+    /// Finds the table of this name.
     pub fn table(&self, name: &str) -> Option<&Table> {
         self.tables.iter().find(|t| t.name == name)
     }
 }
 
 impl Layout {
-    /// Refuses a record that is not of this layout.
+    /// Checks that a record matches this layout.
     pub(super) fn check_record(&self, frame: u64, record: &Record) -> Result<()> {
         let bad =
             |what: String, problem: &str| BadInput::new(problem).key(format!("{what} of frame {frame}"));

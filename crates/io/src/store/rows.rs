@@ -1,6 +1,7 @@
-//! Tables of a Zarr dataset: a Parquet file a shard, zstd, `tables/NAME/part-000000.parquet`. A row group holds whole frames
-//! and has statistics, so that a reader of one frame skips the others by its column `frame`. The key-value metadata
-//! `catseye` says how many rows each frame has, and the CRC-32C of each row group.
+//! Tables of a Zarr dataset: one Parquet file per shard, zstd, `tables/NAME/part-000000.parquet`. A row group
+//! holds whole frames and has statistics, so that a reader of one frame skips the others by the column
+//! `frame`. The key-value metadata `catseye` states the number of rows of each frame, and the CRC-32C of each
+//! row group.
 
 use super::files::{ShardFile, broken};
 use super::layout::{ColumnKind, FRAME, Layout, TableSpec};
@@ -24,18 +25,18 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A row group is closed with the frame that fills it: small enough that one frame is found quickly, large enough that its
-/// metadata (some 100 bytes a column) do not count.
+/// Number of rows at which a row group is closed with the frame that fills it: few enough that one frame is
+/// found quickly, enough that its metadata (some 100 bytes per column) do not matter.
 const ROWS_OF_GROUP: usize = 1 << 15;
 const CATSEYE: &str = "catseye";
 
-/// What the file says about itself under [`CATSEYE`].
+/// Content of the file's metadata under [`CATSEYE`].
 #[derive(serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 struct About {
     first_frame: u64,
     rows: Vec<u64>,
-    /// Of the bytes of each row group.
+    /// CRC32C of the bytes of each row group.
     crc32c: Vec<u32>,
 }
 
@@ -63,7 +64,7 @@ fn schema(spec: &TableSpec) -> std::result::Result<Type, ParquetError> {
         .build()
 }
 
-/// Passes bytes on and counts their CRC-32C.
+/// A writer that passes bytes on and computes their CRC-32C.
 struct Checked {
     file: File,
     crc: u32,
@@ -112,7 +113,7 @@ impl<'a> Writer<'a> {
         &self.spec.name
     }
 
-    /// Appends the rows of a frame, of the columns that the table has.
+    /// Appends the rows of a frame.
     pub fn push(&mut self, frame: u64, table: &Table) -> Result<()> {
         if self.about.rows.is_empty() {
             self.about.first_frame = frame;
@@ -178,7 +179,7 @@ fn write_column(writer: &mut ColumnWriter<'_>, column: &Column) -> std::result::
     Ok(())
 }
 
-/// The rows of one frame.
+/// Reads the rows of one frame.
 pub(super) fn read(layout: &Layout, spec: &TableSpec, dir: &Path, frame: u64) -> Result<Table> {
     let shard = layout.shard_of(frame);
     let path = dir.join(table_name(spec, shard));
@@ -242,7 +243,7 @@ pub(super) fn read(layout: &Layout, spec: &TableSpec, dir: &Path, frame: u64) ->
     Ok(table)
 }
 
-/// First byte and the byte after the last; `None` where they are not in the file.
+/// Offsets of the first byte and of the end; `None` where they are not in the file.
 fn byte_range(group: &RowGroupMetaData, file: &File) -> Option<(u64, u64)> {
     let size = file.metadata().ok()?.len();
     let (mut first, mut end) = (u64::MAX, 0);

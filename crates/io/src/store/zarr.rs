@@ -15,7 +15,7 @@ use std::fs::File;
 use std::io::{BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// Of the places of chunks: a chunk that is not there.
+/// Offset and length of a chunk that is absent.
 const ABSENT: u64 = u64::MAX;
 const CRC_BYTES: usize = 4;
 const PLACE_BYTES: u64 = 16;
@@ -36,7 +36,7 @@ fn metadata(layout: &Layout, spec: &ArraySpec) -> Value {
         [first].into_iter().chain(spec.shape.iter().map(|n| *n as u64)).collect()
     };
     let dims: Vec<&str> = ["frame"].into_iter().chain(spec.dims.iter().map(String::as_str)).collect();
-    // What a reader finds where a shard is not there yet.
+    // Value that a reader finds where a shard is not there yet.
     let fill = match spec.kind {
         ArrayKind::C32 => json!(["NaN", "NaN"]),
         ArrayKind::F32 => json!("NaN"),
@@ -96,7 +96,7 @@ fn keep(path: &Path, value: &Value) -> Result<()> {
     Ok(())
 }
 
-/// File of a shard below the dataset's folder: the key of its chunk.
+/// Path of the file of a shard below the dataset's folder: the key of its chunk.
 fn shard_name(spec: &ArraySpec, shard: u64) -> String {
     format!("{}/c/{shard}{}", spec.name, "/0".repeat(spec.shape.len()))
 }
@@ -193,7 +193,7 @@ impl ShardWriter for Writer<'_> {
     }
 }
 
-/// One frame of one array.
+/// Reads one frame of one array.
 pub(super) fn read(layout: &Layout, spec: &ArraySpec, dir: &Path, frame: u64) -> Result<Data> {
     let shard = layout.shard_of(frame);
     let path = dir.join(shard_name(spec, shard));
@@ -245,7 +245,7 @@ pub(super) fn read(layout: &Layout, spec: &ArraySpec, dir: &Path, frame: u64) ->
         .ok_or_else(|| bad(format!("frame {frame} is no whole number of elements")))
 }
 
-/// Bytes before their CRC-32C, if it is theirs.
+/// The bytes in front of their CRC-32C, if it is right.
 fn checked(bytes: &[u8]) -> Option<&[u8]> {
     let (bytes, crc) = bytes.split_at_checked(bytes.len().checked_sub(CRC_BYTES)?)?;
     (crc == crc32c::crc32c(bytes).to_le_bytes()).then_some(bytes)

@@ -1,4 +1,4 @@
-//! Pinhole camera over a flat road: pixel to ground and back.
+//! Pinhole camera over a flat road: projects between pixels and the ground.
 
 use crate::error::{LaneError, finite, positive, within};
 use glam::{DMat3, DVec2, DVec3};
@@ -12,26 +12,26 @@ pub struct Camera {
     pub width_px: usize,
     /// Height of the image in pixels.
     pub height_px: usize,
-    /// Focal length over the pixel's width and height.
+    /// Focal length divided by the pixel's width and by its height.
     pub focal_px: DVec2,
-    /// Where the optical axis meets the image.
+    /// Pixel at which the optical axis meets the image.
     pub centre_px: DVec2,
-    /// In the vehicle frame, with z above the road.
+    /// Position in the vehicle frame with z above the road, m.
     pub position_m: DVec3,
-    /// Positive to the left.
+    /// Yaw angle, rad, positive to the left.
     pub yaw_rad: f64,
-    /// Positive nose down.
+    /// Pitch angle, rad, positive nose down.
     pub pitch_rad: f64,
-    /// Positive left side up.
+    /// Roll angle, rad, positive left side up.
     pub roll_rad: f64,
 }
 
 impl Camera {
-    /// Refuses what makes no image: sizes outside 1 to 20000, focal lengths or a height that are not above
-    /// zero.
+    /// Checks that the camera can form an image: sides of 1 to 20000 pixels, positive focal lengths and
+    /// height, finite position and angles.
     ///
     /// # Errors
-    /// The first value that makes no image.
+    /// Returns an error for the first value that is non-finite or outside its range.
     pub fn validate(&self) -> Result<(), LaneError> {
         for side in [self.width_px, self.height_px] {
             within("the image's side in pixels", side as f64, 1.0..=20_000.0)?;
@@ -44,17 +44,17 @@ impl Camera {
         finite("an angle of the camera", self.yaw_rad + self.pitch_rad + self.roll_rad).map(|_| ())
     }
 
-    /// Camera axes to vehicle axes: roll, then pitch, then yaw.
+    /// Rotation from camera axes to vehicle axes: roll, then pitch, then yaw.
     pub(super) fn rotation(&self) -> DMat3 {
         DMat3::from_rotation_z(self.yaw_rad)
             * DMat3::from_rotation_y(self.pitch_rad)
             * DMat3::from_rotation_x(self.roll_rad)
     }
 
-    /// Where a point of the vehicle frame is seen, inside the image or not.
+    /// Projects a point of the vehicle frame (m) to its pixel, which may lie outside the image.
     ///
     /// # Errors
-    /// A place that the camera cannot see: behind it, or above the horizon.
+    /// Returns an error if the point is non-finite or not in front of the camera.
     pub fn pixel_from_point(&self, point_m: DVec3) -> Result<DVec2, LaneError> {
         let c = self.rotation().transpose() * (point_m - self.position_m);
         if !c.is_finite() {
@@ -66,24 +66,26 @@ impl Camera {
         Ok(self.centre_px - self.focal_px * DVec2::new(c.y, c.z) / c.x)
     }
 
-    /// Where a point of the ground z = 0 is seen.
+    /// Projects a point of the ground z = 0 (m) to its pixel, which may lie outside the image.
     ///
     /// # Errors
-    /// A place that the camera cannot see: behind it, or above the horizon.
+    /// Returns an error if the point is non-finite or not in front of the camera.
     pub fn pixel_from_ground(&self, ground_m: DVec2) -> Result<DVec2, LaneError> {
         self.pixel_from_point(ground_m.extend(0.0))
     }
 
-    /// Direction of a pixel's ray in the vehicle frame, one along the optical axis.
+    /// Direction of a pixel's ray in the vehicle frame, scaled so that its component along the optical axis
+    /// is 1.
     pub fn ray(&self, pixel: DVec2) -> DVec3 {
         let q = (self.centre_px - pixel) / self.focal_px;
         self.rotation() * DVec3::new(1.0, q.x, q.y)
     }
 
-    /// The point of the ground z = 0 at a pixel.
+    /// Projects a pixel to the ground z = 0; the result is in the vehicle frame, m.
     ///
     /// # Errors
-    /// A place that the camera cannot see: behind it, or above the horizon.
+    /// Returns an error if the pixel is non-finite or its ray does not meet the ground: at or above the
+    /// horizon.
     pub fn ground_from_pixel(&self, pixel: DVec2) -> Result<DVec2, LaneError> {
         let d = self.ray(pixel);
         if !d.is_finite() {
@@ -95,7 +97,8 @@ impl Camera {
         Ok((self.position_m - d * (self.position_m.z / d.z)).truncate())
     }
 
-    /// Both of the above for many pixels, with the camera's rotation made once. None above the horizon.
+    /// Ground point of a pixel and the shift of that point for one pixel to the right and one down, for many
+    /// pixels with the camera's `rotation` computed once. None at or above the horizon.
     pub(super) fn ground_at(&self, rotation: &DMat3, pixel: DVec2) -> Option<(DVec2, [DVec2; 2])> {
         let q = (self.centre_px - pixel) / self.focal_px;
         let d = *rotation * DVec3::new(1.0, q.x, q.y);
@@ -110,7 +113,7 @@ impl Camera {
     }
 }
 
-/// A grey image, 0 black to 1 white, row by row from the top.
+/// A grey-scale image, 0 black to 1 white, stored row by row from the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
     width_px: usize,
@@ -119,10 +122,11 @@ pub struct Image {
 }
 
 impl Image {
-    /// Refuses a length that is not width times height, and values that are not finite.
+    /// Makes an image from its grey values, row by row from the top.
     ///
     /// # Errors
-    /// Another number of values than pixels; values that are not finite.
+    /// Returns an error if the number of values is not `width_px * height_px`, if there is none, or if one is
+    /// non-finite.
     pub fn new(width_px: usize, height_px: usize, grey: Vec<f32>) -> Result<Image, LaneError> {
         let need = width_px.saturating_mul(height_px);
         if grey.len() != need || need == 0 {
@@ -144,7 +148,7 @@ impl Image {
         self.height_px
     }
 
-    /// Row `v` from the top.
+    /// Grey values of row `v`, counted from the top.
     ///
     /// # Panics
     /// If there is no such row.
@@ -158,26 +162,27 @@ impl Image {
     }
 }
 
-/// The part of the image in which lines are sought: two level sides and two slanting ones.
+/// The part of the image in which lines are sought, with two level and two slanting sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trapezoid {
     /// Height of the top side in the image, pixels from the top.
     pub top_v_px: f64,
     /// Height of the bottom side in the image, pixels from the top.
     pub bottom_v_px: f64,
-    /// Left and right end of the top side.
+    /// Columns of the left and right end of the top side, pixels.
     pub top_u_px: [f64; 2],
-    /// Left and right end of the bottom side, pixels.
+    /// Columns of the left and right end of the bottom side, pixels.
     pub bottom_u_px: [f64; 2],
 }
 
 impl Trapezoid {
-    /// What the camera sees of the ground from `near_m` to `far_m` ahead and `half_width_m` to both sides. A
-    /// roll tilts the sides of the picture of that rectangle; the trapezoid goes through its corners' mean
-    /// heights.
+    /// The image region of the ground from `near_m` to `far_m` ahead and up to `half_width_m` to both sides.
+    /// A roll angle tilts the sides of that rectangle's image; the trapezoid then takes the mean height of
+    /// the corners.
     ///
     /// # Errors
-    /// Distances that lie behind the camera or in no order.
+    /// Returns an error if the camera fails [`Camera::validate`], a distance is out of range or out of order,
+    /// or a corner cannot be seen.
     pub fn of_ground(
         camera: &Camera,
         near_m: f64,
@@ -209,7 +214,7 @@ impl Trapezoid {
     /// Checks that the corners are finite and in order.
     ///
     /// # Errors
-    /// Refuses a corner that is not finite, or corners out of order.
+    /// Returns an error if a corner is non-finite or the corners are out of order.
     pub fn validate(&self) -> Result<(), LaneError> {
         let all = [
             self.top_v_px,
@@ -232,7 +237,7 @@ impl Trapezoid {
         }
     }
 
-    /// Left and right end at the height `v`, if that lies inside.
+    /// Columns of the left and right side at row `v_px`. None where that row lies outside the trapezoid.
     pub fn row(&self, v_px: f64) -> Option<[f64; 2]> {
         let t = (v_px - self.top_v_px) / (self.bottom_v_px - self.top_v_px);
         let at = |i: usize| self.top_u_px[i] + t * (self.bottom_u_px[i] - self.top_u_px[i]);

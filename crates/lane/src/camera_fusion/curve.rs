@@ -1,4 +1,4 @@
-//! Curves through points: least squares, parabola, cubic B-spline, arc extension.
+//! Curves through points: least squares, parabolas, cubic B-splines and extensions by arcs.
 
 use crate::error::{LaneError, finite};
 use crate::numeric::{principal_axis, wrapped};
@@ -21,7 +21,7 @@ impl Solution {
         self.residuals.iter().map(|r| r * r).sum::<f64>() / freedom as f64
     }
 
-    /// Root mean square of the leave-one-out residuals r / (1 - h).
+    /// Root mean square of the leave-one-out residuals r / (1 - h), where h is the leverage.
     pub fn leave_one_out_rms(&self) -> f64 {
         let sum: f64 = (self.residuals.iter().zip(&self.leverages))
             .map(|(r, h)| (r / (1.0 - h).max(1e-12)).powi(2))
@@ -30,7 +30,7 @@ impl Solution {
     }
 }
 
-/// Least squares by Gram-Schmidt with a second pass. `columns` holds n columns of m values.
+/// Solves least squares by Gram-Schmidt with a second pass. `columns` holds n columns of m values.
 pub(super) fn least_squares(columns: &[Vec<f64>], rhs: &[f64]) -> Result<Solution, LaneError> {
     let (n, m) = (columns.len(), rhs.len());
     if m <= n {
@@ -85,21 +85,22 @@ pub(super) fn least_squares(columns: &[Vec<f64>], rhs: &[f64]) -> Result<Solutio
     Ok(Solution { coefficients, inverse_normal, leverages, residuals })
 }
 
-/// w = a0 + a1 u + a2 u² (Sangeetha Lakshmi section 3.2) in a frame of its own, so that a road across the car's is no special
-/// case: u runs along `axis_rad` from `origin_m`, w to the left of it.
+/// The parabola w = a0 + a1 u + a2 u² (Sangeetha Lakshmi section 3.2) in its own frame, so that a road across
+/// the car's axis needs no special case: u runs along `axis_rad` from `origin_m`, and w points to the left of
+/// it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parabola {
-    /// Origin of the curve's own frame in the vehicle frame, m.
+    /// Origin of the parabola's own frame, in the vehicle frame, m.
     pub origin_m: DVec2,
-    /// Direction of u from the car's x axis.
+    /// Direction of the u axis, rad from the vehicle's x axis.
     pub axis_rad: f64,
-    /// a0 in m, a1 without unit, a2 in 1/m.
+    /// Coefficients: a0 in m, a1 dimensionless, a2 in 1/m.
     pub a: [f64; 3],
-    /// The u of the first and the last point.
+    /// Coordinates u of the first and the last point, m.
     pub span_m: [f64; 2],
-    /// Of `a`, from the residuals.
+    /// Covariance of `a`, estimated from the residuals.
     pub covariance: [[f64; 3]; 3],
-    /// Standard deviation of one point about the curve.
+    /// Standard deviation of one point about the curve, m.
     pub residual_m: f64,
     /// Number of points fitted.
     pub count: usize,
@@ -110,30 +111,30 @@ impl Parabola {
         DVec2::from_angle(self.axis_rad)
     }
 
-    /// The coordinate u of a point.
+    /// Coordinate u of a point given in the vehicle frame, m.
     pub fn coordinate(&self, point_m: DVec2) -> f64 {
         (point_m - self.origin_m).dot(self.along())
     }
 
-    /// The point at u of the curve, vehicle frame, m.
+    /// Point of the curve at u, in the vehicle frame, m.
     pub fn point(&self, u_m: f64) -> DVec2 {
         let w = self.a[0] + u_m * (self.a[1] + u_m * self.a[2]);
         let e = self.along();
         self.origin_m + e * u_m + e.perp() * w
     }
 
-    /// Slope as an angle from the car's x axis.
+    /// Direction of the curve at u, rad from the vehicle's x axis.
     pub fn heading_rad(&self, u_m: f64) -> f64 {
         wrapped(self.axis_rad + (self.a[1] + 2.0 * self.a[2] * u_m).atan())
     }
 
-    /// Positive when the curve bends to the left.
+    /// Curvature at u, 1/m, positive when the curve bends to the left.
     pub fn curvature_1pm(&self, u_m: f64) -> f64 {
         let slope = self.a[1] + 2.0 * self.a[2] * u_m;
         2.0 * self.a[2] / (1.0 + slope * slope).powf(1.5)
     }
 
-    /// Standard deviation of w at u, by the covariance of the fit.
+    /// Standard deviation of w at u, m, from the covariance of the fit.
     pub fn sigma_m(&self, u_m: f64) -> f64 {
         let b = [1.0, u_m, u_m * u_m];
         let mut sum = 0.0;
@@ -145,14 +146,14 @@ impl Parabola {
         sum.max(0.0).sqrt()
     }
 
-    /// Standard deviation of the slope at u, by the covariance of the fit.
+    /// Standard deviation of the slope dw/du at u, from the covariance of the fit.
     pub fn sigma_slope(&self, u_m: f64) -> f64 {
         let [b, c] = [1.0, 2.0 * u_m];
         let of = &self.covariance;
         (b * b * of[1][1] + 2.0 * b * c * of[1][2] + c * c * of[2][2]).max(0.0).sqrt()
     }
 
-    /// Standard deviation of the curvature near the frame's origin: 2 sigma(a2).
+    /// Standard deviation of the curvature near the frame's origin, 1/m: twice that of a2.
     pub fn sigma_curvature_1pm(&self) -> f64 {
         2.0 * self.covariance[2][2].max(0.0).sqrt()
     }
@@ -162,7 +163,7 @@ impl Parabola {
         self.span_m[1] - self.span_m[0]
     }
 
-    /// Position, slope and curvature at u: what an arc extension starts from.
+    /// Position, direction and curvature at u, from which an arc extension starts.
     pub fn arc(&self, u_m: f64) -> Arc {
         Arc {
             point_m: self.point(u_m),
@@ -171,8 +172,8 @@ impl Parabola {
         }
     }
 
-    /// Equally spaced points, `count` of them from end to end, each moved to the left by `left_m` along the
-    /// normal.
+    /// Returns `count` points equally spaced in u from end to end, each moved by `left_m` to the left along
+    /// the normal.
     pub fn samples(&self, count: usize, left_m: f64) -> Vec<DVec2> {
         let step = self.length_m() / count.saturating_sub(1).max(1) as f64;
         (0..count)
@@ -184,8 +185,8 @@ impl Parabola {
     }
 }
 
-/// Checks points and gives (origin, axis): the mean, and the direction of greatest spread, pointing from the
-/// first point to the last.
+/// Checks the points and returns (origin, axis): their mean, and the given axis or else the direction of
+/// greatest spread, pointing from the first point to the last.
 fn frame(points_m: &[DVec2], axis_rad: Option<f64>) -> Result<(DVec2, f64), LaneError> {
     if points_m.iter().any(|p| !p.is_finite()) {
         return Err(LaneError::not_finite("a point of the curve"));
@@ -217,11 +218,13 @@ fn in_frame(points_m: &[DVec2], origin_m: DVec2, axis_rad: f64) -> (Vec<f64>, Ve
     (u, w, span)
 }
 
-/// Least-squares parabola (Sangeetha Lakshmi section 3.2) through at least four points in the order in which they lie on the
-/// road. `weights` are relative (inverse variances); without `axis_rad` u runs along the greatest spread.
+/// Fits a least-squares parabola (Sangeetha Lakshmi section 3.2) to at least four points in their order along
+/// the road. `weights` are relative (inverse variances). Without `axis_rad` the u axis follows the greatest
+/// spread.
 ///
 /// # Errors
-/// Too few points, or points and settings that are not finite or make no curve.
+/// Returns an error for fewer than four points, for weights that are not one positive number per point, for
+/// non-finite values, or if the points do not spread enough to determine the curve.
 pub fn fit_parabola(
     points_m: &[DVec2],
     weights: Option<&[f64]>,
@@ -256,21 +259,21 @@ pub fn fit_parabola(
     Ok(Parabola { origin_m, axis_rad, a, span_m, covariance, residual_m: variance.sqrt(), count: u.len() })
 }
 
-/// Uniform clamped cubic B-spline w(u) in the frame of [`Parabola`], control values by least squares.
+/// A uniform clamped cubic B-spline w(u) in a frame like that of [`Parabola`], with control values fitted by
+/// least squares.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BSpline {
-    /// Origin of the curve's own frame in the vehicle frame, m.
+    /// Origin of the spline's own frame, in the vehicle frame, m.
     pub origin_m: DVec2,
-    /// Direction of u from the car's x axis, rad.
+    /// Direction of the u axis, rad from the vehicle's x axis.
     pub axis_rad: f64,
-    /// The u of the first and the last point, m.
+    /// Coordinates u of the first and the last point, m.
     pub span_m: [f64; 2],
-    /// `pieces + 3` control values in m.
+    /// Control values, m; there are `pieces + 3` of them.
     pub control_m: Vec<f64>,
 }
 
-/// The four basis values that are not zero at `t` in [0, pieces] and the index of the first (Cox and de
-/// Boor).
+/// The four non-zero basis values at `t` in [0, pieces] and the index of the first (Cox and de Boor).
 fn cubic_basis(t: f64, pieces: usize) -> (usize, [f64; 4]) {
     let knot = |i: usize| (i as f64 - 3.0).clamp(0.0, pieces as f64);
     let k = (t.max(0.0).floor() as usize).min(pieces - 1) + 3;
@@ -289,7 +292,7 @@ fn cubic_basis(t: f64, pieces: usize) -> (usize, [f64; 4]) {
 }
 
 impl BSpline {
-    /// The point at u, which is kept inside the span.
+    /// Point of the curve at u, in the vehicle frame, m; u is clamped to the span.
     pub fn point(&self, u_m: f64) -> DVec2 {
         let pieces = self.control_m.len().saturating_sub(3).max(1);
         let u = u_m.clamp(self.span_m[0], self.span_m[1]);
@@ -305,7 +308,7 @@ impl BSpline {
     }
 }
 
-/// The spline of `pieces` equal pieces by least squares, from at least `pieces + 4` points.
+/// Fits a spline of `pieces` equal pieces by least squares to at least `pieces + 4` points.
 fn spline_solution(points_m: &[DVec2], pieces: usize) -> Result<(BSpline, Solution), LaneError> {
     if pieces == 0 || pieces > 1000 {
         return Err(LaneError::out_of_range("the number of spline pieces", pieces as f64, "1 to 1000"));
@@ -328,7 +331,8 @@ fn spline_solution(points_m: &[DVec2], pieces: usize) -> Result<(BSpline, Soluti
     Ok((BSpline { origin_m, axis_rad, span_m, control_m: s.coefficients.clone() }, s))
 }
 
-/// Parabola and spline on the same points, judged by leave-one-out: each point against the fit without it.
+/// A parabola and a spline fitted to the same points, compared by leave-one-out: each point against the fit
+/// without it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitComparison {
     /// The parabola through the points.
@@ -348,10 +352,12 @@ impl FitComparison {
     }
 }
 
-/// Sangeetha Lakshmi section 3.2, figure 4: which of the two fits follows a track better.
+/// Fits a parabola and a spline of `pieces` pieces and tells which follows a track better (Sangeetha Lakshmi
+/// section 3.2, figure 4).
 ///
 /// # Errors
-/// Too few points, or points and settings that are not finite or make no curve.
+/// Returns an error for too few points (4, or `pieces + 4`), for `pieces` outside 1 to 1000, for non-finite
+/// points, or if the points do not spread enough.
 pub fn compare_fits(points_m: &[DVec2], pieces: usize) -> Result<FitComparison, LaneError> {
     let parabola = fit_parabola(points_m, None, None)?;
     let (u, w, _) = in_frame(points_m, parabola.origin_m, parabola.axis_rad);
@@ -366,28 +372,28 @@ pub fn compare_fits(points_m: &[DVec2], pieces: usize) -> Result<FitComparison, 
     })
 }
 
-/// sin(x) / x.
+/// The function sin(x) / x, 1 at 0.
 fn sinc(x: f64) -> f64 {
     if x.abs() < 1e-8 { 1.0 } else { x.sin() / x }
 }
 
-/// A piece of road as a part of a circle; a straight one has curvature zero.
+/// A piece of road as a circular arc; a straight piece has curvature zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arc {
-    /// Where the arc starts, vehicle frame, m.
+    /// Start of the arc in the vehicle frame, m.
     pub point_m: DVec2,
-    /// Direction at the start from the car's x axis, rad.
+    /// Direction at the start, rad from the vehicle's x axis.
     pub heading_rad: f64,
-    /// Positive to the left.
+    /// Curvature, 1/m, positive to the left.
     pub curvature_1pm: f64,
 }
 
 impl Arc {
-    /// The arc that starts at `a` and goes through `b` to `c` (Sangeetha Lakshmi figure 6), straight when they lie on one
-    /// line.
+    /// The arc that starts at `a_m` and passes through `b_m` to `c_m` (Sangeetha Lakshmi figure 6); it is
+    /// straight when the three lie on one line.
     ///
     /// # Errors
-    /// Too few points, or points and settings that are not finite or make no curve.
+    /// Returns an error if a point or the result is non-finite, or if two of the points coincide.
     pub fn through(a_m: DVec2, b_m: DVec2, c_m: DVec2) -> Result<Arc, LaneError> {
         let chord = c_m - a_m;
         if !(chord.is_finite() && b_m.is_finite()) {
@@ -408,13 +414,13 @@ impl Arc {
         }
     }
 
-    /// The point after `s_m` of arc length, which may be negative.
+    /// Point after the arc length `s_m`, which may be negative, m.
     pub fn point(&self, s_m: f64) -> DVec2 {
         let half = 0.5 * self.curvature_1pm * s_m;
         self.point_m + DVec2::from_angle(self.heading_rad + half) * (s_m * sinc(half))
     }
 
-    /// Direction after `s_m` of arc length, rad.
+    /// Direction after the arc length `s_m`, rad.
     pub fn heading_at(&self, s_m: f64) -> f64 {
         wrapped(self.heading_rad + self.curvature_1pm * s_m)
     }

@@ -1,4 +1,5 @@
-//! Edges of a grey image (Canny 1986 with places between pixels) and straight lines through them (Hough).
+//! Edges of a grey image (Canny 1986, with sub-pixel positions) and straight lines through them (Hough
+//! transform).
 
 use super::camera::{Image, Trapezoid};
 use crate::error::{LaneError, checked, positive, within};
@@ -9,12 +10,12 @@ use std::f64::consts::{PI, TAU};
 /// Settings of [`edges`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeSettings {
-    /// Standard deviation of the Gaussian that smooths the image before the gradient.
+    /// Standard deviation of the Gaussian that smooths the image before the gradient, pixels.
     pub smooth_px: f64,
-    /// An edge starts where the gradient exceeds this many times its noise, and is followed down to half of
-    /// it.
+    /// An edge starts where the gradient exceeds this many times its noise and is followed down to half of
+    /// that.
     pub noise_factor: f64,
-    /// Least gradient of an edge in grey per pixel, whatever the noise.
+    /// Least gradient of an edge whatever the noise, grey value per pixel.
     pub least_gradient: f64,
 }
 
@@ -24,43 +25,45 @@ impl Default for EdgeSettings {
     }
 }
 
-/// One pixel's edge, placed between pixels along the gradient.
+/// The edge at one pixel, with a sub-pixel position along the gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
-    /// Place in the image, pixels, between pixel centres.
+    /// Sub-pixel position in the image, pixels.
     pub pixel: DVec2,
-    /// Direction from dark to bright, from the u axis towards the v axis.
+    /// Direction from dark to bright, rad, from the u axis towards the v axis.
     pub normal_rad: f64,
-    /// Gradient in grey per pixel.
+    /// Gradient magnitude, grey value per pixel.
     pub gradient: f64,
 }
 
-/// The edges of one image and what it is like.
+/// The edges of one image and statistics of that image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Edges {
-    /// Row by row from the top.
+    /// The edges, row by row from the top.
     pub edges: Vec<Edge>,
-    /// Standard deviation of one component of the gradient where nothing is, from its median.
+    /// Standard deviation of one component of the gradient where there is no edge, estimated from the median,
+    /// grey value per pixel.
     pub gradient_noise: f64,
-    /// Share of the trapezoid's pixels at 0.98 or brighter.
+    /// Share of the trapezoid's pixels with a grey value of 0.98 or more.
     pub bright_share: f64,
-    /// Share at 0.02 or darker.
+    /// Share of the trapezoid's pixels with a grey value of 0.02 or less.
     pub dark_share: f64,
 }
 
-/// Edges inside a trapezoid: Gaussian smoothing, Sobel gradient, thinning across the edge, and two thresholds
-/// that follow the noise of this image (its median gradient, which lines do not lift as they cover little of
-/// it).
+/// Finds the edges inside a trapezoid by Gaussian smoothing, Sobel gradient, thinning across the edge and two
+/// thresholds that follow the image's noise. The noise is the median gradient, which lines hardly raise since
+/// they cover little of the image.
 ///
 /// # Errors
-/// Settings outside their ranges.
+/// Returns an error if the trapezoid fails [`Trapezoid::validate`], a setting is outside its range, or the
+/// trapezoid holds less than 8 x 8 pixels of the image.
 pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> Result<Edges, LaneError> {
     trapezoid.validate()?;
     positive("the edge's noise factor", settings.noise_factor)?;
     positive("the least gradient", settings.least_gradient)?;
     within("the smoothing in pixels", settings.smooth_px, 0.3..=5.0)?;
-    // The window is the trapezoid's box and what the filters need around it; beyond the image its border goes
-    // on.
+    // The window is the trapezoid's bounding box plus what the filters need around it; beyond the image the
+    // border pixels are repeated.
     let (w, h) = (image.width_px() as f64, image.height_px() as f64);
     let left = trapezoid.top_u_px[0].min(trapezoid.bottom_u_px[0]).clamp(0.0, w).floor() as usize;
     let right = trapezoid.top_u_px[1].max(trapezoid.bottom_u_px[1]).clamp(0.0, w).ceil() as usize;
@@ -79,7 +82,7 @@ pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> R
     let (mut bright, mut dark) = (0usize, 0usize);
     for v in 0..nv {
         let Some(span) = trapezoid.row((top + v) as f64 + 0.5) else { continue };
-        // Pixels whose middle lies inside, and one more to each side for the thinning.
+        // Pixels whose centre lies inside, and one more to each side for the thinning.
         let first = (span[0] - 0.5 - left as f64).ceil().clamp(0.0, nu as f64) as usize;
         let last = ((span[1] - 0.5 - left as f64).floor() + 1.0).clamp(0.0, nu as f64) as usize;
         if first >= last {
@@ -121,14 +124,14 @@ pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> R
     Ok(Edges { edges, gradient_noise, bright_share: bright as f64 / count, dark_share: dark as f64 / count })
 }
 
-/// Of the window, row by row.
+/// The image gradient in the window, row by row.
 struct Gradient {
     x: Vec<f32>,
     y: Vec<f32>,
     size: Vec<f32>,
 }
 
-/// The window and one pixel around it, smoothed along rows and then along columns.
+/// The smoothed window with one pixel around it: filtered along rows, then along columns.
 fn smoothed(image: &Image, left: usize, top: usize, nu: usize, nv: usize, sigma: f64) -> Vec<f32> {
     let reach = (3.0 * sigma).ceil() as usize;
     let raw: Vec<f64> =
@@ -158,7 +161,7 @@ fn smoothed(image: &Image, left: usize, top: usize, nu: usize, nv: usize, sigma:
     out
 }
 
-/// Keeps what is largest across the edge and above `high`, or joined to such by pixels above half of it.
+/// Keeps what is a maximum across the edge and above `high`, or is joined to such by pixels above half of it.
 fn thin_and_follow(gradient: &Gradient, nu: usize, nv: usize, high: f32) -> Vec<Edge> {
     let size = |u: f32, v: f32| {
         let (u0, v0) = ((u.floor() as usize).min(nu - 2), (v.floor() as usize).min(nv - 2));
@@ -167,7 +170,7 @@ fn thin_and_follow(gradient: &Gradient, nu: usize, nv: usize, high: f32) -> Vec<
         (g(0, 0) * (1.0 - a) + g(1, 0) * a) * (1.0 - b) + (g(0, 1) * (1.0 - a) + g(1, 1) * a) * b
     };
     let mut thin: Vec<Edge> = Vec::new();
-    // Number of a pixel's edge in `thin`, from 1.
+    // Index of a pixel's edge in `thin`, counted from 1; 0 for none.
     let mut number = vec![0u32; nu * nv];
     let mut open = Vec::new();
     let mut kept: Vec<bool> = Vec::new();
@@ -180,7 +183,7 @@ fn thin_and_follow(gradient: &Gradient, nu: usize, nv: usize, high: f32) -> Vec<
             let (dx, dy) = (gradient.x[v * nu + u] / g, gradient.y[v * nu + u] / g);
             let (x, y) = (u as f32, v as f32);
             let (before, after) = (size(x - dx, y - dy), size(x + dx, y + dy));
-            // One side may tie: of two equal pixels across an edge, one stays.
+            // One side may tie, so that of two equal pixels across an edge one stays.
             if g < before || g <= after {
                 continue;
             }
@@ -219,11 +222,11 @@ pub struct HoughSettings {
     pub angle_step_rad: f64,
     /// Width of a cell in distance, pixels.
     pub distance_step_px: f64,
-    /// An edge votes for lines whose normal lies this near its own.
+    /// Largest angle between an edge's normal and that of a line for which it votes, rad.
     pub angle_reach_rad: f64,
-    /// A peak suppresses smaller ones within these distances.
+    /// Angle within which a peak suppresses smaller ones that also lie within `suppress_px`, rad.
     pub suppress_rad: f64,
-    /// Smaller peaks within this distance of a larger one are dropped, pixels.
+    /// Distance within which a peak suppresses smaller ones that also lie within `suppress_rad`, pixels.
     pub suppress_px: f64,
     /// Least number of edges on a line.
     pub least_votes: usize,
@@ -245,38 +248,40 @@ impl Default for HoughSettings {
     }
 }
 
-/// x cos t + y sin t = rho (Sangeetha Lakshmi section 2.1), with x = u and y = v from the image's corner. The normal t points
-/// from dark to bright, so t runs through the whole circle and rho may be negative.
+/// The line x cos θ + y sin θ = ρ (Sangeetha Lakshmi section 2.1), with x = u and y = v from the image's
+/// upper left corner. The normal points from dark to bright, so θ covers the whole circle and ρ may be
+/// negative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HoughLine {
-    /// Direction of the line's normal, rad.
+    /// Direction θ of the line's normal, rad.
     pub theta_rad: f64,
-    /// Signed distance of the line from the image's corner, pixels.
+    /// Signed distance ρ of the line from the image's corner, pixels.
     pub rho_px: f64,
     /// Number of edges on the line.
     pub votes: usize,
-    /// The topmost and the lowest edge's v on the line.
+    /// Rows v of the topmost and the lowest edge on the line, pixels.
     pub rows_px: [f64; 2],
 }
 
 impl HoughLine {
-    /// Distance of a pixel from the line, positive on the bright side.
+    /// Distance of a pixel from the line, pixels, positive on the bright side.
     pub fn distance_px(&self, pixel: DVec2) -> f64 {
         pixel.dot(DVec2::from_angle(self.theta_rad)) - self.rho_px
     }
 
-    /// The u at a height v; none for a level line.
+    /// Column u of the line at row `v_px`. None for a level line.
     pub fn column(&self, v_px: f64) -> Option<f64> {
         let c = self.theta_rad.cos();
         (c.abs() > 1e-3).then(|| (self.rho_px - v_px * self.theta_rad.sin()) / c)
     }
 }
 
-/// Straight lines by votes of the edges, each peak the largest in its neighbourhood and then set by total
-/// least squares to the edges within two pixels of it. Most votes first.
+/// Finds straight lines by the votes of the edges. Each peak is the largest in its neighbourhood and is
+/// refined by total least squares on the edges within two pixels of it. Lines with most votes come first.
 ///
 /// # Errors
-/// Settings outside their ranges.
+/// Returns an error if a setting is outside its range, an edge is non-finite, or the edges' spread needs more
+/// than 5e7 cells.
 pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<HoughLine>, LaneError> {
     let s = settings;
     within("the Hough angle step", s.angle_step_rad, 1e-3..=0.2)?;
@@ -290,7 +295,7 @@ pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<Hough
     if edges.is_empty() {
         return Ok(Vec::new());
     }
-    // Votes are counted about the edges' middle, where angle and distance are least tied to each other.
+    // Votes are counted about the edges' centroid, where angle and distance are least correlated.
     let middle = edges.iter().map(|e| e.pixel).sum::<DVec2>() / edges.len() as f64;
     let reach = edges.iter().map(|e| e.pixel.distance(middle)).fold(1.0, f64::max);
     checked("the spread of the edges in pixels", reach, reach <= 1e5, "at most 1e5")?;
@@ -328,7 +333,7 @@ pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<Hough
             let largest = (-dt..=dt).all(|kt| {
                 let other = (t as isize + kt).rem_euclid(turns as isize) as usize;
                 let rows = (r as isize - dr).max(0) as usize..=((r as isize + dr) as usize).min(width - 1);
-                // Of equal cells the first in order of memory stays.
+                // Of equal cells the first in memory order stays.
                 rows.into_iter().all(|q| {
                     let m = votes[other * width + q];
                     m < n || (m == n && (other, q) >= (t, r))
@@ -348,7 +353,7 @@ pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<Hough
             votes: 0,
             rows_px: [0.0; 2],
         };
-        // Most peaks stand beside a line that is there already.
+        // Most peaks lie beside a line that is already found.
         let found = |line: &HoughLine, v: f64| {
             lines.iter().any(|l| {
                 let m = DVec2::new(line.column(v).unwrap_or(middle.x), v);
@@ -375,7 +380,7 @@ pub fn hough_lines(edges: &[Edge], settings: &HoughSettings) -> Result<Vec<Hough
     Ok(lines)
 }
 
-/// Total least squares on the edges within two pixels whose normals agree, three times over.
+/// Refines a line three times by total least squares on the edges within two pixels whose normals agree.
 fn set_to_edges(mut line: HoughLine, edges: &[Edge], angle_reach_rad: f64) -> Option<HoughLine> {
     let mut on: Vec<DVec2> = Vec::new();
     for _ in 0..3 {

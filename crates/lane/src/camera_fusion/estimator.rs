@@ -1,4 +1,5 @@
-//! The method behind the interface of all lane methods: look after look, from pictures and tracks of any source.
+//! The camera and radar fusion behind the interface of all lane methods: it takes looks in order of time,
+//! with pictures and tracks from any source.
 
 use super::camera::{Camera, Trapezoid};
 use super::curve::{Parabola, fit_parabola};
@@ -16,21 +17,24 @@ use crate::{LaneEstimate, LaneEstimator, Line, SensorInput};
 use glam::DVec2;
 use std::collections::BTreeMap;
 
-/// As on the command line.
+/// The method's name, as on the command line.
 const METHOD: &str = "camera-fusion";
-/// A line's pieces leave its points by no more, m.
+/// Largest distance of a line's pieces from its points, m.
 const PIECE_M: f64 = 0.1;
-/// Least points of a way.
+/// Least number of points of a path.
 const LEAST_POINTS: usize = 6;
-/// Points of a way about a parabola whose scatter is larger than this bend otherwise: only the younger half is used, m.
+/// Largest scatter of a path's points about a parabola, m. Where it is larger, only the younger half of the
+/// points is used.
 const LARGEST_SCATTER_M: f64 = 0.4;
-/// Places of a track are off alike for so long: the tracker remembers, and an echo that wanders over a car takes its time, s.
+/// Correlation time of the errors of a track's places, s: the tracker remembers, and an echo wanders over a
+/// car only slowly.
 const ALIKE_S: f64 = 0.5;
-/// A track that was not told of for this long has ended, s.
+/// A track without an update for this long has ended, s.
 const GONE_S: f64 = 0.5;
-/// Standard deviation of how a road's curvature changes along it, 1/m²: that of a bend of 80 m radius after a clothoid of 60 m.
+/// Standard deviation of the change of a road's curvature along it, 1/m²: that of a bend of 80 m radius after
+/// a clothoid of 60 m.
 const CURVATURE_RATE: f64 = 2e-4;
-/// Least speed away from the car that makes a track one of a car that drives ahead, m/s.
+/// Least speed away from the vehicle for a track to count as a car driving ahead, m/s.
 const LEAST_AWAY_MPS: f64 = 0.5;
 
 /// Settings of [`CameraFusion`].
@@ -38,39 +42,42 @@ const LEAST_AWAY_MPS: f64 = 0.5;
 pub struct FusionOptions {
     /// The camera that takes the pictures.
     pub camera: Camera,
-    /// The near and the far side of the trapezoid on the ground, m ahead.
+    /// Distances ahead of the near and the far side of the trapezoid on the ground, m.
     pub seen_m: [f64; 2],
-    /// To each side, m.
+    /// Half width of the trapezoid on the ground, m.
     pub half_width_m: f64,
     /// Settings of the near part, from the picture.
     pub near: NearSettings,
     /// Settings of the joining of near and far part.
     pub recognise: RecogniseSettings,
-    /// Time of the tracks that one recognition takes, the document's t; neighbours share half of it. s.
+    /// Length of the time window of tracks in one recognition, s: the document's t. Successive windows share
+    /// half of it.
     pub period_s: f64,
-    /// Ways shorter than this say nothing of a road's shape, m.
+    /// Least length of a path that tells a road's shape, m.
     pub least_way_m: f64,
     /// Standard deviation of a car's middle from the middle of its lane, m.
     pub in_lane_std_m: f64,
-    /// Echoes are moved to the middle of such a car; what that leaves unknown goes to the lines' covariances. None: they are taken as
-    /// they are, anywhere on the width of a passenger car.
+    /// Size of the cars ahead. Echoes are moved to the middle of such a car, and the uncertainty of that step
+    /// enters the lines' covariances. None: echoes are used where they are, taken to lie anywhere on the
+    /// width of a passenger car.
     pub body: Option<Body>,
-    /// Of the radar in the vehicle frame.
+    /// Position of the radar in the vehicle frame, m.
     pub radar_at_m: DVec2,
-    /// Standard deviation of a car's axis from the direction of its way.
+    /// Standard deviation of the angle between a car's axis and the direction of its path, rad.
     pub axis_std_rad: f64,
-    /// Standard deviation of the camera's pitch, rad: how far off its ground is.
+    /// Standard deviation of the camera's pitch, rad, which moves points on the ground.
     pub pitch_std_rad: f64,
-    /// The bends that train the network.
+    /// Settings of the bends that train the network.
     pub bends: BendSettings,
-    /// Bends that train the network: the units of its second layer.
+    /// Number of training bends, which is the number of units in the network's second layer.
     pub units: usize,
-    /// Of these bends.
+    /// Seed of the random draws of the training bends.
     pub seed: u64,
 }
 
 impl FusionOptions {
-    /// The document's network (15 units), with a trapezoid from 6 to 35 m, and a radar in the front bumper.
+    /// Options with the document's network (15 units), a trapezoid from 6 to 35 m ahead, and a radar in the
+    /// front bumper.
     pub fn new(camera: Camera) -> FusionOptions {
         FusionOptions {
             camera,
@@ -101,7 +108,7 @@ struct TrackSample {
     std_m: f64,
 }
 
-/// A track at one time and the radar that told of it, in the present vehicle frame.
+/// A track at one time and the position of the radar that saw it, in the present vehicle frame.
 #[derive(Debug, Clone, Copy)]
 struct Echo {
     time_s: f64,
@@ -110,36 +117,39 @@ struct Echo {
     std_m: f64,
 }
 
-/// The way of one car ahead, in the present vehicle frame.
+/// The path of one car ahead, in the present vehicle frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeadPath {
-    /// Of the track.
+    /// Identifier of the track.
     pub id: u64,
-    /// Moved to the car's middle.
+    /// Points of the path, moved to the car's middle, m.
     pub points_m: Vec<DVec2>,
     /// The curve through the points, with its extension by arcs.
     pub trail: Trail,
-    /// Standard deviation of the whole way from that of the car's middle, by where on the car its echoes lie.
+    /// Standard deviation of the whole path from that of the car's middle, m, since the place of the echoes
+    /// on the car is not known.
     pub echo_std_m: f64,
 }
 
-/// What the last look was made of.
+/// What the last look was made of, for inspection.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Insight {
     /// The lane as the camera sees it.
     pub near: Option<NearLane>,
-    /// Why the camera gave nothing.
+    /// The reason why the camera gave nothing.
     pub blinded: Option<Blinding>,
     /// The paths of the cars ahead.
     pub ways: Vec<LeadPath>,
-    /// Near and far part joined.
+    /// The result of joining near and far part.
     pub recognition: Option<Recognition>,
 }
 
-/// A reusable estimator that takes pictures, tracks and the vehicle's own motion from any source (Sangeetha Lakshmi).
+/// Estimates the lane from pictures, tracks and the vehicle's own motion, from any source (Sangeetha
+/// Lakshmi).
 ///
-/// A look without a picture rests on the radar alone, a look without tracks on the camera alone; what an estimate rests on stands in
-/// its provenance. Without a yaw rate the way that the vehicle drives bends as the camera's last lane does, as in the document.
+/// A look without a picture rests on the radar alone, a look without tracks on the camera alone; the
+/// provenance of an estimate states which. Without a yaw rate the vehicle's path is taken to bend as the
+/// camera's last lane does, as in the document.
 #[derive(Debug, Clone)]
 pub struct CameraFusion {
     options: FusionOptions,
@@ -147,22 +157,23 @@ pub struct CameraFusion {
     trapezoid: Trapezoid,
     ego: Vec<EgoSample>,
     told: BTreeMap<u64, Vec<TrackSample>>,
-    /// Lanes of tracks, as they were matched last, counted from the own lane.
+    /// Lanes of tracks as last matched, counted from the own lane.
     lanes: BTreeMap<u64, i32>,
-    /// Last places of tracks that ended with their lane known.
+    /// Last samples of tracks that ended with their lane known.
     lost: Vec<(TrackSample, i32)>,
-    /// Of the camera's last lane, 1/m.
+    /// Curvature of the last lane that the camera saw, 1/m.
     seen_curvature: f64,
-    /// Of the recognition half a period ago, or longer.
+    /// Time and state of the last recognition that is at least half a period old.
     before: Option<(f64, Recogniser)>,
     insight: Insight,
 }
 
 impl CameraFusion {
-    /// The estimator with its options.
+    /// Makes the estimator and trains its network.
     ///
     /// # Errors
-    /// A setting outside what is allowed, as one sentence.
+    /// Returns an error if an option is outside its range, the trapezoid lies outside the picture, or the
+    /// training bends do not suffice.
     pub fn new(options: FusionOptions) -> Result<CameraFusion, LaneError> {
         let [near_m, far_m] = options.seen_m;
         let trapezoid = Trapezoid::of_ground(&options.camera, near_m, far_m, options.half_width_m)?;
@@ -212,10 +223,10 @@ impl CameraFusion {
         &self.insight
     }
 
-    /// Takes in tracks and own motion without an estimate: for frames between pictures.
+    /// Takes in tracks and the vehicle's motion without making an estimate, for frames between pictures.
     ///
     /// # Errors
-    /// What makes a look useless; the estimator stays as it was.
+    /// Returns an error if the time is non-finite or runs backwards, or if there are tracks but no speed.
     pub fn observe(&mut self, input: &SensorInput<'_>) -> Result<(), LaneError> {
         if !input.time_s.is_finite() {
             return Err(LaneError::not_finite("the time of the look"));
@@ -234,7 +245,7 @@ impl CameraFusion {
         };
         let yaw_rate = input.yaw_rate_rad_per_s.map(|m| m.value).filter(|v| v.is_finite() && v.abs() < 10.0);
         let curvature_1pm = match yaw_rate {
-            // At walking pace and below noise would make the way a knot.
+            // At walking pace and below, noise would tie the path in a knot.
             Some(rate) if speed.abs() > 0.5 => rate / speed,
             Some(_) => 0.0,
             None => self.seen_curvature,
@@ -255,7 +266,7 @@ impl CameraFusion {
                 self.told.entry(t.id).or_default().push(told);
             }
         }
-        // Half a period more than is used: the recognition before this one is moved along, too.
+        // Half a period more than is used, since the recognition before this one is moved along, too.
         let oldest = input.time_s - 2.0 * self.options.period_s;
         self.ego.retain(|e| e.time_s >= oldest);
         let (lost, lanes) = (&mut self.lost, &self.lanes);
@@ -314,8 +325,8 @@ impl CameraFusion {
         self.told.iter().filter_map(way).collect()
     }
 
-    /// The way of the middle of the car that these echoes are of, and its standard deviation beside them. The car's axis is taken along
-    /// the way of its echoes.
+    /// The path of the middle of the car that made these echoes, with its parabola and its standard deviation
+    /// sideways. The car's axis is taken along the path of its echoes.
     fn through(&self, echoes: &[Echo]) -> Option<(Vec<DVec2>, Parabola, f64)> {
         let weights: Vec<f64> = echoes.iter().map(|e| e.std_m.powi(-2)).collect();
         let fitted = |points: &[DVec2]| -> Option<Parabola> {
@@ -330,10 +341,11 @@ impl CameraFusion {
             return Some((seen, curve, Body::CAR.width_m / 12f64.sqrt()));
         };
         let lasted_s = echoes.last()?.time_s - echoes.first()?.time_s;
-        // The fit takes neighbours to be off by themselves; of those that are, three are spent on its parameters.
+        // The fit takes errors of neighbours as independent; three of the independent ones are spent on its
+        // parameters.
         let apart = (lasted_s / ALIKE_S + 1.0 - 3.0).max(0.5);
         let alike = (echoes.len().saturating_sub(3) as f64 / apart).sqrt().max(1.0);
-        // One side for the whole way: the error of its direction is shared, and steps that differ would turn it.
+        // One side for the whole path: its direction has one error, and different steps would turn it.
         let count = echoes.len() as f64;
         let (mut aside, mut range, mut bend, mut middle, mut std) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for e in echoes {
@@ -345,7 +357,7 @@ impl CameraFusion {
             middle += u / count;
             std += e.std_m / count;
         }
-        // An echo may lie anywhere along its car, whose axis is that of the way at the car's middle.
+        // An echo may lie anywhere along its car, whose axis is that of the path at the car's middle.
         let slip = bend * body.length_m / 12f64.sqrt();
         let turn = self.options.axis_std_rad.hypot(alike * curve.sigma_slope(middle)).hypot(slip);
         let step = body.left_m(aside, (range * turn).hypot(std));
@@ -353,30 +365,32 @@ impl CameraFusion {
             let u = curve.coordinate(e.at_m);
             e.at_m + DVec2::from_angle(curve.heading_rad(u)).perp() * step.value
         };
-        // Not again with the new way's direction, which would bear out the step that it came from.
+        // This is not repeated with the new path's direction, which would only confirm the step that it came
+        // from.
         let points: Vec<DVec2> = echoes.iter().map(moved).collect();
         let curve = fitted(&points)?;
         Some((points, curve, step.std))
     }
 
-    /// The lane of a car that was lost and is seen again under another name: the one that has gone on, at the speed that it had, from
-    /// where it was last to where this track begins. In a bend the chord is up to a tenth shorter than the way (a right angle).
+    /// The lane of a car that was lost and is seen again under another identifier: the lost car that has gone
+    /// on at its last speed from its last place to where this track begins. In a bend the chord is up to a
+    /// tenth shorter than the path (a right angle).
     fn lane_again(&self, id: u64, path: &EgoPath) -> Option<i32> {
         let first = self.told.get(&id)?.first()?;
         let fits = |(last, _): &&(TrackSample, i32)| {
             let passed_s = first.time_s - last.time_s;
             let Ok(then) = path.moved(last.at_m, last.time_s, first.time_s) else { return false };
             let gone_m = last.velocity_mps.length() * passed_s;
-            // A car's length more or less: another part of it may be seen.
+            // One car's length of tolerance, as another part of the car may be seen.
             passed_s > 0.0 && (0.9 * gone_m - 4.5..=gone_m + 4.5).contains(&then.distance(first.at_m))
         };
         let mut found = self.lost.iter().filter(fits).map(|l| l.1);
         let lane = found.next()?;
-        // Two that fit in different lanes tell nothing.
+        // Two fits in different lanes tell nothing.
         found.all(|other| other == lane).then_some(lane)
     }
 
-    /// The near lane of the look's picture, or why there is none.
+    /// The near lane in the look's picture, or the reason why there is none.
     fn see(&self, input: &SensorInput<'_>) -> Result<CameraView, LaneError> {
         let o = &self.options;
         let Some(image) = input.image else { return Ok(CameraView::Blinded(Blinding::Covered)) };
@@ -434,7 +448,7 @@ impl CameraFusion {
         });
         let found = match joined {
             Ok(found) => found,
-            // What went before is too old to be moved here.
+            // The recognition before is too old to be moved into this frame.
             Err(_) if self.before.is_some() => {
                 recogniser = Recogniser::new(self.options.recognise);
                 recogniser.step(&parts, &self.pnn, Ok)?
@@ -456,7 +470,7 @@ impl CameraFusion {
         estimate
     }
 
-    /// The recognition as lines with their covariance.
+    /// The recognition as lane lines with their covariance.
     fn stated(
         &self,
         input: &SensorInput<'_>,
@@ -505,7 +519,7 @@ impl CameraFusion {
         Ok(e)
     }
 
-    /// A line that the camera sees, drawn back to the car.
+    /// A line that the camera sees, extended back to the car.
     fn near_line(&self, curve: &Parabola) -> Option<Line> {
         let [a, b] = curve.span_m;
         let start = curve.coordinate(DVec2::ZERO).min(a);
@@ -514,12 +528,12 @@ impl CameraFusion {
         for i in 0..count {
             let u = start + (b - start) * i as f64 / f64::from(count - 1);
             let (p, heading) = (curve.point(u), curve.heading_rad(u));
-            // A pitch that is off by p moves the ground at x by x²p/h along the ray, and scales the offset alike.
+            // A pitch error p moves the ground point at x by x²p/h along the ray and scales the offset alike.
             let away = p - self.options.camera.position_m.truncate();
             let stretch = away.length() * self.options.pitch_std_rad / self.options.camera.position_m.z;
             let tilt = (away * stretch).perp_dot(DVec2::from_angle(heading)).abs();
             points.push(p);
-            // Neighbours are off alike: three parameters count as three points.
+            // Errors of neighbours are correlated: three parameters count as three points.
             let inside = curve.sigma_m(u).hypot(0.01);
             // Behind the picture's lower edge the road may have bent otherwise.
             let unseen =
@@ -530,7 +544,8 @@ impl CameraFusion {
         Some(Line { fitted, confidence: 0.95, members: Vec::new() })
     }
 
-    /// The points behind the camera's part, with standard deviations that count a part as one measurement of where its cars drive.
+    /// The points beyond the camera's part. Their standard deviations count each part as one measurement of
+    /// where its cars drive.
     fn far_points(
         &self,
         points: &[DVec2],
@@ -547,7 +562,7 @@ impl CameraFusion {
             });
         let echo = found.way.as_ref().and_then(|w| ways.get(w.0)).map_or(0.0, |w| w.echo_std_m);
         let far_std = self.options.in_lane_std_m.hypot(scatter).hypot(echo);
-        // With the camera's end at its start the middle is held at both ends, without it at one.
+        // With the camera's end at its start the middle is fixed at both ends, without it at one.
         let blind = found.sources != Sources::CameraAndRadar;
         let mut passed = 0.0;
         let std = parts.iter().map(|p| match p {
@@ -565,18 +580,18 @@ impl CameraFusion {
     }
 }
 
-/// Lines, arcs and clothoids that keep to the points, as few as halving gives.
+/// Splits the points by halving into as few lines, arcs and clothoids as keep close to them.
 fn split(points: &[DVec2], std_m: &[f64], confidence: f64, out: &mut Vec<Line>) {
     if points.len() < 4 || points.len() != std_m.len() {
         return;
     }
-    // Evenly weighted for the shape, so that a part of large doubt bends as drawn.
+    // Equal weights for the shape, so that a part of large uncertainty bends as drawn.
     let even = vec![PIECE_M; points.len()];
     let shaped = fit_simplest(points, &even, 1.0);
     let off = |c: &crate::curve::Clothoid| points.iter().map(|p| c.foot(*p).left_m.abs()).fold(0.0, f64::max);
     match shaped {
         Some(f) if off(&f.curve) <= PIECE_M || points.len() < 8 => {
-            // The doubt is that of the points.
+            // The uncertainty is that of the points.
             let doubt = fit(points, std_m, f.shape).map_or(f.covariance, |d| d.covariance);
             let fitted = crate::curve::Fitted { covariance: doubt, ..f };
             out.push(Line { fitted, confidence, members: Vec::new() });

@@ -1,4 +1,4 @@
-//! Which far part continues which near part (Sangeetha Lakshmi section 4.1).
+//! Finds which far part continues which near part (Sangeetha Lakshmi section 4.1).
 
 use super::curve::Arc;
 use super::targets::Trail;
@@ -9,12 +9,12 @@ use glam::DVec2;
 /// Settings of [`match_lane`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MatchSettings {
-    /// Least goodness of fit, the document's a, which it does not state. In a lane 3.5 m wide 0.2 is an rms
-    /// distance of 0.9 m; half a lane would be -2.
+    /// Least goodness of fit R², the document's a, which it does not state. In a lane 3.5 m wide 0.2 is an
+    /// rms distance of 0.9 m; half a lane would be -2.
     pub least_r_squared: f64,
-    /// Largest angle between the two extensions at the gap's middle.
+    /// Largest angle between the two extensions at the middle of the gap, rad.
     pub slope_gap_rad: f64,
-    /// Lanes tried to each side.
+    /// Number of lanes tried to each side.
     pub most_lanes: i32,
 }
 
@@ -24,28 +24,29 @@ impl Default for MatchSettings {
     }
 }
 
-/// Where a far way runs with respect to the near lane.
+/// The lane of a far path relative to the near lane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LaneMatch {
-    /// The far way's lane, counted from the near one, positive to the left.
+    /// Lane of the far path, counted from the near one, positive to the left.
     pub lane: i32,
-    /// Goodness of fit of the two extensions over the gap, against a line of unknown place in its lane.
+    /// Goodness of fit R² of the two extensions over the gap, against a line of unknown place in its lane.
     pub r_squared: f64,
-    /// The same for the next best lane.
+    /// Goodness of fit R² of the next best lane.
     pub next_r_squared: f64,
-    /// Far extension's slope less near extension's at the gap's middle.
+    /// Slope of the far extension minus that of the near one at the middle of the gap, rad.
     pub slope_gap_rad: f64,
     /// Distance between the ends of the near and the far part, m.
     pub gap_m: f64,
 }
 
 /// Coefficient of determination of `fitted` for `observed`, 1 - sum (Y - y)² / sum (Y - mean Y)². The
-/// document's printed form has no residual in it and is taken for damaged. On a straight level line the total
-/// is zero and R² does not exist; `spread_m2` adds a variance to each point's total for what is unknown
-/// beside the line's shape.
+/// document's printed form has no residual in it and is taken as a misprint. On a straight level line the
+/// total is zero and R² does not exist; `spread_m2` therefore adds a variance (m²) to each point's total for
+/// what is unknown beyond the line's shape.
 ///
 /// # Errors
-/// Lists of different length, or of fewer than two values; a spread that is not above zero.
+/// Returns an error if the lists differ in length or hold fewer than two values, if the total is zero, or if
+/// R² is non-finite.
 pub fn r_squared(fitted: &[f64], observed: &[f64], spread_m2: f64) -> Result<f64, LaneError> {
     if fitted.len() != observed.len() || observed.len() < 2 {
         return Err(LaneError::too_few("pairs of samples", fitted.len().min(observed.len()), 2));
@@ -60,13 +61,14 @@ pub fn r_squared(fitted: &[f64], observed: &[f64], spread_m2: f64) -> Result<f64
     finite("R²", r)
 }
 
-/// The lane of a far way, from the middle of the near lane's end and the way's start. Both are extended into
-/// the gap by their arcs and sampled evenly along the chord between them; for each lane the far arc is moved
-/// sideways, and the best R² counts. A line of unknown place in a lane of width w has the variance w²/12,
-/// which takes the place of the level line's missing spread.
+/// Finds the lane of a far path from the middle of the near lane's end and the path's start. Both are
+/// extended into the gap by their arcs and sampled evenly along the chord between them. For each lane the far
+/// arc is moved sideways, and the best R² counts. A line of unknown place in a lane of width w has the
+/// variance w²/12, which replaces the level line's missing spread.
 ///
 /// # Errors
-/// Ways and lanes that cannot be laid over each other.
+/// Returns an error if a width or setting is out of range, a part's end is non-finite, or no lane fits well
+/// enough.
 pub fn match_lane(
     near_end: &Arc,
     far: &Trail,
@@ -84,7 +86,7 @@ pub fn match_lane(
     let mut tried: Vec<(f64, i32, f64)> = Vec::new();
     for lane in -settings.most_lanes..=settings.most_lanes {
         let left = -f64::from(lane) * lane_width_m;
-        // The far way moved into the near lane, as an arc that runs back towards the car.
+        // The far path moved into the near lane, as an arc that runs back towards the car.
         let normal = DVec2::from_angle(far.near.heading_rad).perp();
         let shrink = 1.0 - far.near.curvature_1pm * left;
         if shrink <= 0.1 {
@@ -133,8 +135,8 @@ fn no_match(best_r_squared: f64, slope_gap_rad: f64) -> LaneError {
     ))
 }
 
-/// Where an arc crosses the line across `along` at the distance x from `origin`: its distance to the left of
-/// `along`. None where the arc has turned away before it gets there.
+/// Lateral distance, m, to the left of the line from `origin` along `along`, at which an arc crosses the
+/// normal of that line at `x_m`. None where the arc turns away before it gets there.
 fn beside(arc: &Arc, origin_m: DVec2, along: DVec2, x_m: f64) -> Option<f64> {
     let mut s = 0.0;
     for _ in 0..30 {

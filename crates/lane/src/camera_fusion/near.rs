@@ -1,4 +1,4 @@
-//! The near part: the own lane's painted lines from one image, on the ground.
+//! The near part: the painted lines of the own lane, found in one image and fitted on the ground.
 
 use super::camera::{Camera, Image, Trapezoid};
 use super::curve::{Parabola, least_squares};
@@ -14,13 +14,13 @@ pub struct NearSettings {
     pub edges: EdgeSettings,
     /// Settings of the search for straight lines.
     pub hough: HoughSettings,
-    /// Least and largest width of a painted line.
+    /// Least and largest width of a painted line, m.
     pub stripe_m: [f64; 2],
-    /// Least and largest distance between the lane's lines.
+    /// Least and largest distance between the lane's lines, m.
     pub lane_m: [f64; 2],
-    /// Largest slope of a line at the car.
+    /// Largest angle of a line to the vehicle's axis at the vehicle, rad.
     pub steepest_rad: f64,
-    /// Largest angle between the left and the right line.
+    /// Largest angle between the left and the right line, rad.
     pub apart_rad: f64,
 }
 
@@ -40,15 +40,15 @@ impl Default for NearSettings {
 /// The middle of one painted line on the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NearLine {
-    /// The line's middle on the ground.
+    /// The line's centre on the ground.
     pub curve: Parabola,
-    /// Width of the paint as fitted.
+    /// Fitted width of the paint, m.
     pub stripe_m: f64,
-    /// The two straight lines in the image, left edge and right edge of the paint.
+    /// The two straight lines in the image: left edge and right edge of the paint.
     pub hough: [HoughLine; 2],
 }
 
-/// The own lane as the camera sees it. At least one line is there.
+/// The own lane as the camera sees it; at least one line is present.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NearLane {
     /// The line to the left of the car.
@@ -57,23 +57,25 @@ pub struct NearLane {
     pub right: Option<NearLine>,
 }
 
-/// Strongest pairs of edges that are fitted on the ground.
+/// Largest number of edge pairs, the strongest first, that are fitted on the ground.
 const MOST_STRIPES: usize = 8;
 
-/// A painted line as two straight edges in the image, with position and slope on the ground.
+/// A painted line as two straight edges in the image, with its direction on the ground.
 struct Stripe {
     hough: [HoughLine; 2],
     heading_rad: f64,
     votes: usize,
 }
 
-/// Left and right line of the own lane: edges, Hough lines inside the trapezoid, pairs of edges that are the
-/// two sides of one paint (dark to bright, then bright to dark), the pair of paints that lie left and right
-/// of the car at a lane's distance, and last a parabola on the ground through the edges of each paint, as
-/// Hough lines alone make every road straight (Sangeetha Lakshmi section 4.3 names that as the method's limit).
+/// Finds the left and right line of the own lane. The steps are: edges, Hough lines inside the trapezoid,
+/// pairs of edges that are the two sides of one paint (dark to bright, then bright to dark), and the pair of
+/// paints left and right of the car at a lane's distance. Last comes a parabola on the ground through the
+/// edges of each paint, as Hough lines alone make every road straight (Sangeetha Lakshmi section 4.3 names
+/// that as the method's limit).
 ///
 /// # Errors
-/// Settings outside their ranges; an image in which no pair of lines is found.
+/// Returns an error if the camera, the trapezoid or a setting is invalid, if the image does not have the
+/// camera's size, or [`LaneError::NoLaneLine`] if no line is found.
 pub fn find_near_lane(
     camera: &Camera,
     image: &Image,
@@ -101,7 +103,7 @@ pub fn find_near_lane(
     for (i, (vl, l)) in fitted.iter().enumerate() {
         for (j, (vr, r)) in fitted.iter().enumerate() {
             let Some((width, apart, offset)) = pair(l, r) else { continue };
-            // The car stands between them.
+            // The car stands between the two.
             let fits = (settings.lane_m[0]..=settings.lane_m[1]).contains(&width)
                 && apart <= settings.apart_rad
                 && offset > -width
@@ -113,7 +115,7 @@ pub fn find_near_lane(
     }
     let lane = match best {
         Some((_, i, j, width)) => {
-            // A dashed line is one dash so far: along its partner the others are found.
+            // So far a dashed line is one dash; the others are found along its partner.
             let (l, r) = (&fitted[i].1, &fitted[j].1);
             let (mut left, mut right) = (l.clone(), r.clone());
             if l.curve.length_m() < r.curve.length_m() {
@@ -140,7 +142,7 @@ pub fn find_near_lane(
     if lane.left.is_none() && lane.right.is_none() { Err(LaneError::NoLaneLine) } else { Ok(lane) }
 }
 
-/// How far to the left of the car a line runs, where it passes beside it.
+/// Distance of a line to the left of the car where it passes beside it, m.
 fn offset_of(curve: &Parabola) -> f64 {
     let u = curve.coordinate(DVec2::ZERO);
     // A parabola is not trusted farther back than its own length.
@@ -149,9 +151,9 @@ fn offset_of(curve: &Parabola) -> f64 {
     curve.point(u).dot(normal)
 }
 
-/// Distance between a left and a right line and the angle between them, where the shorter has its middle, and how far to the left of
-/// the car the right one runs. Lines of a bend differ in heading as much as they are seen at different distances, so that they are
-/// compared at one place.
+/// Distance between a left and a right line (m) and the angle between them (rad), at the middle of the
+/// shorter one, and how far to the left of the car the right one runs (m). Lines of a bend differ in heading
+/// when they are seen at different distances, so they are compared at one place.
 fn pair(left: &NearLine, right: &NearLine) -> Option<(f64, f64, f64)> {
     let left_is_short = left.curve.length_m() < right.curve.length_m();
     let (short, long) = if left_is_short { (&left.curve, &right.curve) } else { (&right.curve, &left.curve) };
@@ -167,7 +169,7 @@ fn pair(left: &NearLine, right: &NearLine) -> Option<(f64, f64, f64)> {
     (width.is_finite() && apart.is_finite()).then_some((width, apart, offset))
 }
 
-/// The coordinate at which a parabola comes nearest to a point.
+/// The coordinate u at which a parabola is closest to a point.
 fn foot(curve: &Parabola, p: DVec2) -> f64 {
     let mut u = curve.coordinate(p);
     for _ in 0..4 {
@@ -177,16 +179,16 @@ fn foot(curve: &Parabola, p: DVec2) -> f64 {
     u
 }
 
-/// A line moved to the left, to begin a fit with.
+/// The line moved to the left, as a start of a fit.
 fn beside(curve: &Parabola, left_m: f64) -> Parabola {
     let u = 0.5 * (curve.span_m[0] + curve.span_m[1]);
     let normal = DVec2::from_angle(curve.heading_rad(u)).perp();
     Parabola { origin_m: curve.origin_m + normal * left_m, ..curve.clone() }
 }
 
-/// The line fitted anew along a curve, if that holds more of its edges.
+/// The line fitted again along a curve, if that fit holds more of its edges.
 fn longer(line: &NearLine, along: &Parabola, edges: &[GroundEdge], settings: &NearSettings) -> NearLine {
-    // The paint that is there stays where it is: the guess is moved onto it.
+    // The paint that was found stays where it is: the start is moved onto it.
     let u = 0.5 * (line.curve.span_m[0] + line.curve.span_m[1]);
     let v = foot(along, line.curve.point(u));
     let off = line.curve.point(u) - along.point(v);
@@ -197,7 +199,7 @@ fn longer(line: &NearLine, along: &Parabola, edges: &[GroundEdge], settings: &Ne
     }
 }
 
-/// Ground points of a straight image line at its lowest and topmost edge.
+/// Ground points of a straight image line at its lowest and topmost edge, m.
 fn ground_ends(camera: &Camera, line: &HoughLine) -> Option<[DVec2; 2]> {
     let at = |v: f64| camera.ground_from_pixel(DVec2::new(line.column(v)?, v)).ok();
     Some([at(line.rows_px[1])?, at(line.rows_px[0])?])
@@ -250,19 +252,19 @@ fn stripes(
     out
 }
 
-/// An edge on the ground.
+/// An edge projected to the ground.
 struct GroundEdge {
     point_m: DVec2,
-    /// Half a paint's width to the left of its middle, or to the right.
+    /// Position across the paint in paint widths: 0.5 on its left edge, -0.5 on its right edge.
     side: f64,
-    /// Shift on the ground for one pixel along the edge's normal.
+    /// Shift on the ground for one pixel along the edge's normal, m.
     shift_m: DVec2,
-    /// Ground metres to pixels.
+    /// Matrix from ground metres to pixels.
     to_pixel: DMat2,
     normal: DVec2,
 }
 
-/// The edges below the horizon.
+/// Projects the edges below the horizon to the ground.
 fn ground_edges(camera: &Camera, all: &[Edge]) -> Vec<GroundEdge> {
     let turned = camera.rotation();
     let of = |e: &Edge| {
@@ -279,9 +281,9 @@ fn ground_edges(camera: &Camera, all: &[Edge]) -> Vec<GroundEdge> {
     all.iter().filter_map(of).collect()
 }
 
-/// Parabola of the paint's middle and its width, from edges that lie near it. It starts from the straight
+/// Fits a parabola to the paint's centre, and its width, from edges near it. The fit starts from the straight
 /// line over the rows where that was seen and takes in more edges as the curve improves. Its axis follows the
-/// curve, since in a frame along its chord a parabola keeps near a circle for longest.
+/// curve, since a parabola in a frame along its chord stays close to a circle for longest.
 fn on_ground(
     camera: &Camera,
     edges: &[GroundEdge],
@@ -303,7 +305,7 @@ fn on_ground(
     fit_along(start, 0.15, edges, settings, &stripe.hough)
 }
 
-/// The fit, from a curve that lies near the paint's middle over its span.
+/// Fits a line from a start curve that lies near the paint's centre over its span.
 fn fit_along(
     start: Parabola,
     paint_m: f64,
@@ -316,7 +318,7 @@ fn fit_along(
     let mut noise_px = f64::INFINITY;
     for round in 0..8 {
         let gate: f64 = if round < 2 { 0.12 } else { 0.07 };
-        // A quarter further each round: no further than the curve so far can be trusted.
+        // Each round reaches a quarter farther: no farther than the curve so far can be trusted.
         let grow = if round == 0 { 0.5 } else { 0.25 * curve.length_m() };
         let reach = [curve.span_m[0] - grow, curve.span_m[1] + grow];
         let centre = curve.point(0.5 * (curve.span_m[0] + curve.span_m[1]));
@@ -339,7 +341,7 @@ fn fit_along(
             let heading = (along + along.perp() * slope) * cosine;
             let off = aside * cosine - g.side * stripe_m;
             let sigma = g.shift_m.dot(heading.perp()).abs().max(1e-3);
-            // The ends of a dash lie across the line and say nothing of where it runs.
+            // The ends of a dash run across the line and say nothing about its course.
             let across = (g.to_pixel * heading).normalize_or_zero().dot(g.normal).abs();
             if !(off.abs() < gate.max(2.0 * sigma) && across < 0.2) {
                 continue;
@@ -356,7 +358,7 @@ fn fit_along(
         }
         let Ok(s) = least_squares(&columns, &rhs) else { break };
         let variance = s.variance();
-        // A road that bends away from the parabola shows in the residual: then the last curve stays.
+        // A road that departs from the parabola shows in the residual; then the last curve stays.
         if variance.sqrt() > (1.5 * noise_px).max(0.4) {
             break;
         }

@@ -1,12 +1,12 @@
-//! The road model by a probabilistic neural network (Specht 1990; Sangeetha Lakshmi section 4.2).
+//! Choice of the road model by a probabilistic neural network (Specht 1990; Sangeetha Lakshmi section 4.2).
 
 use super::reconstruct::RoadModel;
 use crate::error::{LaneError, positive};
 use crate::numeric::wrapped;
 use catseye::base::rng::Draws;
 
-/// The two inputs of the document: the lane line's slope at the end of the camera's part, and that at the
-/// start of the radar's part. Both are angles from the car's x axis, positive to the left.
+/// The network's two inputs in the document: the slope of the lane line at the end of the camera's part and
+/// that at the start of the radar's part. Both are angles from the vehicle's x axis, positive to the left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bend {
     /// Slope of the near part at its end, rad.
@@ -15,26 +15,26 @@ pub struct Bend {
     pub far_slope_rad: f64,
 }
 
-/// How [`generate_bends`] draws.
+/// Settings of [`generate_bends`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BendSettings {
-    /// Largest turn of a road that counts as straight.
+    /// Largest turn of a road that counts as straight, rad.
     pub straight_rad: f64,
-    /// Least and largest turn of a curve.
+    /// Least and largest turn of a curve, rad.
     pub curve_rad: [f64; 2],
-    /// Least and largest turn of a right-angle bend.
+    /// Least and largest turn of a right-angle bend, rad.
     pub right_angle_rad: [f64; 2],
-    /// The camera's part may end up to this share of the turn behind its start, and the radar's part may
-    /// start as much before its end.
+    /// Largest share of the turn by which the camera's part may end behind the turn's start, and by which the
+    /// radar's part may start before its end.
     pub cut_share: f64,
-    /// Standard deviation of the car's own angle to its lane.
+    /// Standard deviation of the vehicle's own angle to its lane, rad.
     pub car_rad: f64,
-    /// Standard deviations of the two slopes as measured.
+    /// Standard deviation of the near part's measured slope, rad.
     pub near_noise_rad: f64,
-    /// Standard deviation of the far part's slope, rad.
+    /// Standard deviation of the far part's measured slope, rad.
     pub far_noise_rad: f64,
-    /// Turns spread evenly over each model's range, one to each part of it, which suits few training bends;
-    /// else drawn anywhere in the range.
+    /// Whether turns are stratified over each model's range, one to each part of it, which suits few training
+    /// bends; otherwise they are drawn anywhere in the range.
     pub even: bool,
 }
 
@@ -54,7 +54,8 @@ impl Default for BendSettings {
     }
 }
 
-/// Bends with their models, the five in turn, so that a multiple of five holds each as often.
+/// Draws `count` bends with their models. The five models take turns, so that a multiple of five holds each
+/// equally often.
 pub fn generate_bends(settings: &BendSettings, count: usize, seed: u64) -> Vec<(Bend, RoadModel)> {
     let s = settings;
     let mut draws = Draws::new(seed as u32 ^ (seed >> 32) as u32, 0xbe9d);
@@ -83,40 +84,39 @@ pub fn generate_bends(settings: &BendSettings, count: usize, seed: u64) -> Vec<(
     out
 }
 
-/// Two inputs, one Gaussian unit for each training bend, five sums, five outputs: 2-15-5-5 with fifteen
-/// bends.
+/// A probabilistic neural network with two inputs, one Gaussian unit for each training bend, five sums and
+/// five outputs: 2-15-5-5 with fifteen bends.
 ///
-/// The document scales inputs to unit length. That keeps only the ratio of the two slopes, which tells a
-/// curve from a right angle no more (a near slope of zero makes both (0, 1)); here the slopes stay as they
-/// are.
+/// The document scales inputs to unit length. That keeps only the ratio of the two slopes and no longer tells
+/// a curve from a right angle (a near slope of zero makes both (0, 1)); here the slopes are not scaled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pnn {
     patterns: Vec<(Bend, RoadModel)>,
-    /// Width of the Gaussians in radians.
+    /// Standard deviation of the Gaussians, rad.
     pub smoothing_rad: f64,
-    /// Share of the training bends that the others put right.
+    /// Share of the training bends that are classified correctly by the others (leave-one-out).
     pub left_out_share: f64,
 }
 
-/// What the network says of one bend.
+/// The network's answer for one bend.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     /// The likeliest road model.
     pub model: RoadModel,
-    /// In the order of [`RoadModel::ALL`], with equal prior.
+    /// Probabilities in the order of [`RoadModel::ALL`], with equal priors.
     pub probability: [f64; 5],
-    /// Distance to the nearest training bend over the smoothing: above about 4 the network has not seen such
-    /// a bend.
+    /// Distance to the nearest training bend divided by the smoothing; above about 4 the network has not seen
+    /// such a bend.
     pub strangeness: f64,
 }
 
 impl Pnn {
-    /// Takes at least two bends of each model. The smoothing comes from leave-one-out on these bends alone:
-    /// of 61 widths from 0.3 to 60 degrees the one with the largest mean log probability of the true model (a
-    /// count of fifteen hits has too many ties to choose by).
+    /// Trains the network with at least two bends of each model. The smoothing is chosen by leave-one-out on
+    /// these bends alone: of 61 widths from 0.3 to 60 degrees, the one with the largest mean log probability
+    /// of the true model (a count of fifteen hits has too many ties to choose by).
     ///
     /// # Errors
-    /// Fewer than two bends of a model; values that are not finite.
+    /// Returns an error if a model has fewer than two bends or a slope is non-finite.
     pub fn train(bends: &[(Bend, RoadModel)]) -> Result<Pnn, LaneError> {
         if bends.iter().any(|(b, _)| !(b.near_slope_rad.is_finite() && b.far_slope_rad.is_finite())) {
             return Err(LaneError::not_finite("a slope"));
@@ -136,7 +136,7 @@ impl Pnn {
                 let log = pnn.log_densities(bend, smoothing_rad, Some(k));
                 let most = log.iter().copied().fold(f64::NEG_INFINITY, f64::max);
                 let total = most + log.iter().map(|l| (l - most).exp()).sum::<f64>().ln();
-                // A floor keeps one strange bend from deciding alone.
+                // A floor keeps one odd bend from deciding alone.
                 sum += (log[*model as usize] - total).max(1e-3f64.ln());
                 right += usize::from(log[*model as usize] == most);
             }
@@ -148,7 +148,7 @@ impl Pnn {
         Ok(pnn)
     }
 
-    /// Log of the mean Gaussian of each model's bends, but for one constant.
+    /// Log of each model's mean Gaussian density, up to a common constant.
     fn log_densities(&self, bend: &Bend, smoothing_rad: f64, without: Option<usize>) -> [f64; 5] {
         let exponent = |b: &Bend| {
             let d = wrapped(bend.near_slope_rad - b.near_slope_rad)
@@ -165,10 +165,10 @@ impl Pnn {
         })
     }
 
-    /// The most likely model; of equals the first in the document's order.
+    /// Chooses the most likely model; among equals the first in the document's order.
     ///
     /// # Errors
-    /// A bend whose values are not finite.
+    /// Returns an error if a slope is non-finite or the smoothing is not positive.
     pub fn choose(&self, bend: &Bend) -> Result<Choice, LaneError> {
         if !(bend.near_slope_rad.is_finite() && bend.far_slope_rad.is_finite()) {
             return Err(LaneError::not_finite("a slope"));

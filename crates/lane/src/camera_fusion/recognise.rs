@@ -1,4 +1,4 @@
-//! The whole recognition, and its repetition in time (Sangeetha Lakshmi sections 4 and 5).
+//! The whole recognition and its repetition in time (Sangeetha Lakshmi sections 4 and 5).
 
 use super::curve::{Arc, Parabola, fit_parabola};
 use super::matching::{LaneMatch, MatchSettings, match_lane};
@@ -10,7 +10,7 @@ use crate::error::{LaneError, positive, within};
 use glam::DVec2;
 use std::fmt;
 
-/// Why the camera gives nothing.
+/// Why the camera contributes nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Blinding {
     /// Light dazzles the camera.
@@ -21,7 +21,7 @@ pub enum Blinding {
     Fog,
     /// Something covers the lens.
     Covered,
-    /// The image is there and shows no lane line.
+    /// The image shows no lane line.
     NoLine,
 }
 
@@ -37,24 +37,24 @@ impl fmt::Display for Blinding {
     }
 }
 
-/// What the camera contributes; the caller says when it is blind.
+/// What the camera contributes; the caller states when it is blinded.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is one for each image")]
 pub enum CameraView {
     /// The lane that the camera sees.
     Lane(NearLane),
-    /// Nothing seen, and why.
+    /// Nothing is seen, for this reason.
     Blinded(Blinding),
 }
 
-/// What a recognition rests on.
+/// The sensors that a recognition rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sources {
     /// The camera's near part and a radar's far part, joined.
     CameraAndRadar,
-    /// The radar gave no way, or none that continues the near lane.
+    /// The camera's near part alone: the radar gave no path, or none that continues the near lane.
     CameraAlone,
-    /// The radar's far part alone, and why the camera gives nothing.
+    /// The radar's far part alone, with the reason why the camera contributes nothing.
     RadarAlone(Blinding),
 }
 
@@ -74,12 +74,12 @@ impl fmt::Display for Sources {
     }
 }
 
-/// Where a piece of the lane comes from.
+/// Origin of a piece of the lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// The camera saw it.
     Camera,
-    /// Built between the two.
+    /// Reconstructed between the two.
     Middle,
     /// The radar's tracks show it.
     Radar,
@@ -90,11 +90,11 @@ pub enum Part {
 pub struct RecogniseSettings {
     /// Settings of the matching of near and far part.
     pub matching: MatchSettings,
-    /// Used where the camera does not see both lines.
+    /// Lane width that is used where the camera does not see both lines, m.
     pub lane_width_m: f64,
-    /// Longest arc extension of a far way back to the car when the camera is blind.
+    /// Longest arc extension of a far path back to the vehicle when the camera is blinded, m.
     pub extension_m: f64,
-    /// Distance of the points of the result.
+    /// Spacing of the points of the result, m.
     pub step_m: f64,
 }
 
@@ -109,48 +109,50 @@ impl Default for RecogniseSettings {
     }
 }
 
-/// What one recognition takes.
+/// Input of one recognition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecogniseInput<'a> {
-    /// What the camera gives.
+    /// What the camera contributes.
     pub camera: &'a CameraView,
-    /// Ways of the cars that drive ahead in the own direction, in the present frame.
+    /// Paths of the cars that drive ahead in the own direction, in the present vehicle frame.
     pub trails: &'a [Trail],
-    /// The far way's lane when it is known from elsewhere (an earlier recognition): used where extension
-    /// cannot tell, as in a right-angle bend. Counted from the own lane, positive to the left, one for each
-    /// way.
+    /// Lane of each far path where it is known from elsewhere (an earlier recognition), one entry for each
+    /// path, counted from the own lane, positive to the left. It is used where extension cannot tell, as in a
+    /// right-angle bend.
     pub known_lanes: &'a [Option<i32>],
 }
 
-/// The own lane from the car to the end of what is known.
+/// The own lane from the vehicle to the end of what is known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recognition {
     /// The sensors that the result rests on.
     pub sources: Sources,
-    /// Middle of the lane, the nearest point first.
+    /// Points of the lane's centre line, the nearest first, vehicle frame, m.
     pub middle_m: Vec<DVec2>,
     /// Points of the left line, near to far, vehicle frame, m.
     pub left_m: Vec<DVec2>,
     /// Points of the right line, near to far, vehicle frame, m.
     pub right_m: Vec<DVec2>,
-    /// One for each point.
+    /// Origin of each point.
     pub parts: Vec<Part>,
     /// Width of the lane, m.
     pub lane_width_m: f64,
-    /// What the network says; none without both sensors.
+    /// The network's answer; None without both sensors.
     pub choice: Option<Choice>,
-    /// The model that joined the parts, if any. It differs from the choice where that could not join them.
+    /// The model that joined the parts, if any. It differs from the choice where the chosen model could not
+    /// join them.
     pub joined_by: Option<RoadModel>,
-    /// The way that was used and how it matched; no match when its lane was known beforehand.
+    /// Index of the path that was used, its lane and how it matched; the match is None when the lane was
+    /// known beforehand.
     pub way: Option<(usize, i32, Option<LaneMatch>)>,
-    /// Middle of the near part.
+    /// Centre line of the near part.
     near: Option<Parabola>,
-    /// Why parts were left out or a model was replaced.
+    /// Reasons why parts were left out or a model was replaced.
     pub notes: Vec<LaneError>,
 }
 
 impl Recognition {
-    /// Slope of the middle at its point i, over the neighbours.
+    /// Direction of the centre line at its point i, from the neighbours, rad.
     fn heading(points: &[DVec2], i: usize) -> f64 {
         let (a, b) = (i.saturating_sub(1), (i + 1).min(points.len().saturating_sub(1)));
         (points[b] - points[a]).to_angle()
@@ -166,7 +168,7 @@ impl Recognition {
     }
 }
 
-/// Middle of the near lane as one parabola, and its width.
+/// Centre line of the near lane as one parabola, and the lane's width, m.
 fn near_middle(lane: &NearLane, settings: &RecogniseSettings) -> Result<(Parabola, f64), LaneError> {
     let width_m = match (&lane.left, &lane.right) {
         (Some(l), Some(r)) => {
@@ -193,7 +195,7 @@ fn near_middle(lane: &NearLane, settings: &RecogniseSettings) -> Result<(Parabol
     Ok((fit_parabola(&points, Some(&weights), None)?, width_m))
 }
 
-/// By distance from the car, so that first and last are the ends.
+/// Sorts points by distance from the vehicle, so that first and last are the ends.
 fn points_in_order(points: &mut [DVec2], weights: &mut [f64]) {
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by(|a, b| points[*a].length_squared().total_cmp(&points[*b].length_squared()));
@@ -203,7 +205,7 @@ fn points_in_order(points: &mut [DVec2], weights: &mut [f64]) {
     }
 }
 
-/// A far way moved sideways into another lane.
+/// The far path moved sideways into another lane.
 fn moved_aside(trail: &Trail, left_m: f64) -> Result<Trail, LaneError> {
     if left_m == 0.0 {
         return Ok(trail.clone());
@@ -213,13 +215,14 @@ fn moved_aside(trail: &Trail, left_m: f64) -> Result<Trail, LaneError> {
     Trail::new(curve)
 }
 
-/// The lane ahead: the near part from the camera, the far part from the way that matches best, and the middle
-/// between them by the model that the network chooses from the two edge slopes. Where the chosen model cannot
-/// join the edges, the weighted fusion of the straight model does and the notes say so. A blinded camera
-/// leaves the radar's way nearest to the own lane, extended to the car by its arc.
+/// Recognises the lane ahead: the near part from the camera, the far part from the path that matches best,
+/// and the middle between them by the model that the network chooses from the two slopes. Where the chosen
+/// model cannot join the parts, the weighted fusion of the straight model does, and the notes say so. With a
+/// blinded camera the result is the radar's path nearest to the own lane, extended to the vehicle by its arc.
 ///
 /// # Errors
-/// Neither a near part nor a far one that can be used; settings outside their ranges.
+/// Returns an error if a setting is outside its range, if no lane can be fitted to the camera's lines, or if
+/// the camera is blinded and no path reaches the vehicle.
 pub fn recognise(
     input: &RecogniseInput,
     pnn: &Pnn,
@@ -250,7 +253,7 @@ fn radar_alone(
     let mut best: Option<(f64, usize, i32, f64)> = None;
     let mut notes = Vec::new();
     for (i, trail) in input.trails.iter().enumerate() {
-        // Back along the arc to the point beside the car.
+        // Back along the arc to the point beside the vehicle.
         let back = (0..=400).map(|k| -settings.extension_m * f64::from(k) / 400.0).min_by(|a, b| {
             trail.near.point(*a).length_squared().total_cmp(&trail.near.point(*b).length_squared())
         });
@@ -267,7 +270,7 @@ fn radar_alone(
         }
         let normal = DVec2::from_angle(trail.near.heading_at(s)).perp();
         let offset = p.dot(normal);
-        // The car is taken to be in its lane: a way less than half a lane aside is the own one.
+        // The vehicle is taken to be in its lane: a path less than half a lane to the side is the own one.
         let guess = (offset / settings.lane_width_m).round() as i32;
         let lane = input.known_lanes.get(i).copied().flatten().unwrap_or(guess);
         let cost = offset.abs();
@@ -350,7 +353,7 @@ fn fuse(
     }
     let Some((_, i, lane, found)) = best else { return Ok(out.with_lines()) };
     let far = moved_aside(&input.trails[i], -f64::from(lane) * width_m)?;
-    // Where the radar's part begins before the camera's ends, it starts behind that.
+    // Where the radar's part begins before the camera's ends, it starts behind that end.
     let heading = DVec2::from_angle(end.heading_rad);
     let [a, b] = far.curve.span_m;
     let beyond = (0..=200)
@@ -396,11 +399,11 @@ fn wide(end: &Arc, curve: &Parabola, u_m: f64) -> bool {
     turn > 1.0 && curve.point(u_m).distance(end.point_m) > 2.0
 }
 
-/// Recognition step by step (Sangeetha Lakshmi section 5).
+/// Recognises the lane step by step (Sangeetha Lakshmi section 5).
 ///
 /// With the same model as before, the two lanes are averaged where both know the road. With another model the
 /// earlier near part, moved into the present frame, is joined to the present one with half its weight, and
-/// the lane is recognised anew from that and the present ways.
+/// the lane is recognised again from that and the present paths.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recogniser {
     /// Settings of every step.
@@ -409,16 +412,17 @@ pub struct Recogniser {
 }
 
 impl Recogniser {
-    /// Starts without a recognition before.
+    /// Makes a recogniser without an earlier recognition.
     pub fn new(settings: RecogniseSettings) -> Recogniser {
         Recogniser { settings, previous: None }
     }
 
-    /// One recognition. `from_previous` takes points of the frame of the last step into the present one
-    /// ([`super::EgoPath::moved`]). A step that is refused leaves the last one in place.
+    /// Makes one recognition. `from_previous` maps points from the frame of the last step into the present
+    /// one ([`super::EgoPath::moved`]). A step that fails leaves the last one in place.
     ///
     /// # Errors
-    /// Neither a near part nor a far one that can be used; settings outside their ranges.
+    /// Returns the errors of [`recognise`] and of `from_previous`, and an error if the joined near parts give
+    /// no parabola.
     pub fn step(
         &mut self,
         input: &RecogniseInput,

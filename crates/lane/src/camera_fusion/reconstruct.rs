@@ -1,4 +1,5 @@
-//! The blind middle between the near and the far part, by road model (Sangeetha Lakshmi section 4.3).
+//! Reconstructs the blind middle between the near and the far part by a road model (Sangeetha Lakshmi section
+//! 4.3).
 
 use super::curve::Arc;
 use crate::error::{LaneError, positive, within};
@@ -9,15 +10,15 @@ use std::fmt;
 /// The document's five road models (figure 9, a to e).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum RoadModel {
-    /// Straight on.
+    /// A straight road.
     Straight,
-    /// A right angle to the right.
+    /// A right-angle bend to the right.
     RightAngleRight,
     /// A curve to the right.
     CurveRight,
     /// A curve to the left.
     CurveLeft,
-    /// A right angle to the left.
+    /// A right-angle bend to the left.
     RightAngleLeft,
 }
 
@@ -47,35 +48,36 @@ impl fmt::Display for RoadModel {
 /// The end of the near part or the start of the far part, both pointing away from the car.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeOfPart {
-    /// Place, slope and curvature there.
+    /// Position, direction and curvature there.
     pub arc: Arc,
-    /// Standard deviation of the part's curvature; infinite when it is not known.
+    /// Standard deviation of the part's curvature, 1/m; infinite when unknown.
     pub sigma_curvature_1pm: f64,
 }
 
-/// The built middle.
+/// The reconstructed middle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Middle {
-    /// From the near edge to the far edge, both included.
+    /// Points from the near end to the far end, both included, m.
     pub points_m: Vec<DVec2>,
-    /// Radius of a right-angle bend's arc.
+    /// Radius of a right-angle bend's arc, m.
     pub radius_m: Option<f64>,
-    /// Weight of a curve's hyperbola: 1 is the parabola, more is nearer to the tangents.
+    /// Weight of a curve's hyperbola: 1 is a parabola, larger values lie nearer to the tangents.
     pub hyperbola_weight: Option<f64>,
 }
 
-/// Joins two edges by a road model, `points` of them at even parameters.
+/// Joins two ends by a road model, with `points` points at even parameters.
 ///
-/// * Straight: weighted fusion. Each part is extended by its arc, and the weight goes from the near to the
-///   far one as 3t² - 2t³, so that place and slope are kept at both ends.
-/// * Right angle: an arc tangent to both edges' tangents, with a straight piece on the longer one (two places
-///   and two slopes are one condition more than an arc can meet).
-/// * Curve: the branch of a hyperbola through both edges that touches both slopes. These leave one number
+/// * Straight: weighted fusion. Each part is extended by its arc, and the weight moves from the near to the
+///   far one as 3t² - 2t³, so that position and slope are kept at both ends.
+/// * Right angle: an arc tangent to both ends' tangents, with a straight piece on the longer one (two
+///   positions and two slopes are one condition more than an arc can meet).
+/// * Curve: the branch of a hyperbola through both ends that touches both slopes. These leave one number
 ///   open, the weight of the conic; it is the one that suits the curvatures of the two parts best, within the
 ///   hyperbolas.
 ///
 /// # Errors
-/// Edges that are too short or turn away from each other; fewer than two points.
+/// Returns an error if `points` is outside 2 to 100000, an end is non-finite, the ends coincide, or their
+/// tangents do not meet between them as the model needs.
 pub fn reconstruct(
     model: RoadModel,
     near: &EdgeOfPart,
@@ -136,7 +138,7 @@ pub fn reconstruct(
                     .filter(|(_, (_, sigma))| sigma.is_finite())
                     .map(|(k, (measured, sigma))| {
                         // A part's curvature is that of its own length: the road between may bend quite
-                        // otherwise (straight, arc, straight), so it is trusted to its whole size at best.
+                        // differently (straight, arc, straight), so it is trusted to its whole size at best.
                         let sigma = sigma.max(*k).max(1e-6);
                         ((k / (w * w) - measured) / sigma).powi(2)
                     })
@@ -157,9 +159,9 @@ pub fn reconstruct(
     }
 }
 
-/// Lengths of the two tangents from the edges to the point where they meet, and the turn between them. The
-/// meeting point must lie ahead of the near edge and before the far one, and the turn must have the model's
-/// sign.
+/// Lengths of the two tangents from the ends to the point where they meet (m), and the turn between them
+/// (rad). The meeting point must lie ahead of the near end and before the far one, and the turn must have the
+/// model's sign.
 fn tangents(model: RoadModel, near: &Arc, far: &Arc) -> Result<(f64, f64, f64), LaneError> {
     let turn = wrapped(far.heading_rad - near.heading_rad);
     let (e, f) = (DVec2::from_angle(near.heading_rad), DVec2::from_angle(far.heading_rad));

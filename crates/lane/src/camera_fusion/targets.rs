@@ -1,23 +1,23 @@
-//! The far part: ways of the cars ahead from a radar's tracks, in the present car's frame.
+//! The far part: paths of the cars ahead from a radar's tracks, in the present vehicle frame.
 
 use super::curve::{Arc, Parabola, fit_parabola};
 use crate::error::{LaneError, checked, finite, positive};
 use crate::numeric::wrapped;
 use glam::DVec2;
 
-/// The car's own motion from `time_s` until the next sample.
+/// The vehicle's own motion from `time_s` until the next sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EgoSample {
     /// Time of the sample, s.
     pub time_s: f64,
-    /// Negative in reverse.
+    /// Speed, m/s, negative in reverse.
     pub speed_mps: f64,
-    /// 1/r of the way driven, positive to the left: from the camera's lane line as in the document, or yaw
-    /// rate over speed. It has no effect at standstill.
+    /// Curvature of the driven path, 1/m, positive to the left: from the camera's lane line as in the
+    /// document, or yaw rate over speed. It has no effect at standstill.
     pub curvature_1pm: f64,
 }
 
-/// The car's poses over time, in the frame of the first sample.
+/// The vehicle's poses over time, in the frame of the first sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EgoPath {
     samples: Vec<EgoSample>,
@@ -25,10 +25,11 @@ pub struct EgoPath {
 }
 
 impl EgoPath {
-    /// From samples in order of time; the last one's motion goes on for `hold_s`.
+    /// Builds the path from samples in order of time; the last one's motion goes on for `hold_s`.
     ///
     /// # Errors
-    /// Too few points, or points and settings that are not finite or make no curve.
+    /// Returns an error for no sample, a non-finite sample or path, times that run backwards, or a negative
+    /// or non-finite `hold_s`.
     pub fn new(samples: &[EgoSample], hold_s: f64) -> Result<EgoPath, LaneError> {
         let Some(last) = samples.last() else {
             return Err(LaneError::too_few("samples of the car's motion", 0, 1));
@@ -61,10 +62,10 @@ impl EgoPath {
         }
     }
 
-    /// Position and heading at a time within the samples.
+    /// Position (m) and heading (rad) at a time.
     ///
     /// # Errors
-    /// Too few points, or points and settings that are not finite or make no curve.
+    /// Returns an error if `time_s` lies outside the samples.
     pub fn pose(&self, time_s: f64) -> Result<(DVec2, f64), LaneError> {
         let outside =
             !(time_s >= self.samples[0].time_s && time_s <= self.samples[self.samples.len() - 1].time_s);
@@ -76,11 +77,11 @@ impl EgoPath {
         Ok((self.poses[i].point(s), self.poses[i].heading_at(s)))
     }
 
-    /// A point seen at `then_s` in the vehicle frame of `now_s`: Sangeetha Lakshmi section 3.1 with its signs set right, and with the chord of the way
-    /// gone in place of its first order.
+    /// Maps a point seen at `then_s` into the vehicle frame of `now_s`: Sangeetha Lakshmi section 3.1 with
+    /// corrected signs, and with the chord of the driven path in place of its first-order term.
     ///
     /// # Errors
-    /// Too few points, or points and settings that are not finite or make no curve.
+    /// Returns an error if a time lies outside the samples or the point is non-finite.
     pub fn moved(&self, point_m: DVec2, then_s: f64, now_s: f64) -> Result<DVec2, LaneError> {
         let ((p0, h0), (p1, h1)) = (self.pose(then_s)?, self.pose(now_s)?);
         let out = DVec2::from_angle(-h1).rotate(p0 + DVec2::from_angle(h0).rotate(point_m) - p1);
@@ -88,22 +89,24 @@ impl EgoPath {
     }
 }
 
-/// The way of one car ahead: its parabola inside the span and the arcs that extend it (Sangeetha Lakshmi section 3.2).
+/// The path of one car ahead: a parabola inside its span and arcs that extend it (Sangeetha Lakshmi section
+/// 3.2).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trail {
     /// The parabola through the points.
     pub curve: Parabola,
-    /// Starts at the near end; its heading points away from the car.
+    /// Arc at the near end; its heading points away from the vehicle.
     pub near: Arc,
-    /// Starts at the far end.
+    /// Arc at the far end.
     pub far: Arc,
 }
 
 impl Trail {
-    /// From at least four points in the present frame; the end nearer to the car becomes the start.
+    /// Fits a path to at least four points in the present frame; the end nearer to the vehicle becomes the
+    /// start.
     ///
     /// # Errors
-    /// Too few points, or points and settings that are not finite or make no curve.
+    /// Returns the errors of [`fit_parabola`] and of [`Trail::new`].
     pub fn fit(points_m: &[DVec2]) -> Result<Trail, LaneError> {
         let (Some(first), Some(last)) = (points_m.first(), points_m.last()) else {
             return Err(LaneError::too_few("points of the curve", 0, 4));
@@ -115,11 +118,11 @@ impl Trail {
         Trail::new(fit_parabola(points_m, None, None)?)
     }
 
-    /// Arcs through three marginal points of the curve: an end, and one and two quarters of the length
-    /// inward.
+    /// Makes a path with arcs through three marginal points of the curve at each end: the end, and one and
+    /// two quarters of the length inward.
     ///
     /// # Errors
-    /// Too few points, or points and settings that are not finite or make no curve.
+    /// Returns an error if points of the curve are non-finite or coincide.
     pub fn new(curve: Parabola) -> Result<Trail, LaneError> {
         let [a, b] = curve.span_m;
         let quarter = 0.25 * (b - a);
@@ -133,7 +136,7 @@ impl Trail {
         Ok(Trail { curve, near, far })
     }
 
-    /// Position and slope at u of the curve; outside its span on the arcs.
+    /// Position (m) and direction (rad) at u of the curve; outside its span on the arcs.
     pub fn at(&self, u_m: f64) -> (DVec2, f64) {
         let [a, b] = self.curve.span_m;
         if u_m < a {
@@ -145,17 +148,18 @@ impl Trail {
         }
     }
 
-    /// How far u lies outside the points.
+    /// Distance by which u lies outside the points, m.
     fn extension(&self, u_m: f64) -> f64 {
         (self.curve.span_m[0] - u_m).max(u_m - self.curve.span_m[1]).max(0.0)
     }
 
-    /// Distance from this way to another along this one's normals (Sangeetha Lakshmi figure 7, points E and F), positive when
-    /// the other lies to the left. Taken where the two need the least extension, at most `extension_m` for
-    /// each.
+    /// Distance from this path to another along this one's normals (Sangeetha Lakshmi figure 7, points E and
+    /// F), positive when the other lies to the left. It is taken where the two need the least extension, at
+    /// most `extension_m` for each.
     ///
     /// # Errors
-    /// Too few points, or points and settings that are not finite or make no curve.
+    /// Returns an error if `extension_m` is not positive, or if no normal meets the other path within that
+    /// extension.
     pub fn offset_to(&self, other: &Trail, extension_m: f64) -> Result<LaneOffset, LaneError> {
         positive("the longest extension", extension_m)?;
         let grid = |t: &Trail, n: usize| -> Vec<f64> {
@@ -195,34 +199,35 @@ impl Trail {
     }
 }
 
-/// The distance of one way from another.
+/// The distance of one path from another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LaneOffset {
-    /// Positive to the left.
+    /// Distance, m, positive to the left.
     pub offset_m: f64,
-    /// How much arc had to be added to the two ways together.
+    /// Length of arc that had to be added to the two paths together, m.
     pub extension_m: f64,
 }
 
-/// A target's lane counted from the first target's, positive to the left.
+/// A target's lane relative to the first target's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LanePlace {
     /// The lane, counted from the first target's, positive to the left.
     pub lane: i32,
-    /// Distance of the way from the first target's, m, positive to the left.
+    /// Distance of the path from the first target's, m, positive to the left.
     pub offset_m: f64,
-    /// Distance from the border between two lanes, at most half a lane: small means unsure.
+    /// Distance from the border between two lanes, m, at most half a lane; a small value means an unsure
+    /// lane.
     pub margin_m: f64,
-    /// How much arc had to be added to the two ways together, m.
+    /// Length of arc that had to be added to the two paths together, m.
     pub extension_m: f64,
 }
 
-/// Which targets share a lane (Sangeetha Lakshmi section 3.2, figures 5 to 7): the distance of each way from the first one's,
-/// divided by the lane's width and rounded. A target whose way meets no normal gets the reason in place of a
-/// lane.
+/// Finds which targets share a lane (Sangeetha Lakshmi section 3.2, figures 5 to 7): the distance of each
+/// path from the first one's is divided by the lane's width and rounded. A target whose path meets no normal
+/// gets the reason in place of a lane.
 ///
 /// # Errors
-/// Too few points, or points and settings that are not finite or make no curve.
+/// Returns an error if `lane_width_m` is not positive or there is no path.
 pub fn tell_lanes_apart(
     trails: &[Trail],
     lane_width_m: f64,

@@ -1,4 +1,4 @@
-//! How many vehicles were given the right lane, by kind of scene (Li, section 4.2 and table 1).
+//! Counts how many vehicles were given the right lane, by kind of scene (Li, section 4.2 and table 1).
 
 use super::{Assignment, Dropped};
 use schemars::JsonSchema;
@@ -29,24 +29,25 @@ impl SceneKind {
         ["straight", "curve", "ramp", "emergency bay"][self as usize]
     }
 
-    /// Vehicles and per cent right of Li, table 1: to print beside, never a result.
+    /// Number of vehicles and percentage right in Li, table 1, to print for comparison; never a result.
     pub fn document(self) -> (u32, f64) {
         [(187, 98.93), (192, 98.96), (55, 98.18), (9, 100.0)][self as usize]
     }
 }
 
-/// Why a vehicle was given a wrong lane, or none.
+/// Why a vehicle was given a wrong lane or none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cause {
-    /// From its true place the vehicle is given the right lane: the radar's error.
+    /// The radar's error: from its true position the vehicle is given the right lane.
     Measurement,
-    /// Wrong from its true place as well: the map, the edges between its points, or the limits.
+    /// The map, the edges between its points, or the limits: the lane is wrong from the true position as
+    /// well.
     Method,
-    /// A wrong lane, and no true place to tell why.
+    /// The lane is wrong, and no true position is known to tell why.
     Unexplained,
-    /// No lane: beside the map or the road.
+    /// There is no lane, as the position is outside the map or the road.
     Dropped,
-    /// No lane: a target, map or pose that cannot be used.
+    /// There is no lane, as a target, map or pose cannot be used.
     Unusable,
 }
 
@@ -61,32 +62,32 @@ impl Cause {
     }
 }
 
-/// Vehicles of one kind of scene.
+/// Counts of vehicles in one kind of scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tally {
-    /// Vehicles that were given their lane.
+    /// Number of vehicles that were given their lane.
     pub right: u32,
-    /// By cause, in the order of [`Cause::ALL`].
+    /// Number of vehicles that were not, by cause, in the order of [`Cause::ALL`].
     pub wrong: [u32; 5],
 }
 
 impl Tally {
-    /// Vehicles counted, right and wrong.
+    /// Number of vehicles counted, right and wrong.
     pub fn counted(&self) -> u32 {
         self.right + self.wrong.iter().sum::<u32>()
     }
 
-    /// Vehicles that were counted wrong for this cause.
+    /// Number of vehicles that were counted wrong for this cause.
     pub fn wrong_by(&self, cause: Cause) -> u32 {
         self.wrong[cause as usize]
     }
 
-    /// Share that is right, 0 to 1. None for no vehicle.
+    /// Share of vehicles that are right, 0 to 1; None without a vehicle.
     pub fn accuracy(&self) -> Option<f64> {
         (self.counted() > 0).then(|| f64::from(self.right) / f64::from(self.counted()))
     }
 
-    /// Where the true accuracy lies with 95 % confidence (Wilson 1927). None for no vehicle.
+    /// Confidence interval of 95 % for the true accuracy (Wilson 1927); None without a vehicle.
     pub fn interval95(&self) -> Option<[f64; 2]> {
         let (n, share) = (f64::from(self.counted()), self.accuracy()?);
         let z2 = 1.959_963_984_540_054_f64.powi(2);
@@ -96,9 +97,9 @@ impl Tally {
     }
 }
 
-/// The scan that speaks for a vehicle that was seen in many: of those that gave it the lane with the
-/// greatest sum of probabilities (after that, of scans; after that, the first), the surest one. A vehicle
-/// that never got a lane is spoken for by its last scan, and one that was never seen by none.
+/// The scan that represents a vehicle seen in many scans: of those that gave it the lane with the greatest
+/// sum of probabilities (ties go to more scans, then to the first), the one with the highest probability. A
+/// vehicle that never got a lane is represented by its last scan; without scans the result is None.
 pub fn scan_of_pass(scans: &[Assignment]) -> Option<&Assignment> {
     let mut lanes: Vec<(i32, f64, u32, &Assignment, f64)> = Vec::new();
     for scan in scans {
@@ -124,15 +125,16 @@ pub fn scan_of_pass(scans: &[Assignment]) -> Option<&Assignment> {
     best.map(|l| l.3).or(scans.last())
 }
 
-/// Right and wrong vehicles for each kind of scene. Prints as a table with the document's figures beside.
+/// Right and wrong vehicles for each kind of scene; `Display` prints a table with the document's figures
+/// beside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct AccuracyTable {
-    /// In the order of [`SceneKind::ALL`].
+    /// Tallies in the order of [`SceneKind::ALL`].
     tallies: [Tally; 4],
 }
 
 impl AccuracyTable {
-    /// Counts one vehicle. `from_truth` is the assignment of its true place, where that is known. Returns
+    /// Counts one vehicle. `from_truth` is the assignment of its true position where that is known. Returns
     /// the cause if the lane is wrong.
     pub fn record(
         &mut self,
@@ -164,7 +166,7 @@ impl AccuracyTable {
         &self.tallies[scene as usize]
     }
 
-    /// Adds what another table counted.
+    /// Adds the counts of another table.
     pub fn add(&mut self, other: &AccuracyTable) {
         for (mine, theirs) in self.tallies.iter_mut().zip(&other.tallies) {
             mine.right += theirs.right;

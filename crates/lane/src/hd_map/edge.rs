@@ -1,46 +1,46 @@
-//! Where a line across the road meets an edge that is given by points (Li, section 3.3).
+//! Intersects a line across the road with an edge that is given by points (Li, section 3.3).
 
 use glam::DVec2;
 
 /// How an edge runs between its points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EdgeRule {
-    /// Straight.
+    /// A straight line between neighbours.
     Linear,
     /// The parabola through the three points nearest along the road (Li, eq. 9).
     Nearest,
-    /// The same with the neighbour on whose side the edge bends less, at the ends of the edge no more than
-    /// one point farther in, and straight where the two sides bend contrary ways or the edge bends back
-    /// beyond both. On a smooth edge it is as good as `Nearest`; at corners, as of a bay, it does not swing
-    /// over.
+    /// The parabola with the neighbour on whose side the edge bends less; at the ends of the edge with a
+    /// neighbour no more than one point farther in. It is straight where the two sides bend opposite ways or
+    /// the edge bends back beyond both. On a smooth edge it is as good as `Nearest`; at corners, as of a bay,
+    /// it does not overshoot.
     #[default]
     Guarded,
 }
 
-/// Points closer than this to the one before are left out, metres.
+/// Points closer than this to the one before are left out, m.
 const SAME_POINT_M: f64 = 1e-3;
 
 /// The points of an edge in the plane of the radar's axes.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Edge {
     points_m: Vec<DVec2>,
-    /// Distance from the first point along the chords.
+    /// Distance from the first point along the chords, m.
     stations_m: Vec<f64>,
 }
 
 /// Where the line across the road meets the edge, seen from the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Crossing {
-    /// To the left of the forward direction asked for, from the target.
+    /// Distance from the target to the left of the requested forward direction, m.
     pub lateral_m: f64,
-    /// Of the edge there, left over forward.
+    /// Slope of the edge there, left over forward.
     pub slope: f64,
-    /// Distance along the edge's chords from its first point.
+    /// Distance along the edge's chords from its first point, m.
     pub station_m: f64,
 }
 
 impl Edge {
-    /// None for fewer than two distinct points.
+    /// Makes an edge; None for fewer than two distinct points.
     pub fn new(points_m: impl Iterator<Item = DVec2>) -> Option<Self> {
         let mut edge = Edge { points_m: Vec::new(), stations_m: Vec::new() };
         let mut station_m = 0.0;
@@ -58,7 +58,7 @@ impl Edge {
         (edge.points_m.len() >= 2).then_some(edge)
     }
 
-    /// Direction of the segment that comes nearest to a point.
+    /// Direction of the segment that is closest to a point.
     pub fn heading_near(&self, p: DVec2) -> DVec2 {
         let mut best = (f64::INFINITY, DVec2::X);
         for w in self.points_m.windows(2) {
@@ -72,9 +72,9 @@ impl Edge {
         best.1.normalize_or(DVec2::X)
     }
 
-    /// Where the line through `target_m` square to `forward` meets the edge; of several places the one
-    /// nearest to `near_m` to the left of the target. None where the edge has no such place: it is never
-    /// carried on beyond its ends.
+    /// Finds where the line through `target_m` perpendicular to `forward` meets the edge; of several places
+    /// the one nearest to `near_m` to the left of the target. None where the edge has no such place: it is
+    /// never extrapolated.
     ///
     /// The chord is kept where it lies within `dense_m` of the parabola all along the segment.
     pub fn cross(
@@ -94,7 +94,7 @@ impl Edge {
         let mut p = seen(0);
         for i in 1..self.points_m.len() {
             let q = seen(i);
-            // A segment along the line across has no one place on it; its ends belong to its neighbours.
+            // A segment along the line across has no single intersection; its ends belong to its neighbours.
             let across = (p.0 <= 0.0 && q.0 >= 0.0) || (p.0 >= 0.0 && q.0 <= 0.0);
             if across && (q.0 - p.0).abs() > SAME_POINT_M {
                 let lateral_m = p.1 - p.0 * (q.1 - p.1) / (q.0 - p.0);
@@ -125,14 +125,14 @@ impl Edge {
         })
     }
 
-    /// Second divided difference about a point; the ends have none.
+    /// Second divided difference about a point; the end points have none.
     fn bend_at(&self, point: usize, seen: impl Fn(usize) -> (f64, f64)) -> Option<f64> {
         (point >= 1 && point + 1 < self.points_m.len())
             .then(|| second_difference([seen(point - 1), seen(point), seen(point + 1)]))
             .flatten()
     }
 
-    /// Of segment i with that neighbour which is nearer to where the segment meets the line across.
+    /// Bend of segment i with that neighbour which is nearer to where the segment meets the line across.
     fn bend_of_nearest(&self, i: usize, seen: impl Fn(usize) -> (f64, f64)) -> f64 {
         let [before, after] = [i, i + 1].map(|point| self.bend_at(point, &seen));
         match (before, after) {
@@ -143,7 +143,7 @@ impl Edge {
         }
     }
 
-    /// The lesser bend of segment i's two points; at an end of the edge, of the two points next to it.
+    /// The smaller bend of the two points of segment i; at an end of the edge, of the two points next to it.
     fn guarded_bend(&self, i: usize, seen: impl Fn(usize) -> (f64, f64)) -> f64 {
         let last = self.points_m.len() - 2;
         if last == 0 {
@@ -168,8 +168,8 @@ impl Edge {
     }
 }
 
-/// Second divided difference of three points in the order of the road. None where they do not go one way:
-/// there the edge is no function of the distance ahead.
+/// Second divided difference of three points in the order of the road. None where they do not advance
+/// monotonically: there the edge is no function of the distance ahead.
 fn second_difference([a, b, c]: [(f64, f64); 3]) -> Option<f64> {
     let (to, on) = (b.0 - a.0, c.0 - b.0);
     (to * on > 0.0 && to.abs().min(on.abs()) > SAME_POINT_M)

@@ -1,5 +1,6 @@
-//! The map behind the interface of all methods: the lane number of every track of a look, which is Li's product, and the lane of
-//! the vehicle that carries the radar where it stands on a road of the map.
+//! The map method behind the interface of all lane methods. It gives the lane number of every track of a
+//! look, which is Li's product, and the lane of the vehicle that carries the radar where that stands on a
+//! road of the map.
 
 use super::{Assignment, Carriageway, HdMap, LaneKind, LocalMap, RadarFrame, RadarPose, Settings, Target};
 pub use crate::body::Body;
@@ -9,36 +10,39 @@ use crate::error;
 use crate::{LaneError, LaneEstimate, LaneEstimator, LaneTrack, Line, SensorInput};
 use glam::{DMat2, DVec2};
 
-/// A line is taken to be no better known than this, m: its points are measured.
+/// Least standard deviation of a line, m, as its points are measured.
 const LEAST_LINE_STD_M: f64 = 0.02;
-/// Gain in squared deviations for which a line gets a further parameter (99.7 % of chi-square with one degree of freedom).
+/// Gain in squared deviations for which a line gets a further parameter (99.7 % of chi-square with one degree
+/// of freedom).
 const GAIN: f64 = 9.0;
-/// Slower tracks say nothing of their heading, m/s.
+/// Least speed at which a track tells its heading, m/s.
 const LEAST_SPEED_MPS: f64 = 1.0;
-/// A track that moves by more across the roads of the map does not follow them, rad.
+/// Largest angle between a track's motion and a road that it follows, rad.
 const ACROSS_ROAD_RAD: f64 = 0.5;
 
-/// How looks are read.
+/// Settings of [`MapLanes`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// How lanes are assigned.
     pub settings: Settings,
-    /// Of the radar in the vehicle's level frame; [`SensorInput::place`] is the radar's own place.
+    /// Position of the radar in the vehicle's level frame, m; [`SensorInput::place`] is the radar's own pose
+    /// on the earth.
     pub radar_at_m: [f64; 2],
-    /// Of the radar's boresight, positive left.
+    /// Yaw of the radar's boresight, rad, positive to the left.
     pub radar_yaw_rad: f64,
-    /// Standard deviation of the radar's place on each axis, and of its azimuth.
+    /// Standard deviation of the radar's position on each axis, m.
     pub place_std_m: f64,
-    /// Standard deviation of the azimuth, rad.
+    /// Standard deviation of the radar's azimuth, rad.
     pub azimuth_std_rad: f64,
-    /// Lines are stated so far around the vehicle.
+    /// Radius around the vehicle within which lines are stated, m.
     pub reach_m: f64,
-    /// Tracks are moved to the middle of such a vehicle, with what that leaves unknown in their covariance. None: they are taken as
-    /// they are.
+    /// Size of the vehicles. Tracks are moved to the middle of such a vehicle, and the uncertainty of that
+    /// step enters their covariance. None: tracks are used as they are.
     pub body: Option<Body>,
-    /// Standard deviation of vehicles' axes from the direction of the road.
+    /// Standard deviation of the angle between vehicles' axes and the direction of the road, rad.
     pub along_road_std_rad: f64,
-    /// Standard deviation of a track's direction, which tells a vehicle's axis where no road of the map does.
+    /// Standard deviation of a track's direction, rad, which tells a vehicle's axis where no road of the map
+    /// does.
     pub direction_std_rad: f64,
 }
 
@@ -58,12 +62,12 @@ impl Default for Options {
     }
 }
 
-/// A map of lanes, read with the radar's place (method `hd-map`).
+/// Reads lanes from a map, given the radar's pose (method `hd-map`).
 #[derive(Debug, Clone)]
 pub struct MapLanes {
     map: HdMap,
     options: Options,
-    /// The map in the axes of the radar at that place: a radar that stands still converts it once.
+    /// The map in the axes of the radar at that pose; for a radar that stands still it is converted once.
     local: Option<(RadarPose, LocalMap)>,
 }
 
@@ -71,10 +75,10 @@ impl MapLanes {
     /// The method's name, as on the command line.
     pub const METHOD: &'static str = "hd-map";
 
-    /// The estimator on a map.
+    /// Makes the estimator for a map.
     ///
     /// # Errors
-    /// The first fault of the map or of the settings.
+    /// Returns an error for the first fault of the map or the first option or setting outside its range.
     pub fn new(map: HdMap, options: Options) -> Result<MapLanes, LaneError> {
         map.check()?;
         let o = &options;
@@ -88,7 +92,7 @@ impl MapLanes {
             ("direction_std_rad", good(o.direction_std_rad)),
             ("radar_at_m", x.is_finite() && y.is_finite() && o.radar_yaw_rad.is_finite()),
         ])?;
-        // Edges and settings are checked on the way into a frame, wherever it is.
+        // Edges and settings are checked when a map is converted to a frame, wherever that is.
         let anywhere = RadarPose { position: map.carriageways[0].inner_edge[0], azimuth_rad: 0.0 };
         LocalMap::new(&map, &anywhere, options.settings)?;
         Ok(MapLanes { map, options, local: None })
@@ -99,7 +103,7 @@ impl MapLanes {
         &self.map
     }
 
-    /// Of the radar in the vehicle's level frame.
+    /// Position of the radar in the vehicle's level frame, m.
     pub fn radar_at_m(&self) -> [f64; 2] {
         self.options.radar_at_m
     }
@@ -118,8 +122,9 @@ impl MapLanes {
         }
     }
 
-    /// The axis of a track's vehicle in the vehicle's level frame, with its standard deviation: along the road that it is on, in the
-    /// direction in which it moves. None for what hardly moves.
+    /// Direction of the axis of a track's vehicle in the vehicle's level frame (rad), with its standard
+    /// deviation: along the road that it is on, in its direction of motion. None for a track that hardly
+    /// moves.
     fn axis(&self, at_m: DVec2, velocity_mps: DVec2) -> Option<(f64, f64)> {
         let o = &self.options;
         if !velocity_mps.is_finite() || velocity_mps.length() < LEAST_SPEED_MPS {
@@ -139,7 +144,8 @@ impl MapLanes {
         }
     }
 
-    /// From a track to the middle of its vehicle. None where tracks are taken as they are, or nothing is known of the vehicle's axis.
+    /// The step from a track to the middle of its vehicle. None where tracks are used as they are, or the
+    /// vehicle's axis is unknown.
     fn step(&self, track: &LaneTrack) -> Option<Step> {
         let at = DVec2::from_array(track.at_m);
         let (heading_rad, heading_std_rad) = self.axis(at, DVec2::from_array(track.velocity_mps))?;
@@ -148,13 +154,14 @@ impl MapLanes {
         Some(self.options.body?.to_middle(from, heading_rad, heading_std_rad, across))
     }
 
-    /// Where the middle of a track's vehicle is taken to be, in the vehicle's level frame, by the map at the last look's place.
+    /// Position of the middle of a track's vehicle in the vehicle's level frame, m, by the map at the last
+    /// look's pose.
     pub fn middle_m(&self, track: &LaneTrack) -> [f64; 2] {
         (DVec2::from_array(track.at_m) + self.step(track).map_or(DVec2::ZERO, |s| s.by_m)).to_array()
     }
 
-    /// A track of a look as a target in the radar's axes, moved to the middle of its vehicle, with the errors of that step and of the
-    /// radar's own place.
+    /// Converts a track of a look to a target in the radar's axes, moved to the middle of its vehicle, with
+    /// the errors of that step and of the radar's own pose.
     pub fn target(&self, track: &LaneTrack) -> Target {
         let o = &self.options;
         let back = DMat2::from_angle(-o.radar_yaw_rad);
@@ -164,26 +171,29 @@ impl MapLanes {
         let turned = DMat2::from_cols(aside * aside.x, aside * aside.y);
         let body = self.step(track).map_or(DMat2::ZERO, |s| s.covariance_m2);
         let own = DMat2::from_diagonal(std * std + DVec2::splat(o.place_std_m.powi(2))) + turned + body;
-        // Rounding leaves it symmetric to the last digits only.
+        // Rounding leaves it symmetric only to the last digits.
         let c = back * own * back.transpose();
         let off = 0.5 * (c.x_axis.y + c.y_axis.x);
         Target::new(back * middle, DMat2::from_cols(DVec2::new(c.x_axis.x, off), DVec2::new(off, c.y_axis.y)))
     }
 
-    /// The lane of each track of a look, in order (Li's product).
+    /// Assigns a lane to each track of a look, in order (Li's product).
     ///
     /// # Errors
-    /// No place in the look; a place that is none.
+    /// Returns an error if the look has no pose of the radar, or if that pose is non-finite or not near the
+    /// earth.
     pub fn targets(&mut self, input: &SensorInput<'_>) -> Result<Vec<Assignment>, LaneError> {
         self.at(input)?;
         let targets: Vec<Target> = input.tracks.iter().map(|t| self.target(t)).collect();
         Ok(self.at(input)?.1.assign(&targets))
     }
 
-    /// The lane of a point of the vehicle's level frame, with no error: for comparison with what is true.
+    /// Assigns a lane to a point of the vehicle's level frame (m) without error, for comparison with the
+    /// truth.
     ///
     /// # Errors
-    /// No place in the look; a place that lies on no road of the map.
+    /// Returns an error if the look has no pose of the radar, or if that pose is non-finite or not near the
+    /// earth. A point on no road of the map is no error here: the assignment then holds the reason.
     pub fn lane_at(&mut self, input: &SensorInput<'_>, at_m: [f64; 2]) -> Result<Assignment, LaneError> {
         let o = &self.options;
         let from = DVec2::from_array(at_m) - DVec2::from_array(o.radar_at_m);
@@ -233,20 +243,21 @@ impl LaneEstimator for MapLanes {
         Self::METHOD
     }
 
-    /// The vehicle's own lane; lines of all carriageways within reach. That of others: [`MapLanes::targets`].
+    /// Estimates the vehicle's own lane and the lines of all carriageways within reach. For lanes of other
+    /// vehicles see [`MapLanes::targets`].
     fn estimate(&mut self, input: &SensorInput<'_>) -> LaneEstimate {
         self.own_lane(input)
             .unwrap_or_else(|why| LaneEstimate::none(Self::METHOD, input.time_s, input.tracks.len(), why))
     }
 }
 
-/// The lines between and beside the lanes and strips of a carriageway: points beside those of its inner edge, where both lanes that
-/// they part, or one, have a width.
+/// The lines between and beside the lanes and strips of a carriageway: points offset from those of its inner
+/// edge, where at least one of the two lanes that they separate has a width.
 fn boundaries(way: &Carriageway, here: impl Fn(&super::Wgs84) -> DVec2) -> Vec<Vec<DVec2>> {
     let inner: Vec<DVec2> = way.inner_edge.iter().map(&here).collect();
     let outer: Vec<DVec2> = way.outer_edge.iter().map(&here).collect();
     let n = inner.len();
-    // Towards the outer edge.
+    // Sign of a normal that points towards the outer edge.
     let outwards = |i: usize, normal: DVec2| {
         let near = outer.iter().min_by(|a, b| a.distance(inner[i]).total_cmp(&b.distance(inner[i])));
         near.map_or(1.0, |q| normal.dot(*q - inner[i]).signum())
@@ -277,9 +288,9 @@ fn boundaries(way: &Carriageway, here: impl Fn(&super::Wgs84) -> DVec2) -> Vec<V
     out
 }
 
-/// A curve through those points of a line that lie within reach, in the direction in which the vehicle looks.
+/// Fits a curve to those points of a line that lie within reach, in the direction in which the vehicle looks.
 fn line(points: &[DVec2], std_m: f64, reach_m: f64) -> Option<Line> {
-    // One point more on each side, so that the line reaches as far as asked for.
+    // One point more on each side, so that the line covers the whole reach.
     let near = |i: &usize| points[*i].length() <= reach_m;
     let first = (0..points.len()).find(near)?.saturating_sub(1);
     let last = ((0..points.len()).rfind(near)? + 1).min(points.len().checked_sub(1)?);

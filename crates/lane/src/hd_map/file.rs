@@ -1,4 +1,5 @@
-//! Maps as files: TOML or JSON of one shape, places as `[latitude_deg, longitude_deg, height_m]` in WGS-84.
+//! Maps as files: TOML or JSON of one structure, places as `[latitude_deg, longitude_deg, height_m]` in
+//! WGS-84.
 //!
 //! ```toml
 //! [[carriageways]]                     # one direction of a road, or a ramp
@@ -19,10 +20,11 @@ use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::scene::toml_file::{Document, read_text};
 use std::path::Path;
 
-/// Reads and checks a map; by its name `.json`, otherwise TOML.
+/// Reads and checks a map: JSON if the name ends in `.json`, otherwise TOML.
 ///
 /// # Errors
-/// A file that cannot be read; keys and values that are not a map's, with their line; the first fault of the map.
+/// Returns an error if the file cannot be read, if a key or value does not belong to a map (with its line),
+/// or for the first fault of the map.
 pub fn read(path: &Path) -> Result<HdMap> {
     let text = read_text(path)?;
     let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
@@ -39,10 +41,10 @@ pub fn read(path: &Path) -> Result<HdMap> {
     Ok(map)
 }
 
-/// The map as JSON.
+/// Returns the map as JSON text.
 ///
 /// # Errors
-/// A map that [`HdMap::check`](super::HdMap::check) refuses.
+/// Returns an error if the map cannot be serialized. The map is not checked here.
 pub fn to_json(map: &HdMap) -> Result<String> {
     serde_json::to_string_pretty(map).map_err(|e| Error::Failed(format!("map: {e}")))
 }

@@ -1,28 +1,28 @@
-//! WGS-84 coordinates and the axes of a radar that stands on the road: latitude, longitude, height ->
+//! Converts between WGS-84 coordinates and the axes of a radar on the road: latitude, longitude, height ->
 //! ECEF -> ENU at the radar -> radar axes, and back (Li, eq. 6 to 8).
 
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
-/// Semi-major axis a of WGS-84, metres.
+/// Semi-major axis a of WGS-84, m.
 pub const SEMI_MAJOR_M: f64 = 6_378_137.0;
-/// Semi-minor axis b, metres.
+/// Semi-minor axis b of WGS-84, m.
 pub const SEMI_MINOR_M: f64 = 6_356_752.314;
-/// First eccentricity squared, e² = (a² - b²)/a².
+/// First eccentricity squared of WGS-84, e² = (a² - b²)/a².
 pub const ECCENTRICITY_SQUARED: f64 =
     (SEMI_MAJOR_M * SEMI_MAJOR_M - SEMI_MINOR_M * SEMI_MINOR_M) / (SEMI_MAJOR_M * SEMI_MAJOR_M);
-/// Heights of roads and radars lie within this, metres.
+/// Largest absolute height of roads and radars, m.
 const MAX_HEIGHT_M: f64 = 1e5;
 
-/// A place on the earth. In text it is `[latitude_deg, longitude_deg, height_m]`.
+/// A position on the earth. In text it is `[latitude_deg, longitude_deg, height_m]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f64; 3]", into = "[f64; 3]")]
 pub struct Wgs84 {
-    /// Geodetic, positive north, -90 to 90.
+    /// Geodetic latitude, degrees, positive north, -90 to 90.
     pub latitude_deg: f64,
-    /// Positive east, -180 to 180.
+    /// Longitude, degrees, positive east, -180 to 180.
     pub longitude_deg: f64,
-    /// Above the ellipsoid.
+    /// Height above the ellipsoid, m.
     pub height_m: f64,
 }
 
@@ -39,20 +39,21 @@ impl From<Wgs84> for [f64; 3] {
 }
 
 impl Wgs84 {
-    /// A place from latitude and longitude in degrees and height over the ellipsoid in metres.
+    /// Makes a position from latitude and longitude in degrees and height above the ellipsoid in metres.
     pub const fn new(latitude_deg: f64, longitude_deg: f64, height_m: f64) -> Self {
         Wgs84 { latitude_deg, longitude_deg, height_m }
     }
 
-    /// Finite, with angles in their ranges and a height within 100 km of the ellipsoid.
+    /// Whether all values are finite, the angles within their ranges and the height within 100 km of the
+    /// ellipsoid.
     pub fn is_valid(&self) -> bool {
         self.latitude_deg.abs() <= 90.0
             && self.longitude_deg.abs() <= 180.0
             && self.height_m.abs() <= MAX_HEIGHT_M
     }
 
-    /// Earth-centred, earth-fixed coordinates in metres: X through latitude and longitude 0, Z through the
-    /// north pole (Li, eq. 6). Not finite where the place is not.
+    /// Earth-centred, earth-fixed coordinates, m: X through latitude and longitude 0, Z through the north
+    /// pole (Li, eq. 6). They are non-finite where the position is.
     pub fn ecef_m(&self) -> DVec3 {
         let (sin_lat, cos_lat) = self.latitude_deg.to_radians().sin_cos();
         let (sin_lon, cos_lon) = self.longitude_deg.to_radians().sin_cos();
@@ -62,13 +63,13 @@ impl Wgs84 {
         DVec3::new(across * cos_lon, across * sin_lon, z)
     }
 
-    /// The place with these earth-centred coordinates. Exact to rounding within 100 km of the ellipsoid
-    /// (Bowring 1976, repeated until it stands); without meaning near the earth's centre.
+    /// Converts earth-centred coordinates (m) to a position. It is exact to rounding within 100 km of the
+    /// ellipsoid (Bowring 1976, iterated to convergence) and without meaning near the earth's centre.
     pub fn from_ecef_m(p: DVec3) -> Self {
         let b_over_a = SEMI_MINOR_M / SEMI_MAJOR_M;
         let second = ECCENTRICITY_SQUARED / (1.0 - ECCENTRICITY_SQUARED);
         let across = p.x.hypot(p.y);
-        // Sine and cosine of the parametric latitude, never by a tangent: it has none at the poles.
+        // Sine and cosine of the parametric latitude, never its tangent, which has no value at the poles.
         let unit = |s: f64, c: f64| {
             let r = s.hypot(c);
             (s / r, c / r)
@@ -91,7 +92,7 @@ impl Wgs84 {
         }
     }
 
-    /// Rows east, north, up at this place, in ECEF (Li, eq. 7).
+    /// Rotation from ECEF to east, north, up at this position, in rows (Li, eq. 7).
     fn enu_from_ecef(&self) -> DMat3 {
         let (sin_lat, cos_lat) = self.latitude_deg.to_radians().sin_cos();
         let (sin_lon, cos_lon) = self.longitude_deg.to_radians().sin_cos();
@@ -102,26 +103,26 @@ impl Wgs84 {
     }
 }
 
-/// Where a radar stands and where it looks. Its axes are level: what its mounting tilts has been taken out
-/// of the targets before they come here.
+/// Position and direction of a radar. Its axes are level: the tilt of its mounting has been removed from the
+/// targets beforehand.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RadarPose {
-    /// Where the radar stands.
+    /// Position of the radar.
     pub position: Wgs84,
-    /// Of boresight, clockwise from true north, radians (0 looks north, +pi/2 east).
+    /// Azimuth of boresight, rad, clockwise from true north (0 looks north, +π/2 east).
     pub azimuth_rad: f64,
 }
 
 impl RadarPose {
-    /// The pose at a point of another pose's axes, boresight turned to the left of theirs by
-    /// `heading_rad`: of a radar in a road's own plane, whose anchor on the earth is `anchor`. True north
-    /// is taken at the new place. None where the anchor or the point is not finite or not near the earth.
+    /// The pose at the point `position_m` of another pose's axes, with boresight turned to the left of theirs
+    /// by `heading_rad`, as for a radar in a road's plane whose anchor on the earth is `anchor`. True north
+    /// is taken at the new position. None where the anchor or the point is non-finite or not near the earth.
     pub fn within(anchor: &RadarPose, position_m: DVec3, heading_rad: f64) -> Option<Self> {
         let plane = RadarFrame::new(anchor)?;
         let position = plane.place(position_m);
         let north = RadarFrame::new(&RadarPose { position, azimuth_rad: 0.0 })?;
-        // Far enough for the digits, near enough for a tangent.
+        // Far enough for the precision, near enough for a tangent.
         let ahead = DVec3::new(heading_rad.cos(), heading_rad.sin(), 0.0) * 100.0;
         let seen = north.radar_m(&plane.place(position_m + ahead));
         let pose = RadarPose { position, azimuth_rad: (-seen.y).atan2(seen.x) };
@@ -129,7 +130,7 @@ impl RadarPose {
     }
 }
 
-/// The level axes of one radar, x forward, y left, z up, ready for many points.
+/// The level axes of one radar (x forward, y left, z up), prepared for many points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RadarFrame {
     origin_ecef_m: DVec3,
@@ -137,7 +138,7 @@ pub struct RadarFrame {
 }
 
 impl RadarFrame {
-    /// None for a pose that is not finite or not near the earth.
+    /// Makes the frame; None for a pose that is non-finite or not near the earth.
     pub fn new(pose: &RadarPose) -> Option<Self> {
         if !pose.position.is_valid() || !pose.azimuth_rad.is_finite() {
             return None;
@@ -156,12 +157,12 @@ impl RadarFrame {
         })
     }
 
-    /// Radar axes of a place, metres (Li, eq. 6 to 8).
+    /// Converts a position to the radar's axes, m (Li, eq. 6 to 8).
     pub fn radar_m(&self, place: &Wgs84) -> DVec3 {
         self.radar_from_ecef * (place.ecef_m() - self.origin_ecef_m)
     }
 
-    /// The place at a point of the radar's axes.
+    /// Converts a point of the radar's axes (m) to a position.
     pub fn place(&self, radar_m: DVec3) -> Wgs84 {
         Wgs84::from_ecef_m(self.radar_from_ecef.transpose() * radar_m + self.origin_ecef_m)
     }

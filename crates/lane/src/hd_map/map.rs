@@ -4,7 +4,7 @@ use super::geodesy::Wgs84;
 use crate::error::LaneError;
 use serde::{Deserialize, Serialize};
 
-/// No lane and no strip is wider, metres.
+/// Largest width of a lane or strip, m.
 const MAX_WIDTH_M: f64 = 100.0;
 
 /// What a lane or strip is for.
@@ -32,25 +32,25 @@ impl LaneKind {
     }
 }
 
-/// The width of a lane in metres: one, or a list of (distance along the inner edge from its first point,
-/// width), linear between entries and constant beyond them. Two entries at one distance are a step.
+/// The width of a lane in metres: one value, or a list of (distance along the inner edge from its first
+/// point, width), linear between entries and constant beyond them. Two entries at one distance make a step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Width {
-    /// The same width everywhere, m.
+    /// One width everywhere, m.
     Constant(f64),
-    /// Pairs of station and width, m.
+    /// Pairs of distance along the inner edge and width, m.
     Along(Vec<[f64; 2]>),
 }
 
 impl Width {
-    /// At a distance along the inner edge. NaN for an empty list.
+    /// Width at a distance along the inner edge, m; NaN for an empty list.
     pub fn at_m(&self, station_m: f64) -> f64 {
         let list = match self {
             Width::Constant(width_m) => return *width_m,
             Width::Along(list) => list,
         };
-        // After a step the later entry holds.
+        // After a step the later entry counts.
         let after = list.partition_point(|[s, _]| *s <= station_m);
         match (after.checked_sub(1).map(|i| &list[i]), list.get(after)) {
             (Some([s0, w0]), Some([s1, w1])) => w0 + (w1 - w0) * ((station_m - s0) / (s1 - s0)),
@@ -75,12 +75,12 @@ impl Width {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Lane {
-    /// What the answer says; no two lanes of a map share one.
+    /// Number that results state; no two lanes of a map share one.
     pub number: i32,
     /// What the lane or strip is for.
     #[serde(default)]
     pub kind: LaneKind,
-    /// Width of the lane, m.
+    /// Width of the lane or strip, m.
     pub width_m: Width,
 }
 
@@ -88,21 +88,22 @@ pub struct Lane {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Carriageway {
-    /// The carriageway's name, which errors state.
+    /// Name of the carriageway, which errors state.
     pub name: String,
-    /// The line between the median and the first lane: the left edge in driving direction where traffic
-    /// keeps right. Two points or more, in order along the road.
+    /// Line between the median and the first lane: the left edge in driving direction where traffic keeps
+    /// right. It has two points or more, in order along the road.
     pub inner_edge: Vec<Wgs84>,
-    /// The outermost line of the last lane, in the same order. Where lanes change their widths it has a
-    /// point at each entry of their lists, and one more between two corners that turn the same way, as on
-    /// the long side of a bay: else these can look like points on a curve.
+    /// Outermost line of the last lane, in the same order. Where lanes change their widths it has a point at
+    /// each entry of their lists, and one more between two corners that turn the same way, as on the long
+    /// side of a bay; otherwise these can look like points on a curve.
     pub outer_edge: Vec<Wgs84>,
-    /// From the inside out. Strips of the kind `Median` stand first and lie inside the inner edge, those of
-    /// the kind `Shoulder` stand last and lie outside the outer edge; all others fill the space between.
+    /// Lanes and strips from the inside out. Strips of the kind `Median` come first and lie inside the inner
+    /// edge; strips of the kind `Shoulder` come last and lie outside the outer edge; all others fill the
+    /// space between.
     pub lanes: Vec<Lane>,
 }
 
-/// The roads in a radar's view.
+/// A map of the roads in a radar's view.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HdMap {
@@ -112,10 +113,11 @@ pub struct HdMap {
 }
 
 impl HdMap {
-    /// Whether this is a map to work with.
+    /// Checks whether the map can be used.
     ///
     /// # Errors
-    /// The first fault: lanes that cross, widths or points that make no sense.
+    /// Returns an error for the first fault: no carriageway, a lane number given twice, a carriageway without
+    /// a lane, strips in the wrong order, an edge point that is no place on the earth, or an invalid width.
     pub fn check(&self) -> Result<(), LaneError> {
         if self.carriageways.is_empty() {
             return Err(LaneError::refused("the map holds no carriageway"));
@@ -153,7 +155,7 @@ impl Carriageway {
         if self.lanes.iter().all(|l| l.kind.is_strip()) {
             return Err(LaneError::refused(format!("carriageway `{}` has no lane", self.name.clone())));
         }
-        // Median strips, lanes, shoulder strips: the rank never falls.
+        // Order of median strips, lanes and shoulder strips: the rank never falls.
         let rank = |l: &Lane| match l.kind {
             LaneKind::Median => 0,
             LaneKind::Shoulder => 2,
@@ -176,7 +178,7 @@ impl Carriageway {
         self.lanes.iter().filter(|l| !l.kind.is_strip())
     }
 
-    /// Width of the strips of one kind at a distance along the inner edge.
+    /// Total width of the strips of one kind at a distance along the inner edge, m.
     pub(super) fn strip_m(&self, kind: LaneKind, station_m: f64) -> f64 {
         self.lanes.iter().filter(|l| l.kind == kind).map(|l| l.width_m.at_m(station_m)).sum()
     }

@@ -1,14 +1,15 @@
-//! The number of the lane that each target drives in, from a radar's targets and a map of the lanes' edges
-//! (Li, Lei, Jin, Zhang and Zhao, ICCSCT 2022).
+//! Assigns the number of its lane to each target, from a radar's targets and a map of the lanes' edges (Li,
+//! Lei, Jin, Zhang and Zhao, ICCSCT 2022).
 //!
-//! * [`geodesy`]: WGS-84 to the radar's axes and back; [`map`]: carriageways, their edges and lanes;
-//!   [`assign`], or [`LocalMap`] for many scans; [`accuracy`]: vehicles counted, right and wrong.
+//! * [`geodesy`] converts between WGS-84 and the radar's axes; [`map`] holds carriageways, their edges and
+//!   lanes; [`assign`], or [`LocalMap`] for many scans, finds the lanes; [`accuracy`] counts vehicles, right
+//!   and wrong.
 //!
-//! The document reads both edges on the line through the target square to the radar's axis
-//! ([`Across::RadarAxis`]). Where the edges are parallel the target divides that line in the same ratio as
-//! the line square to the road. [`Across::RoadNormal`] takes the latter itself: it turns the axes until
-//! forward is the road's own direction beside the target, so it holds where a ramp turns across the
-//! radar's axis, and where a lane widens.
+//! The document reads both edges on the line through the target perpendicular to the radar's axis
+//! ([`Across::RadarAxis`]). Where the edges are parallel, the target divides that line in the same ratio as
+//! the line perpendicular to the road. [`Across::RoadNormal`] takes the latter itself: it turns the axes
+//! until forward is the road's own direction beside the target, so it also holds where a ramp turns across
+//! the radar's axis and where a lane widens.
 
 pub mod accuracy;
 mod edge;
@@ -33,30 +34,31 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::SQRT_2;
 use std::fmt;
 
-/// Edges nearer to each other than this hold no lane, metres.
+/// Least distance between two edges that hold a lane, m.
 const MIN_GAP_M: f64 = 0.5;
-/// Turns of the axes on the way to the road's normal.
+/// Largest number of iterations that turn the axes to the road's normal.
 const MAX_TURNS: u32 = 10;
 const MAX_FULL_TURNS: u32 = 4;
-/// A line this square to the edge is its normal: what is left changes lengths by its square.
+/// Largest slope at which a line counts as the edge's normal: what is left changes lengths by its square.
 const MAX_SLOPE: f64 = 1e-6;
 
-/// A place where a vehicle was seen, in the radar's level axes (x forward, y left).
+/// The position of a vehicle that was seen, in the radar's level axes (x forward, y left).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
-    /// The position (x forward, y left), m.
+    /// Position (x forward, y left), m.
     pub position_m: DVec2,
-    /// Of the position, (x, y) in square metres. Zero where nothing is known of it.
+    /// Covariance of the position, (x, y) in m². Zero where nothing is known of it.
     pub covariance_m2: DMat2,
 }
 
 impl Target {
-    /// A target from its position in m and the covariance in m².
+    /// Makes a target from its position (m) and covariance (m²).
     pub const fn new(position_m: DVec2, covariance_m2: DMat2) -> Self {
         Target { position_m, covariance_m2 }
     }
 
-    /// From a distance over ground and an azimuth (positive left) with their standard deviations.
+    /// Makes a target from a distance over ground (m) and an azimuth (rad, positive to the left) with their
+    /// standard deviations.
     pub fn polar(range_m: f64, azimuth_rad: f64, range_std_m: f64, azimuth_std_rad: f64) -> Self {
         let ahead = DVec2::from_angle(azimuth_rad);
         let turn = DMat2::from_cols(ahead, ahead.perp());
@@ -80,42 +82,44 @@ impl Target {
     }
 }
 
-/// Which line across the road divides it into lanes.
+/// Which line across the road is divided into lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Across {
-    /// Square to the radar's axis, as the document has it.
+    /// The line perpendicular to the radar's axis, as in the document.
     RadarAxis,
-    /// Square to the inner edge beside the target.
+    /// The line perpendicular to the inner edge beside the target.
     #[default]
     RoadNormal,
 }
 
-/// How lanes are assigned.
+/// Settings of the lane assignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Which line across the road divides it into lanes.
+    /// Which line across the road is divided into lanes.
     pub across: Across,
     /// How an edge runs between its points.
     pub edge_rule: EdgeRule,
-    /// An edge counts as dense, and is followed by chords, where the chord lies within this of the parabola.
+    /// Largest distance between chord and parabola at which an edge counts as dense and is followed by
+    /// chords, m.
     pub dense_sagitta_m: f64,
-    /// The share of the carriageway's width by which a target may lie inside the inner edge and still
-    /// counts as in the first lane (the document's alpha). None: the width of the map's median strip.
+    /// Share of the carriageway's width by which a target may lie inside the inner edge and still count as in
+    /// the first lane (the document's alpha). None: the width of the map's median strip.
     pub alpha: Option<f64>,
-    /// The same outside the outer edge, for the last lane: on a road with one, the emergency lane (the
-    /// document's beta). None: the width of the map's shoulder strip.
+    /// Share of the carriageway's width by which a target may lie outside the outer edge and still count as
+    /// in the last lane, the emergency lane on a road that has one (the document's beta). None: the width of
+    /// the map's shoulder strip.
     pub beta: Option<f64>,
-    /// Standard deviation of the map's edges, added to that of the targets.
+    /// Standard deviation of the map's edges, m, added to that of the targets.
     pub map_std_m: f64,
-    /// Share by which the distance between the edges may differ from the sum of the lanes' widths. Beyond
-    /// it the map contradicts itself beside the target, as at a bay that no lane stands for.
+    /// Share by which the distance between the edges may differ from the sum of the lanes' widths. Beyond it
+    /// the map contradicts itself beside the target, as at a bay that no lane describes.
     pub width_tolerance: f64,
 }
 
 impl Default for Settings {
-    /// The road's normal, guarded parabolas, chords where they are within a centimetre, limits from the
-    /// map's strips, a map without error whose widths agree within 15 %.
+    /// The road's normal, guarded parabolas, chords where they are within a centimetre, limits from the map's
+    /// strips, and a map without error whose widths agree within 15 %.
     fn default() -> Self {
         Settings {
             across: Across::default(),
@@ -145,15 +149,15 @@ impl Settings {
 /// Whether the target lies on the lane that it was given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fit {
-    /// Between the edges of the carriageway.
+    /// The target lies between the edges of the carriageway.
     Inside,
-    /// In the strip within alpha inside the inner edge, taken for the first lane.
+    /// The target lies within alpha inside the inner edge and is taken for the first lane.
     FromMedian,
-    /// In the strip within beta outside the outer edge, taken for the last lane.
+    /// The target lies within beta outside the outer edge and is taken for the last lane.
     FromShoulder,
 }
 
-/// The lane that a target was given.
+/// The lane that a target was assigned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LanePlace {
     /// Index into the map's carriageways.
@@ -162,54 +166,54 @@ pub struct LanePlace {
     pub number: i32,
     /// What the lane is for.
     pub kind: LaneKind,
-    /// (y_target - y_inner) / (y_outer - y_inner): 0 on the inner edge, 1 on the outer (Li, eq. 5).
+    /// Ratio (y_target - y_inner) / (y_outer - y_inner): 0 on the inner edge, 1 on the outer (Li, eq. 5).
     pub rate: f64,
     /// Whether the target lies on the lane.
     pub fit: Fit,
-    /// Distance along the inner edge from its first point.
+    /// Distance along the inner edge from its first point, m.
     pub station_m: f64,
-    /// Between the edges, along the line across.
+    /// Distance between the edges along the line across, m.
     pub gap_m: f64,
-    /// Of the target's place across the road, along the same line.
+    /// Standard deviation of the target's position across the road, along the same line, m.
     pub across_std_m: f64,
-    /// That the target's true place is between the lines of this lane, for a normal error. Under one half
-    /// for a target that was taken in from a strip.
+    /// Probability that the target's true position is between the lines of this lane, for a normal error. It
+    /// is below one half for a target that was taken in from a strip.
     pub probability: f64,
-    /// The next likely lane of this carriageway, and its probability.
+    /// Number and probability of the next likely lane of this carriageway.
     pub next: Option<(i32, f64)>,
-    /// Another carriageway of the map holds the target, too: roads that cross, or share their ends.
+    /// Whether another carriageway of the map holds the target, too: roads that cross or share their ends.
     pub overlap: bool,
 }
 
 /// Why a target got no lane.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Dropped {
-    /// A position or covariance that is not finite.
+    /// The position or covariance is non-finite.
     NotFinite,
-    /// A covariance with a negative variance, or none at all.
+    /// The covariance has a negative variance or is not a covariance matrix.
     BadCovariance,
     /// No carriageway has both edges beside the target.
     BeyondMap,
     /// The edges meet or cross beside the target, or no lane has a width there.
     NoRoom,
-    /// The target is between edges whose distance is not that of the lanes' widths.
+    /// The target is between edges whose distance differs from the sum of the lanes' widths.
     Mismatch {
         /// Distance of the edges beside the target, m.
         gap_m: f64,
         /// Sum of the lanes' widths there, m.
         lanes_m: f64,
     },
-    /// Farther inside the inner edge than alpha allows.
+    /// The target lies farther inside the inner edge than alpha allows.
     Median {
         /// How far inside the inner edge the target lies, m.
         beyond_m: f64,
     },
-    /// Farther outside the outer edge than beta allows.
+    /// The target lies farther outside the outer edge than beta allows.
     Roadside {
         /// How far outside the outer edge the target lies, m.
         beyond_m: f64,
     },
-    /// Map, pose or settings cannot be used.
+    /// The map, pose or settings cannot be used.
     Map(LaneError),
 }
 
@@ -239,24 +243,24 @@ impl fmt::Display for Dropped {
 
 impl std::error::Error for Dropped {}
 
-/// What became of one target.
+/// The result for one target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assignment {
-    /// Index into the targets.
+    /// Index of the target in the input.
     pub target: usize,
     /// The lane, or why there is none.
     pub lane: Result<LanePlace, Dropped>,
 }
 
 impl Assignment {
-    /// Number of the lane; None where there is none.
+    /// Number of the lane, or None where there is none.
     pub fn number(&self) -> Option<i32> {
         self.lane.as_ref().ok().map(|l| l.number)
     }
 }
 
-/// The lane of each target, one assignment for each in order, with the default [`Settings`]. A map or a
-/// pose that cannot be used is every target's reason.
+/// Assigns lanes with the default [`Settings`]: one assignment for each target, in order. If the map or the
+/// pose cannot be used, every target gets that reason.
 pub fn assign(map: &HdMap, pose: &RadarPose, targets: &[Target]) -> Vec<Assignment> {
     match LocalMap::new(map, pose, Settings::default()) {
         Ok(local) => local.assign(targets),
@@ -266,7 +270,7 @@ pub fn assign(map: &HdMap, pose: &RadarPose, targets: &[Target]) -> Vec<Assignme
     }
 }
 
-/// A map in the axes of one radar, ready for many scans.
+/// A map in the axes of one radar, prepared for many scans.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocalMap {
     map: HdMap,
@@ -276,10 +280,11 @@ pub struct LocalMap {
 }
 
 impl LocalMap {
-    /// The lanes of a map around a pose.
+    /// Converts a map to the axes of a radar at `pose`.
     ///
     /// # Errors
-    /// The first fault of the map, the pose or the settings.
+    /// Returns an error for the first fault of the settings, the map or the pose, or for an edge with fewer
+    /// than two distinct points.
     pub fn new(map: &HdMap, pose: &RadarPose, settings: Settings) -> Result<Self, LaneError> {
         settings.check()?;
         map.check()?;
@@ -299,16 +304,17 @@ impl LocalMap {
         Ok(LocalMap { map: map.clone(), settings, edges })
     }
 
-    /// One assignment for each target, in order.
+    /// Assigns lanes: one assignment for each target, in order.
     pub fn assign(&self, targets: &[Target]) -> Vec<Assignment> {
         targets.iter().enumerate().map(|(target, t)| Assignment { target, lane: self.place(t) }).collect()
     }
 
-    /// The lane of one target: of the carriageways that hold it, the one where that is likeliest; else of
-    /// those that take it in from a strip; else the reason of the one whose edge is nearest.
+    /// Finds the lane of one target. Of the carriageways that hold it, the one with the highest probability
+    /// counts; otherwise those that take it in from a strip; otherwise the reason of the one whose edge is
+    /// nearest is returned.
     ///
     /// # Errors
-    /// Why the target has no lane.
+    /// Returns the reason why the target has no lane.
     pub fn place(&self, target: &Target) -> Result<LanePlace, Dropped> {
         target.check()?;
         let mut found: Option<LanePlace> = None;
@@ -342,7 +348,7 @@ impl LocalMap {
         }
     }
 
-    /// Directions of the carriageways that hold a place, as their inner edges run.
+    /// Directions of the carriageways that hold a position, along their inner edges.
     pub fn directions(&self, position_m: DVec2) -> impl Iterator<Item = DVec2> {
         let target = Target::new(position_m, DMat2::ZERO);
         let holds =
@@ -414,14 +420,14 @@ impl LocalMap {
             _ => Fit::Inside,
         };
 
-        // An error ahead moves the target across a road that does not run ahead.
+        // An error ahead moves the target across a road that does not run straight ahead.
         let aside = forward.perp() - inside.slope * forward;
         let variance_m2 = aside.dot(target.covariance_m2 * aside) + self.settings.map_std_m.powi(2);
         if !variance_m2.is_finite() {
             return Err(Dropped::BadCovariance);
         }
         let std = variance_m2.max(0.0).sqrt();
-        // Cumulated widths over their sum (Li, eq. 3 and 4), and what lies below them.
+        // Cumulative widths over their sum (Li, eq. 3 and 4), and what lies below them.
         let mut chosen: Option<(&Lane, f64)> = None;
         let mut next: Option<(i32, f64)> = None;
         let mut sum_m = 0.0;
@@ -464,8 +470,8 @@ impl LocalMap {
     }
 }
 
-/// How much likelier a normal error lies below a value than above it, -1 to 1. Without an error it is 1
-/// on the value itself, so that a target on a line counts outwards.
+/// How much likelier a normal error lies below a value than above it, -1 to 1. Without an error the value 0
+/// gives -1, so that a target on a line counts outwards.
 fn side_of(value_m: f64, std_m: f64) -> f64 {
     match std_m > 0.0 {
         true => erf(value_m / (std_m * SQRT_2)),

@@ -1,4 +1,5 @@
-//! Maps of roads that were built here: the edges of their lanes, surveyed with an error, on the earth.
+//! Maps of roads that were built here: the edges of their lanes, surveyed with an error and placed on the
+//! earth.
 
 use super::geodesy::{RadarFrame, RadarPose};
 use super::{Carriageway, HdMap, Lane, LaneKind, Width};
@@ -7,21 +8,21 @@ use catseye::road::labels::{Polyline, RoadLabel};
 use catseye::road::layout::{Driven, LaneKind as Built, Road, Side};
 use glam::{DVec2, DVec3};
 
-/// Just before a step of a width, m.
+/// Distance before a step of a width at which a station is placed, m.
 const BEFORE_STEP_M: f64 = 5e-4;
-/// A change of width over that distance that is a step, m.
+/// Least change of width over that distance that counts as a step, m.
 const STEP_M: f64 = 0.01;
-/// Points nearer than this are surveyed as one, m.
+/// Points closer than this are surveyed as one, m.
 const ONE_POINT_M: f64 = 0.01;
-/// Two lines nearer than this bound no lane, m.
+/// Two lines closer than this bound no lane, m.
 const NO_WIDTH_M: f64 = 1e-6;
 
-/// The lanes of one road at stations along it, world coordinates.
+/// The lanes of one road at stations along it, in world coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stripes {
     /// Name of the carriageway.
     pub name: String,
-    /// From the left edge to the right.
+    /// Lanes and strips from the left edge to the right.
     pub stripes: Vec<Stripe>,
 }
 
@@ -30,18 +31,19 @@ pub struct Stripes {
 pub struct Stripe {
     /// Number of the lane.
     pub number: i32,
-    /// What the road was built with there.
+    /// Kind of lane with which the road was built.
     pub kind: Built,
     /// Direction in which it is driven.
     pub driven: Driven,
-    /// Its left edge, one entry for each station, m.
+    /// Points of its left edge, one for each station, m.
     pub left_m: Vec<DVec3>,
-    /// Its right edge, one entry for each station, m.
+    /// Points of its right edge, one for each station, m.
     pub right_m: Vec<DVec3>,
 }
 
 impl Stripes {
-    /// A road at even stations, `spacing_m` apart or less, and at all places where a width changes its course.
+    /// Samples a road at even stations, `spacing_m` apart or less, and at all places where a width changes
+    /// its course.
     pub fn of_road(road: &Road, spacing_m: f64) -> Stripes {
         let end = road.axis.length_m();
         let mut stations = even(0.0, end, spacing_m);
@@ -65,7 +67,7 @@ impl Stripes {
         Stripes { name: road.name.clone(), stripes: road.lanes().map(stripe).collect() }
     }
 
-    /// The same from a road's labels. Labels do not hold steps of a width: these become slopes.
+    /// Samples a road from its labels. Labels do not hold steps of a width: these become slopes.
     pub fn of_label(label: &RoadLabel, spacing_m: f64) -> Stripes {
         let places: Vec<(usize, f64)> = (0..label.s_m.len().saturating_sub(1))
             .flat_map(|i| {
@@ -96,7 +98,8 @@ impl Stripes {
         Stripes { name: label.name.clone(), stripes }
     }
 
-    /// The number of the lane in which a place lies; None beside all lanes. Straight from the lines: no map, no ratio.
+    /// Number and kind of the lane in which a point lies; None beside all lanes. It is read directly from the
+    /// lines, without map or ratio.
     pub fn lane_at(&self, p: DVec2) -> Option<(i32, Built)> {
         let inside = |s: &&Stripe| {
             (1..s.left_m.len()).any(|i| {
@@ -110,8 +113,8 @@ impl Stripes {
         self.stripes.iter().find(inside).map(|s| (s.number, s.kind))
     }
 
-    /// The carriageways with edges on the earth. `anchor`: where the world's origin lies and where its x axis looks; `error_m` gives
-    /// how far the next surveyed point is off across the road.
+    /// The carriageways with edges on the earth. `plane` is the frame of the world's axes on the earth;
+    /// `error_m` returns the error of the next surveyed point across the road, m.
     pub fn carriageways(&self, plane: &RadarFrame, error_m: &mut dyn FnMut() -> f64) -> Vec<Carriageway> {
         let mut out = Vec::new();
         let mut first = 0;
@@ -119,7 +122,7 @@ impl Stripes {
             let driven = self.stripes[first].driven;
             let end = first + self.stripes[first..].iter().take_while(|s| s.driven == driven).count();
             let group: Vec<&Stripe> = match driven {
-                // The inner edge is the left one as the lanes are driven.
+                // The inner edge is the left one in the direction of driving.
                 Driven::Backward => self.stripes[first..end].iter().rev().collect(),
                 _ => self.stripes[first..end].iter().collect(),
             };
@@ -132,7 +135,7 @@ impl Stripes {
     }
 }
 
-/// Whole steps from `from` to `to`, both included.
+/// Equally spaced values from `from` to `to`, both included, at most `spacing_m` apart.
 fn even(from: f64, to: f64, spacing_m: f64) -> Vec<f64> {
     let n = ((to - from) / spacing_m.max(0.1)).ceil().clamp(1.0, 1e6) as usize;
     (0..=n).map(|i| from + (to - from) * i as f64 / n as f64).collect()
@@ -157,7 +160,7 @@ fn carriageway(
     error_m: &mut dyn FnMut() -> f64,
 ) -> Option<Carriageway> {
     let strip = |s: &&Stripe| matches!(kind(s.kind), LaneKind::Median | LaneKind::Shoulder);
-    // Where traffic keeps left the median is on the other side.
+    // Where traffic keeps left, the median is on the other side.
     if kind(group.last()?.kind) == LaneKind::Median && kind(group[0].kind) != LaneKind::Median {
         group.reverse();
         inner_is_right = !inner_is_right;
@@ -204,7 +207,8 @@ fn carriageway(
     (used.len() > 1).then_some(Carriageway { name, inner_edge, outer_edge, lanes })
 }
 
-/// The map of some roads.
+/// Makes the map of some roads. `anchor` is where the world's origin lies and its x axis points; `error_m` is
+/// as for [`Stripes::carriageways`]. None for an anchor that is non-finite or not near the earth.
 pub fn map(roads: &[Stripes], anchor: &RadarPose, error_m: &mut dyn FnMut() -> f64) -> Option<HdMap> {
     let plane = RadarFrame::new(anchor)?;
     Some(HdMap { carriageways: roads.iter().flat_map(|r| r.carriageways(&plane, error_m)).collect() })

@@ -1,4 +1,4 @@
-//! The method behind the interface of all lane estimators: markers of one look, followed over looks.
+//! The marker method behind the interface of all lane estimators: markers of one look, followed over looks.
 
 use super::{METHOD, MarkerOptions, Scan, Steps, estimate_all};
 use crate::track::{EgoStep, LineTracker, TrackOptions};
@@ -6,24 +6,27 @@ use crate::{LaneEstimate, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye::base::error::{BadInput, Result};
 use std::f64::consts::{PI, TAU};
 
-/// Cross section of a marker over the direction from which it is seen: azimuth from its boresight and elevation, rad.
+/// Radar cross section of a marker (dBsm) over the direction from which it is seen: azimuth from its
+/// boresight and elevation, rad.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MarkerRcs {
     azimuth_rad: Vec<f64>,
     elevation_rad: Vec<f64>,
-    /// `[elevation, azimuth]`.
+    /// Levels in dBsm, `[elevation, azimuth]`.
     dbsm: Vec<f64>,
 }
 
-/// Levels so far under the strongest are not told apart, dB.
+/// Largest depth below the strongest level to which levels are kept, dB.
 const DEEPEST_DB: f64 = 60.0;
 
 impl MarkerRcs {
-    /// Azimuths and elevations rise; one value or more each; `dbsm` holds the azimuths of the first elevation, then of the next. Levels of
-    /// minus infinity (no echo) are allowed.
+    /// Makes the table. Azimuths and elevations rise and hold one value or more each; `dbsm` holds the
+    /// azimuths of the first elevation, then those of the next. Levels of minus infinity (no echo) are
+    /// allowed.
     ///
     /// # Errors
-    /// Axes that do not rise, another number of levels, levels that are not finite.
+    /// Returns an error if an axis is empty, non-finite or does not rise, if the number of levels does not
+    /// match the axes, or if a level is NaN or no level is finite.
     pub fn new(azimuth_rad: Vec<f64>, elevation_rad: Vec<f64>, dbsm: Vec<f64>) -> Result<MarkerRcs> {
         let bad = |what: &str| Err(BadInput::new(what).key("the marker's cross section").into());
         let rising =
@@ -42,7 +45,7 @@ impl MarkerRcs {
         Ok(MarkerRcs { azimuth_rad, elevation_rad, dbsm })
     }
 
-    /// Between the directions of the table; that of its edge beyond them.
+    /// Cross section in a direction, dBsm: interpolated inside the table, and constant beyond its edges.
     pub fn dbsm(&self, azimuth_rad: f64, elevation_rad: f64) -> f64 {
         let azimuth = (azimuth_rad + PI).rem_euclid(TAU) - PI;
         let ((i, t), (j, u)) =
@@ -62,16 +65,18 @@ fn between(axis: &[f64], x: f64) -> (usize, f64) {
     }
 }
 
-/// What [`Markers`] is made from.
+/// Options of [`Markers`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct MarkersOptions {
-    /// One for each spacing of markers that is looked for; the first gives all that is not the spacing's.
+    /// Patterns of markers, one for each spacing that is sought; the first gives all settings other than the
+    /// spacing.
     pub patterns: Vec<MarkerOptions>,
-    /// None: each look by itself.
+    /// Options of the tracker; None to treat each look by itself.
     pub track: Option<TrackOptions>,
-    /// Of the radar before the axle that does not slip sideways, m: tells the yaw rate where the look does not.
+    /// Distance of the radar ahead of the axle that does not slip sideways, m: it gives the yaw rate where
+    /// the bus does not.
     pub radar_ahead_m: f64,
-    /// With it the levels along a row have to go with the marker's pose.
+    /// Cross section of a marker. If given, the levels along a row have to agree with the marker's pose.
     pub rcs: Option<MarkerRcs>,
 }
 
@@ -86,21 +91,21 @@ impl Default for MarkersOptions {
     }
 }
 
-/// Lanes from rows of markers.
+/// Estimates lanes from rows of markers.
 #[derive(Debug, Clone)]
 pub struct Markers {
     options: MarkersOptions,
     tracker: Option<LineTracker>,
-    /// Of the last look.
+    /// Intermediate results of the last look.
     pub steps: Steps,
-    /// Of the last look by itself.
+    /// Estimate of the last look without tracking.
     pub by_itself: Option<LaneEstimate>,
     /// Motion at the last look.
     last: Option<EgoStep>,
 }
 
 impl Markers {
-    /// An estimator that has seen nothing yet.
+    /// Makes an estimator that has seen nothing yet.
     pub fn new(options: MarkersOptions) -> Markers {
         Markers {
             tracker: options.track.map(LineTracker::new),
@@ -116,14 +121,15 @@ impl Markers {
         &self.options
     }
 
-    /// The marker's level that is expected at a point of a row with that direction. Markers look back along their row.
+    /// Level that is expected of a marker at a point of a row with that direction, dBsm. Markers face back
+    /// along their row. None without a cross section or pattern.
     pub fn expected_dbsm(&self, p: &LanePoint, row_rad: f64) -> Option<f64> {
         let height = self.options.patterns.first()?.radar_height_m;
         let elevation = (height / p.range_m.max(height).max(1e-3)).min(1.0).asin();
         Some(self.options.rcs.as_ref()?.dbsm(p.azimuth_rad - row_rad, elevation))
     }
 
-    /// The vehicle's motion: the bus's, and what points at rest say where that is silent.
+    /// The vehicle's motion: from the bus, and from points at rest where the bus is silent.
     fn ego(&self, input: &SensorInput<'_>) -> Option<EgoStep> {
         let motion = self.steps.motion?;
         let [x, y] = motion.velocity_mps;
@@ -140,7 +146,7 @@ impl Markers {
     }
 }
 
-/// Motion from one look to the next by the motions at both: when in between it changed is not known.
+/// Motion between two looks from the motions at both: when it changed in between is not known.
 fn between_looks(before: &EgoStep, now: &EgoStep) -> EgoStep {
     let mean = |a: Measured, b: Measured| {
         let std = 0.5 * a.std.hypot(b.std);

@@ -1,9 +1,10 @@
-//! Rows whose steps are missing: lines, circles and parabolas that many points lie on, by Hough's transform (Feng 2019, section
-//! 5.1.3 and table 5.1), and of those points what stands at the markers' spacing along the curve.
+//! Rows with missing markers: lines, circles and parabolas through many points, by a Hough transform (Feng
+//! 2019, section 5.1.3 and table 5.1), and among those points the ones at the markers' spacing along the
+//! curve.
 //!
-//! Points vote by twos (lines) and threes (circles, parabolas) that may be markers of one row, so that the space of votes stays small
-//! whatever the number of parameters (Xu, Oja and Kultanen, Pattern Recognition Letters 11, 331, 1990; all sets in place of random
-//! ones).
+//! Points vote in pairs (lines) and triples (circles, parabolas) that may be markers of one row, so that the
+//! vote space stays small whatever the number of parameters (Xu, Oja and Kultanen, Pattern Recognition
+//! Letters 11, 331, 1990; all sets in place of random ones).
 
 use super::pattern::{Site, turn};
 use super::scan::MarkerOptions;
@@ -14,7 +15,7 @@ use std::f64::consts::{PI, TAU};
 /// A curve of table 5.1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Curve {
-    /// x cos + y sin = distance.
+    /// The line x cos(angle) + y sin(angle) = distance.
     Line {
         /// Direction of the line's normal, rad.
         angle_rad: f64,
@@ -28,7 +29,7 @@ pub enum Curve {
         /// Radius of the circle, m.
         radius_m: f64,
     },
-    /// In axes turned by the angle, with the vertex as origin: y² = 4 r x.
+    /// The parabola y² = 4 r x in axes turned by the angle, with the vertex as origin.
     Parabola {
         /// Vertex of the parabola, m.
         vertex_m: [f64; 2],
@@ -40,7 +41,7 @@ pub enum Curve {
 }
 
 impl Curve {
-    /// Place along the curve, m, and the distance from it, m.
+    /// Position along the curve and distance from it, both in m.
     pub fn place(&self, p: DVec2) -> (f64, f64) {
         match *self {
             Curve::Line { angle_rad, distance_m } => {
@@ -48,7 +49,7 @@ impl Curve {
                 (normal.perp().dot(p), (normal.dot(p) - distance_m).abs())
             }
             Curve::Circle { centre_m, radius_m } => {
-                // The far side of the circle, seen from the origin's direction, is where angles jump.
+                // Angles jump on the far side of the circle, seen from the direction of the origin.
                 let centre = DVec2::from_array(centre_m);
                 let d = p - centre;
                 let cut = (centre.to_angle() + 0.5 * PI).rem_euclid(TAU);
@@ -56,7 +57,7 @@ impl Curve {
             }
             Curve::Parabola { vertex_m, focal_m, angle_rad } => {
                 let d = DVec2::from_angle(-angle_rad).rotate(p - DVec2::from_array(vertex_m));
-                // Length of the arc from the vertex, and the distance to first order.
+                // Arc length from the vertex, and the distance to first order.
                 let (a, y) = (0.25 / focal_m, d.y);
                 let slope = 2.0 * a * y;
                 let length = 0.5 * y * (1.0 + slope * slope).sqrt() + 0.25 / a * slope.asinh();
@@ -74,14 +75,14 @@ impl Curve {
     }
 }
 
-/// Points nearer than this, or than two standard deviations, lie on a curve, m.
+/// Least distance within which points lie on a curve, m; two standard deviations are added.
 const WITHIN_M: f64 = 0.15;
-/// Markers next to one another that may be missing, plus one, at most.
+/// Largest number of spacings between neighbours in a row: adjacent missing markers plus one.
 const MOST_GAP: usize = 3;
-/// Radii of circles, and of parabolas at their vertex, m.
+/// Range of radii of circles, and of parabolas at their vertex, m.
 const RADIUS_M: std::ops::Range<f64> = 6.0..300.0;
 
-/// A row: the curve and the points on it, in their order along it.
+/// A row found: the curve and the points on it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// The curve that the points lie on.
@@ -90,24 +91,24 @@ pub struct Found {
     pub members: Vec<usize>,
 }
 
-/// Sets of points that vote at most: a bound for crowds.
+/// Largest number of point sets that vote: a bound for crowds.
 const MOST_SETS: usize = 6_000;
-/// Cells of each kind of curve that are looked at, those with most votes.
+/// Number of cells of each kind of curve that are examined, those with most votes.
 const LOOKED_AT: usize = 6;
-/// A further parameter has to bring so many points.
+/// Number of points that a further parameter has to bring.
 const MORE_POINTS: usize = 2;
-/// Directions of a parabola's axis that are tried.
+/// Number of directions of a parabola's axis that are tried.
 const AXES: usize = 6;
-/// Rows at most.
+/// Largest number of rows.
 const MOST_ROWS: usize = 8;
 
-/// A cell of votes: their number, and one that stands for all.
+/// A cell of the vote space: the number of votes and the sum of their parameters.
 struct Cell {
     votes: u32,
     sum: [f64; 4],
 }
 
-/// Rows among the points, that with most points first; each point in one row.
+/// Finds rows among the points, the one with most points first; each point belongs to one row at most.
 pub fn rows(points: &[Site], options: &MarkerOptions) -> Vec<Found> {
     let mut free: Vec<usize> = (0..points.len()).collect();
     let mut out = Vec::new();
@@ -133,7 +134,7 @@ fn best(points: &[Site], free: &[usize], options: &MarkerOptions) -> Option<Foun
     found.map(|f| f.1)
 }
 
-/// For each free point (by its place in `free`) those a whole number of spacings away.
+/// For each free point (by its index in `free`) those a whole number of spacings away.
 fn beside(points: &[Site], free: &[usize], options: &MarkerOptions) -> Vec<Vec<usize>> {
     let off = |a: &Site, b: &Site| {
         let step = b.at_m - a.at_m;
@@ -177,7 +178,7 @@ fn candidates(points: &[Site], free: &[usize], beside: &[Vec<usize>]) -> Vec<Cur
                 );
             }
             for &m in beside[l].iter() {
-                // Each three once, with little turn in the middle.
+                // Each triple once, with little turn in the middle.
                 if m <= k || triples >= MOST_SETS {
                     continue;
                 }
@@ -189,7 +190,7 @@ fn candidates(points: &[Site], free: &[usize], beside: &[Vec<usize>]) -> Vec<Cur
                 if let Some((centre, radius)) = circle(a, b, c)
                     && RADIUS_M.contains(&radius)
                 {
-                    // What shows of a large circle is its curvature, not its centre.
+                    // A large circle shows its curvature, not its centre.
                     let key = [centre.to_angle() / 0.1, centre.length().ln() / 0.1, radius.ln() / 0.1, 0.0];
                     vote(&mut circles, key, [centre.x, centre.y, radius, 0.0]);
                 }
@@ -222,10 +223,10 @@ fn candidates(points: &[Site], free: &[usize], beside: &[Vec<usize>]) -> Vec<Cur
     out
 }
 
-/// Cells of lines.
+/// Sizes of the cells of lines.
 const LINE_RAD: f64 = 0.035;
 const CELL_M: f64 = 0.3;
-/// Turn from one step of a row to the next, rad, gaps included.
+/// Largest turn from one step of a row to the next, rad, gaps included.
 const MOST_TURN_RAD: f64 = 0.7;
 
 /// The circle through three points.
@@ -242,7 +243,7 @@ fn circle(a: DVec2, b: DVec2, c: DVec2) -> Option<(DVec2, f64)> {
     Some((a + u, u.length()))
 }
 
-/// The parabola through three points that opens along `angle`: vertex, and a quarter of its width at the focus.
+/// The parabola through three points that opens along `angle_rad`: its vertex and focal length.
 fn parabola(a: DVec2, b: DVec2, c: DVec2, angle_rad: f64) -> Option<(DVec2, f64)> {
     let back = DVec2::from_angle(-angle_rad);
     let [a, b, c] = [a, b, c].map(|p| back.rotate(p));
@@ -261,8 +262,8 @@ fn parabola(a: DVec2, b: DVec2, c: DVec2, angle_rad: f64) -> Option<(DVec2, f64)
     Some((DVec2::from_angle(angle_rad).rotate(DVec2::new(x, y)), 0.25 / s))
 }
 
-/// The free points on a curve that stand at the spacing along it: the phase that most share, at each place the nearest point, and of
-/// the stretches that gaps part the longest.
+/// The free points on a curve that stand at the spacing along it: at each place the nearest point, and of the
+/// stretches between gaps the longest.
 fn members(points: &[Site], free: &[usize], curve: &Curve, options: &MarkerOptions) -> Vec<usize> {
     let d = options.spacing_m;
     let mut on: Vec<(f64, f64, usize, f64)> = free
@@ -280,7 +281,8 @@ fn members(points: &[Site], free: &[usize], curve: &Curve, options: &MarkerOptio
     if on.len() < options.path_least {
         return Vec::new();
     }
-    // A length along the curve that is wrong by a share shifts far markers: phases are those of a stretch round each point.
+    // A relative error of the length along the curve shifts far markers: phases are those of a stretch around
+    // each point.
     let mut best: Vec<usize> = Vec::new();
     for (begin, _, first, _) in &on {
         let mut row = vec![*first];

@@ -1,4 +1,5 @@
-//! Rows that are reflections of other rows in a wall, told by their places alone: the wall shows by what stands along it.
+//! Rows that are reflections of other rows in a wall, recognised by their positions alone: the wall shows by
+//! what stands along it.
 
 use super::pattern::Site;
 use super::scan::{MarkerOptions, Scan, stations};
@@ -7,25 +8,26 @@ use crate::curve::Clothoid;
 use crate::numeric::median;
 use glam::DVec2;
 
-/// What stands along a wall may stand so far before or behind its face, m: posts, joints, flanges.
+/// Largest distance of things along a wall before or behind its face, m: posts, joints, flanges.
 const FACE_M: f64 = 0.5;
-/// And so far apart along it, m: posts of rails and sound walls are 4 to 5 m apart.
+/// Largest spacing of things along a wall, m: posts of rails and sound walls are 4 to 5 m apart.
 const APART_M: f64 = 5.0;
-/// What throws enough back to make images of markers throws more back itself, dB.
+/// Least level of a wall's echoes above its mirror images of markers, dB.
 const STRONGER_DB: f64 = 10.0;
-/// Halvings of the way to an image in which the wall is found.
+/// Number of bisection steps that find the wall.
 const HALVINGS: usize = 40;
 
-/// The mirror between the radar and `image` that would put it there for something on the curve `row`, if it stands along the row: how
-/// far left of the row and where along it the mirror is met, and the place that is mirrored.
+/// The mirror between the radar and `image` that would reflect something on the curve `row` to there, if it
+/// stands along the row: its distance to the left of the row, the position along the row where it is met, and
+/// the place that is mirrored.
 pub(super) struct Mirrored {
     pub left_m: f64,
     pub s_m: f64,
     pub place: DVec2,
 }
 
-/// A radar sees the image where a ray that the wall turns away would have gone straight on: the wall's tangent where the ray meets it
-/// mirrors the one to the other, on bends too.
+/// Finds the mirror for an image. A radar sees the image where a ray that the wall deflects would have gone
+/// straight on: the wall's tangent where the ray meets it mirrors the one to the other, in bends too.
 pub(super) fn mirrored(row: &Clothoid, radar: DVec2, image: DVec2) -> Option<Mirrored> {
     let at = |t: f64| {
         let met = radar.lerp(image, t);
@@ -37,7 +39,7 @@ pub(super) fn mirrored(row: &Clothoid, radar: DVec2, image: DVec2) -> Option<Mir
         (off, Mirrored { left_m: foot.left_m, s_m: foot.s_m, place })
     };
     let side = row.foot(image).left_m.signum();
-    // Next to the image the mirrored place is the image; next to the radar it is beyond the row.
+    // Next to the image the mirrored place is the image itself; next to the radar it is beyond the row.
     let (mut near, mut far) = (0.0, 1.0);
     if at(near).0 * side >= 0.0 {
         return None;
@@ -52,8 +54,9 @@ pub(super) fn mirrored(row: &Clothoid, radar: DVec2, image: DVec2) -> Option<Mir
     (beyond(row.foot(image).left_m) && !beyond(row.foot(radar).left_m)).then_some(met)
 }
 
-/// Without rows that are images of nearer ones: most of whose points, mirrored at a wall, fall on markers of the other, where things
-/// stand along that wall which are stronger than the row. A row of markers is no wall: its echoes are as weak as the next row's.
+/// Removes rows that are images of nearer ones: rows most of whose points, mirrored at a wall, fall on
+/// markers of the other row, where things stand along that wall which are stronger than the row. A row of
+/// markers is no wall: its echoes are as weak as the next row's.
 pub(super) fn without_images(
     scan: &Scan<'_>,
     rest: &[usize],
@@ -62,7 +65,7 @@ pub(super) fn without_images(
 ) -> Vec<Line> {
     let place = |i: usize| DVec2::from_array(scan.points[i].at_m);
     let image_of = |image: &Line, row: &Line| {
-        // Beyond its ends a row goes on: images of markers that are lost in the row itself are seen all the same.
+        // A row goes on beyond its ends: images of markers that are missed in the row itself are still seen.
         let curve = row.fitted.curve.extended(BEYOND_M, BEYOND_M);
         let markers: Vec<f64> = stations(scan, row, patterns);
         let Some(step) = markers.get(1).map(|second| second - markers[0]) else { return false };
@@ -70,7 +73,7 @@ pub(super) fn without_images(
         let tolerance_m = patterns.iter().map(|o| o.tolerance_m).fold(0.0, f64::max);
         let levels = image.members.iter().map(|i| scan.points[*i].rcs_dbsm).collect();
         let Some(level) = median(levels) else { return false };
-        // What may be a wall, along the row.
+        // Points along the row that may be a wall.
         let walls: Vec<(f64, f64)> = rest
             .iter()
             .filter(|i| scan.points[**i].rcs_dbsm > level + STRONGER_DB)
@@ -99,5 +102,5 @@ pub(super) fn without_images(
     lines.into_iter().zip(drop).filter(|(_, d)| !d).map(|(l, _)| l).collect()
 }
 
-/// How far rows are taken to go on, m.
+/// Distance by which rows are extended beyond their ends, m.
 const BEYOND_M: f64 = 30.0;

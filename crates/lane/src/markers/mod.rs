@@ -1,5 +1,6 @@
-//! Lanes from rows of markers at a known spacing (Feng 2019, section 5.1): points at rest, points at the spacing less those that
-//! are denser, paths of little turn through them, curves that many points lie on, and a curve through each row.
+//! Lanes from rows of markers at a known spacing (Feng 2019, section 5.1). The steps are: points at rest,
+//! points at the spacing less those that are denser, paths of little turn through them, curves through many
+//! points, and a curve through each row.
 
 pub mod estimator;
 pub mod hough;
@@ -22,34 +23,35 @@ use super::track::meet;
 use super::{LaneError, LaneEstimate, LanePoint, Line};
 use glam::DVec2;
 
-/// As on the command line.
+/// The method's name, as on the command line.
 pub const METHOD: &str = "markers";
 
-/// What the steps to the lines leave; indices of points.
+/// Intermediate results of one scan; all lists hold indices of points.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Steps {
-    /// Motion of the radar over the ground; None where nothing tells it.
+    /// Motion of the radar over the ground; None where it is unknown.
     pub motion: Option<RadarMotion>,
-    /// At rest, and not in the ground's clutter.
+    /// Points at rest and outside the ground clutter.
     pub at_rest: Vec<usize>,
-    /// {p1}: in groups at the spacing.
+    /// {p1}: points in groups at the spacing.
     pub grouped: Vec<usize>,
-    /// {p2}: in denser groups.
+    /// {p2}: points in denser groups.
     pub dense: Vec<usize>,
-    /// {p1} less {p2}, and of these what still is at the spacing.
+    /// {p1} less {p2}, and of these the points that are still at the spacing.
     pub left: Vec<usize>,
-    /// Paths through points at the markers' spacing, as indices of points.
+    /// Paths through points at the markers' spacing.
     pub paths: Vec<Vec<usize>>,
-    /// Rows that only Hough's transform found.
+    /// Rows that only the Hough transform found.
     pub by_hough: Vec<Vec<usize>>,
 }
 
-/// Lines and lane of one scan.
+/// Estimates lines and lane from one scan.
 pub fn estimate(scan: &Scan<'_>, options: &MarkerOptions) -> LaneEstimate {
     estimate_all(scan, std::slice::from_ref(options)).0
 }
 
-/// As [`estimate`], for rows of several spacings, which may differ in that alone; with the steps of the first.
+/// Estimates as [`estimate`] does, for rows of several spacings; the patterns may differ only in the spacing.
+/// Also returns the intermediate results of the first pattern.
 pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerOptions]) -> (LaneEstimate, Steps) {
     let given = scan.points.len();
     let mut steps = Steps::default();
@@ -104,13 +106,13 @@ pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerOptions]) -> (LaneEstimat
     (LaneEstimate::of_lines(METHOD, scan.time_s, given, lines), steps)
 }
 
-/// By how much an echo stands over its own skirts, dB, and how far from it they reach, m and rad.
+/// Sidelobe limits: the least level below a stronger echo (dB), and the largest distance from it (m and rad).
 const SKIRT_DB: f64 = 8.0;
 const SKIRT_M: f64 = 0.4;
 const SKIRT_RAD: f64 = 0.03;
 
-/// Without points in the skirts of stronger ones: where a cell beside an echo's peak holds another echo too, a method that finds
-/// two directions in it gives the echo once more, weaker and less sure.
+/// Removes points in the sidelobes of stronger ones: where a cell beside an echo's peak holds another echo
+/// too, a method that finds two directions in it repeats the echo, weaker and less certain.
 fn suppress_sidelobes(scan: &Scan<'_>, of: &[usize], options: &MarkerOptions) -> Vec<usize> {
     let skirt = |i: usize, j: usize| {
         let (p, q) = (&scan.points[i], &scan.points[j]);
@@ -122,8 +124,8 @@ fn suppress_sidelobes(scan: &Scan<'_>, of: &[usize], options: &MarkerOptions) ->
     of.iter().copied().filter(|i| !of.iter().any(|j| skirt(*i, *j))).collect()
 }
 
-/// Lines at one spacing among the points `far`; markers of theirs among all that rest, for where a line goes it tells markers from
-/// the clutter next to the radar.
+/// Lines at one spacing among the points `far`. Their markers are taken from all points at rest, since a
+/// line's course tells markers from the clutter next to the radar.
 fn rows(
     scan: &Scan<'_>,
     rest: &[usize],
@@ -154,7 +156,7 @@ fn rows(
         found
     };
     for path in &paths {
-        // What is left of a path that led from one row to another.
+        // The rest of a path that led from one row to another.
         if take(path, &mut lines, &mut taken) {
             let left: Vec<usize> = path.iter().copied().filter(|i| !taken.contains(i)).collect();
             if left.len() >= options.path_least {
@@ -189,7 +191,7 @@ fn rows(
     lines
 }
 
-/// Of lines that share half of the smaller one's points, those with more.
+/// Keeps the line with more points of lines that share half of the smaller one's points.
 fn dedup(mut lines: Vec<Line>) -> Vec<Line> {
     lines.sort_by_key(|l| std::cmp::Reverse(l.members.len()));
     let mut out: Vec<Line> = Vec::new();
@@ -203,13 +205,13 @@ fn dedup(mut lines: Vec<Line>) -> Vec<Line> {
     out
 }
 
-/// Ranges of two markers that one cell holds differ by less, m.
+/// Largest difference in range of two markers in one cell, m.
 const ONE_CELL_M: f64 = 0.2;
 
-/// Without lines whose points are pairs that the radar does not part: where two other lines have, or would go on to have, a marker
-/// each at the point's range, one on each side of it, the point is both of them.
+/// Removes lines whose points are unresolved pairs: where two other lines have, or would have when extended,
+/// a marker each at the point's range, one on each side of it, the point is both of them.
 fn without_between(scan: &Scan<'_>, lines: Vec<Line>, patterns: &[MarkerOptions]) -> Vec<Line> {
-    // Each line as it goes on, and its markers' places.
+    // Each line extended ahead, and its markers' positions.
     let ahead: Vec<(Clothoid, Vec<DVec2>)> = lines
         .iter()
         .map(|l| {
@@ -243,10 +245,10 @@ fn without_between(scan: &Scan<'_>, lines: Vec<Line>, patterns: &[MarkerOptions]
     lines.into_iter().zip(drop).filter(|(_, d)| !d).map(|(l, _)| l).collect()
 }
 
-/// Lines that stand farther from a point are not of its pair, m.
+/// Largest distance from a point of a line of its pair, m.
 const MOST_APART_M: f64 = 8.0;
 
-/// Of lines that meet, the one with more points: rows do not cross.
+/// Keeps the line with more points of lines that meet: rows do not cross.
 fn unlike(lines: Vec<Line>) -> Vec<Line> {
     let mut out: Vec<Line> = Vec::new();
     for l in lines {
@@ -257,5 +259,5 @@ fn unlike(lines: Vec<Line>) -> Vec<Line> {
     out
 }
 
-/// Lines nearer to one another are one, m.
+/// Distance within which two lines are the same, m.
 const SAME_M: f64 = 0.5;

@@ -1,35 +1,35 @@
-//! Points at a known spacing: groups by distance, less what is denser, and the paths of little turn through them.
+//! Points at a known spacing: groups by distance, less what is denser, and paths of little turn through them.
 
 use super::scan::MarkerOptions;
 use crate::LanePoint;
 use glam::DVec2;
 
-/// A point as the pattern takes it.
+/// A point as input of the pattern search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
-    /// Place in the vehicle's level frame, m.
+    /// Position in the vehicle's level frame, m.
     pub at_m: DVec2,
-    /// Standard deviations along and across the direction `ahead`.
+    /// Standard deviations along and across the direction `ahead`, m.
     pub std_m: [f64; 2],
     /// Unit vector from the radar to the point.
     pub ahead: DVec2,
 }
 
 impl Site {
-    /// The place of a lane point.
+    /// Converts a lane point.
     pub fn of(p: &LanePoint) -> Site {
         Site { at_m: DVec2::from_array(p.at_m), std_m: p.std_m, ahead: DVec2::from_angle(p.azimuth_rad) }
     }
 
-    /// Standard deviation along a direction.
+    /// Standard deviation along a unit vector, m.
     pub fn along_m(&self, direction: DVec2) -> f64 {
         let (along, across) = (self.ahead.dot(direction), self.ahead.perp_dot(direction));
         (along * self.std_m[0]).hypot(across * self.std_m[1])
     }
 }
 
-/// Pairs of points whose distance is at least `lo_m` and less than `hi_m`, wider on both sides by twice what noise does to it
-/// (less than a quarter of the least), each once, in the points' order.
+/// Pairs of points at least `lo_m` and less than `hi_m` apart, each once, in the points' order. Both limits
+/// are widened by twice the effect of noise (at most a quarter of the least distance).
 fn edges(points: &[Site], lo_m: f64, hi_m: f64) -> Vec<(usize, usize)> {
     let most = 0.25 * lo_m;
     let mut order: Vec<usize> = (0..points.len()).collect();
@@ -43,7 +43,7 @@ fn edges(points: &[Site], lo_m: f64, hi_m: f64) -> Vec<(usize, usize)> {
             let step = points[j].at_m - points[i].at_m;
             let (d, direction) = (step.length(), step.normalize_or(DVec2::X));
             let noise = points[i].along_m(direction).hypot(points[j].along_m(direction));
-            // The tolerance covers what it covers.
+            // The tolerance already covers part of the noise.
             let half = 0.5 * (hi_m - lo_m);
             let wider = (half.hypot(2.0 * noise) - half).min(most);
             if d >= lo_m - wider && d < hi_m + wider {
@@ -55,12 +55,12 @@ fn edges(points: &[Site], lo_m: f64, hi_m: f64) -> Vec<(usize, usize)> {
     out
 }
 
-/// Places that are known exactly.
+/// Makes sites whose positions are known exactly.
 pub fn exact(points: &[DVec2]) -> Vec<Site> {
     points.iter().map(|p| Site { at_m: *p, std_m: [0.0; 2], ahead: DVec2::X }).collect()
 }
 
-/// Groups of at least `least` points that are joined by distances of at least d_ps - d_pt and less than d_ps + d_pt
+/// Groups of at least `least` points joined by distances of at least d_ps - d_pt and less than d_ps + d_pt, m
 /// (Feng 2019, eq. 5.1), each in the points' order.
 pub fn dis_cluster(points: &[Site], d_ps: f64, d_pt: f64, least: usize) -> Vec<Vec<usize>> {
     let mut head: Vec<usize> = (0..points.len()).collect();
@@ -86,8 +86,8 @@ pub fn dis_cluster(points: &[Site], d_ps: f64, d_pt: f64, least: usize) -> Vec<V
     groups
 }
 
-/// Points at the spacing that are not among denser ones: {p1} - {p1} and {p2}, and of these what still is at the spacing (Feng
-/// 2019, eq. 5.2, 5.3). In the points' order.
+/// Points at the spacing that are not among denser ones: {p1} - {p1} ∩ {p2}, and of these the ones still at
+/// the spacing (Feng 2019, eq. 5.2, 5.3). Indices in the points' order.
 pub fn spaced(points: &[Site], options: &MarkerOptions) -> Vec<usize> {
     let (d_ps, d_pt) = (options.spacing_m, options.tolerance_m);
     let first = dis_cluster(points, d_ps, d_pt, options.least);
@@ -103,13 +103,14 @@ pub fn spaced(points: &[Site], options: &MarkerOptions) -> Vec<usize> {
     out
 }
 
-/// No row turns more from step to step, whatever the noise, rad.
+/// Largest turn of a row from step to step, whatever the noise, rad.
 const SHARPEST: f64 = 0.8;
-/// Steps that the search for one path may take: a bound for crowds, which are no rows.
+/// Largest number of steps of the search for one path: a bound for crowds, which are no rows.
 const MOST_STEPS: usize = 20_000;
 
-/// Paths through points with steps at the spacing whose direction changes little (Feng 2019, section 5.1.4): the longest first,
-/// each point in one path, of three points at least. Ends are joined over gaps of whole spacings.
+/// Paths through points with steps at the spacing and little change of direction (Feng 2019, section 5.1.4):
+/// the longest first, each point in at most one path, three points or more. Ends are joined over gaps of
+/// whole spacings.
 pub fn paths(points: &[Site], options: &MarkerOptions) -> Vec<Vec<usize>> {
     let (d_ps, d_pt) = (options.spacing_m, options.tolerance_m);
     let mut beside: Vec<Vec<usize>> = vec![Vec::new(); points.len()];
@@ -129,7 +130,7 @@ pub fn paths(points: &[Site], options: &MarkerOptions) -> Vec<Vec<usize>> {
                 }
             }
         }
-        // Pieces count where a gap may join them.
+        // Short pieces count where a gap may join them.
         if best.len() < 2 {
             break;
         }
@@ -142,12 +143,12 @@ pub fn paths(points: &[Site], options: &MarkerOptions) -> Vec<Vec<usize>> {
     found
 }
 
-/// The change of direction from one step to the next, rad, positive left.
+/// Change of direction from one step to the next, rad, positive to the left.
 pub(super) fn turn(a: DVec2, b: DVec2) -> f64 {
     a.perp_dot(b).atan2(a.dot(b))
 }
 
-/// By how much noise turns one step against the next, rad: three points, the middle one twice.
+/// Standard deviation of the turn from one step to the next, rad: three points, the middle one twice.
 fn turn_std(a: &Site, b: &Site, c: &Site, spacing_m: f64) -> f64 {
     let across = (c.at_m - a.at_m).normalize_or(DVec2::X).perp();
     let [a, b, c] = [a, b, c].map(|p| p.along_m(across) / spacing_m);
@@ -163,7 +164,7 @@ fn longest(
 ) -> Vec<usize> {
     let mut best = begin.to_vec();
     let mut path = best.clone();
-    // For each point of the path the neighbours that were not tried, those of least turn last.
+    // For each point of the path the neighbours that were not yet tried, those of least turn last.
     let mut turns = vec![0.0];
     let onward = |path: &[usize], turns: &[f64]| -> Vec<(usize, f64)> {
         let n = path.len();
@@ -176,7 +177,7 @@ fn longest(
             .filter(|(k, t)| {
                 let before = turns.last().copied().filter(|_| turns.len() > 1);
                 let noise = 2.0 * turn_std(from, last, &points[*k], options.spacing_m);
-                // The turn before has noise of its own.
+                // The turn before has its own noise.
                 let [most, change] =
                     [options.turn_rad[0].hypot(noise), options.turn_rad[1].hypot(1.5 * noise)];
                 t.abs() < most.min(SHARPEST) && before.is_none_or(|b| (t - b).abs() < change)
@@ -209,7 +210,7 @@ fn longest(
     best
 }
 
-/// Joins paths whose ends look at one another over a gap of two to `gap` spacings.
+/// Joins paths whose ends face each other over a gap of two to `gap` spacings.
 fn join(points: &[Site], mut paths: Vec<Vec<usize>>, options: &MarkerOptions) -> Vec<Vec<usize>> {
     loop {
         let mut best: Option<(f64, usize, usize, bool, bool)> = None;
@@ -229,7 +230,7 @@ fn join(points: &[Site], mut paths: Vec<Vec<usize>>, options: &MarkerOptions) ->
                     if whole < 2.0 || whole > options.gap as f64 {
                         continue;
                     }
-                    // On a bend the straight way over the gap is shorter.
+                    // In a bend the straight line over the gap is shorter.
                     let off = (gap - whole).abs() * options.spacing_m;
                     let (into, out) = (turn(a1 - a0, b0 - a1), turn(b0 - a1, b1 - b0));
                     let noise = 2.0

@@ -1,21 +1,22 @@
-//! What stands: the radar's own velocity from the points, and the points that go with it (Feng 2019, section 5.1.1).
+//! Stationary points: the radar's own velocity from the points, and the points that agree with it (Feng 2019,
+//! section 5.1.1).
 
 use super::scan::MarkerOptions;
 use crate::{LanePoint, Measured};
 use catseye::detect::ego_motion::{EgoModel, EgoSettings, Radial, ego_motion};
 use glam::{DMat2, DVec2};
 
-/// The radar over the ground.
+/// Motion of the radar over the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RadarMotion {
-    /// Along x and y of the vehicle's level frame.
+    /// Velocity along x and y of the vehicle's level frame, m/s.
     pub velocity_mps: [f64; 2],
     /// Covariance of the velocity, m²/s².
     pub covariance: [[f64; 2]; 2],
 }
 
 impl RadarMotion {
-    /// Straight on.
+    /// Makes a motion straight ahead.
     pub fn along_x(speed: Measured) -> RadarMotion {
         RadarMotion {
             velocity_mps: [speed.value, 0.0],
@@ -23,7 +24,7 @@ impl RadarMotion {
         }
     }
 
-    /// Speed towards an azimuth, and its standard deviation.
+    /// Speed towards an azimuth, m/s, with its standard deviation.
     pub fn towards(&self, azimuth_rad: f64) -> Measured {
         let u = DVec2::from_angle(azimuth_rad);
         let c = &self.covariance;
@@ -31,15 +32,16 @@ impl RadarMotion {
         Measured { value: u.dot(DVec2::from_array(self.velocity_mps)), std: spread.max(0.0).sqrt() }
     }
 
-    /// What a point's azimuth error does to the rate that is expected of it, m/s.
+    /// Effect of a point's azimuth error on its expected range rate, m/s.
     fn turned_mps(&self, p: &LanePoint) -> f64 {
         let across = DVec2::from_angle(p.azimuth_rad).perp_dot(DVec2::from_array(self.velocity_mps));
         across.abs() * (p.std_m[1] / p.range_m.max(0.1)).min(1.0)
     }
 }
 
-/// The speed along x that most points agree on as if they stood: the middle of the densest half (half-sample mode) of
-/// -range rate / cos azimuth. None where fewer than three points look far enough ahead.
+/// Speed along x on which most points agree if they are stationary: the middle of the densest half
+/// (half-sample mode) of -range rate / cos azimuth. None for fewer than three points within 60 degrees of the
+/// x axis.
 pub fn speed_from_rest(points: &[LanePoint]) -> Option<Measured> {
     let mut all: Vec<f64> = points
         .iter()
@@ -59,7 +61,7 @@ pub fn speed_from_rest(points: &[LanePoint]) -> Option<Measured> {
         some = &some[k..k + half];
     }
     let mode = some[some.len() / 2];
-    // Those round it tell how sure it is.
+    // The points around the mode tell its uncertainty.
     let typical = points.iter().map(|p| p.range_rate_std_mps).sum::<f64>() / points.len() as f64;
     let near: Vec<f64> = all.iter().copied().filter(|v| (v - mode).abs() < 4.0 * typical.max(1e-3)).collect();
     let n = near.len().max(1) as f64;
@@ -67,11 +69,12 @@ pub fn speed_from_rest(points: &[LanePoint]) -> Option<Measured> {
     Some(Measured { value: if mean.is_finite() { mean } else { mode }, std: typical / n.sqrt() })
 }
 
-/// Points tell the ego-motion search apart by more than this, m/s.
+/// Resolution of the search for the ego-motion, m/s.
 const COARSE_MPS: f64 = 0.05;
-/// A radar hardly moves sideways faster than so, m/s: keeps rows straight ahead, which do not tell, from saying anything.
+/// Standard deviation of the radar's sideways speed, m/s. It keeps rows straight ahead, which do not
+/// determine that speed, from giving it.
 const SIDEWAYS_MPS: f64 = 1.0;
-/// Rounds of the reweighted fit.
+/// Iterations of the reweighted fit.
 const ROUNDS: usize = 8;
 
 /// Range rate as it would be level with the radar: markers lie on the road, `radar_height_m` below it.
@@ -80,9 +83,9 @@ fn level_rate_mps(p: &LanePoint, options: &MarkerOptions) -> f64 {
     p.range_rate_mps / (1.0 - sine * sine).sqrt()
 }
 
-/// The radar's velocity that most points agree on as if they stood, near `speed` where that is known: the best of random samples
-/// (`detect::ego_motion`), then least squares in which points count less the farther they are off (Cauchy weights). None where
-/// neither the points nor `speed` tell.
+/// Velocity of the radar on which most points agree if they are stationary, near `speed` where that is known.
+/// It is the best of random samples (`detect::ego_motion`), refined by least squares with Cauchy weights.
+/// None where neither the points nor `speed` determine it.
 pub fn motion_from_rest(
     points: &[LanePoint],
     speed: Option<Measured>,
@@ -103,7 +106,7 @@ pub fn motion_from_rest(
         velocity_mps: [m.value[0], m.value[1]],
         covariance: [[m.covariance[0][0], m.covariance[0][1]], [m.covariance[1][0], m.covariance[1][1]]],
     });
-    // A convoy may outnumber what stands; the bus knows better.
+    // A convoy may outnumber what is stationary; the bus knows better.
     let near = |m: &RadarMotion| {
         let off = |s: Measured| (m.velocity_mps[0] - s.value).abs();
         speed.is_none_or(|s| off(s) <= options.sigmas * s.std.hypot(m.covariance[0][0].sqrt()) + COARSE_MPS)
@@ -164,16 +167,16 @@ fn refined(
     now.velocity_mps.iter().all(|v| v.is_finite()).then_some(now)
 }
 
-/// The farthest apart in range that two directions of one cell are placed, m.
+/// Largest difference in range of two directions in one cell, m.
 const ONE_CELL_M: f64 = 0.5;
 
-/// Which points go with the radar's motion as if they stood. A cell that holds two directions has one range rate, which
-/// has to lie between what the two let expect.
+/// Tells for each point whether it agrees with the radar's motion as stationary. A cell that holds two
+/// directions has one range rate, which has to lie between the rates expected of the two.
 ///
-/// Where left and right markers fall into one cell and the array does not part them, the point stands between them, and its rate
-/// is that of the flatter angle at which they stand: such points go like those that move.
+/// Where left and right markers fall into one cell and the array does not resolve them, the point appears
+/// between them with the range rate of their true angle: such points look like moving ones.
 pub fn at_rest(points: &[LanePoint], motion: &RadarMotion, options: &MarkerOptions) -> Vec<bool> {
-    // Closing speed that is expected, and by how much the rate may miss it.
+    // Expected closing speed, and its tolerance.
     let due: Vec<(f64, f64)> = points
         .iter()
         .map(|p| {

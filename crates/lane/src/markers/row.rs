@@ -1,4 +1,5 @@
-//! A row of markers as a line: the curve through a path, rid of what is not on it, with the markers that crowds had hidden.
+//! A row of markers as a line: the curve through a path, without outliers, with the markers that crowds had
+//! hidden.
 
 use super::pattern::Site;
 use super::scan::{MarkerOptions, Scan};
@@ -9,7 +10,8 @@ use crate::{LanePoint, Line};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
-/// How well a marker's echo stands for its place, m: it comes from somewhere on the marker, which was not laid to the millimetre.
+/// Uncertainty of a marker's position, m: the echo comes from somewhere on the marker, which was not laid to
+/// the millimetre.
 const PLACE_M: f64 = 0.02;
 
 /// Standard deviation of a point across a direction, m.
@@ -17,7 +19,7 @@ fn across_m(p: &LanePoint, direction: DVec2) -> f64 {
     Site::of(p).along_m(direction.perp()).hypot(PLACE_M)
 }
 
-/// Places of points in their order, and their deviations across the curve through them.
+/// Positions of points in their order, and their standard deviations across the curve through them.
 fn across(scan: &Scan<'_>, members: &[usize]) -> (Vec<DVec2>, Vec<f64>) {
     let places: Vec<DVec2> = members.iter().map(|i| DVec2::from_array(scan.points[*i].at_m)).collect();
     let n = places.len();
@@ -30,8 +32,9 @@ fn across(scan: &Scan<'_>, members: &[usize]) -> (Vec<DVec2>, Vec<f64>) {
     (places, std)
 }
 
-/// Curve through points of a row that grows, of the simplest shape that they bear out or of the one given. Points that stand beside
-/// what the others agree on have little weight: cells that hold several echoes give directions that are off by more than noise.
+/// Fits a curve to the points of a growing row, of the simplest shape that they support or of the given one.
+/// Points beside what the others agree on have little weight: cells that hold several echoes give directions
+/// with errors beyond the noise.
 fn growing(scan: &Scan<'_>, members: &[usize], shape: Option<Shape>) -> Option<Fitted> {
     let (places, std) = across(scan, members);
     let first = at_first(&std);
@@ -42,16 +45,16 @@ fn growing(scan: &Scan<'_>, members: &[usize], shape: Option<Shape>) -> Option<F
     Some(weighed(fitted, &places, &std))
 }
 
-/// Members of a path that lie on one curve, and the curve. It starts from a few that follow one another, those next to the radar
-/// first, for they are the surest, and goes on outwards: far markers of two rows that the radar does not part stand between the
-/// rows, and a path may lead from a row to them.
+/// Members of a path that lie on one curve, and the curve. The fit starts from a few consecutive ones, those
+/// next to the radar first as the most certain, and goes on outwards: far markers of two unresolved rows
+/// appear between the rows, and a path may lead from a row to them.
 fn agreeing(scan: &Scan<'_>, path: &[usize], options: &MarkerOptions) -> Option<(Vec<usize>, Fitted)> {
     let n = path.len();
     let seed = options.path_least.min(n).max(3);
     let place = |i: usize| DVec2::from_array(scan.points[i].at_m);
     let mut best: Option<(Vec<usize>, Fitted)> = None;
-    // Straight unless the few show a bend, and bent where most of the path then lies beside it: five markers show no bend that 0.08 m
-    // would hide.
+    // Straight unless the few show a bend, and bent where most of the path then lies beside it: five markers
+    // show no bend that 0.08 m would hide.
     let begins = [0, n / 3, 2 * n / 3].map(|b| b.min(n - seed.min(n)));
     for (begin, shape) in begins.iter().flat_map(|b| [(*b, None), (*b, Some(Shape::Arc))]) {
         let mut taken: Vec<usize> = (begin..(begin + seed).min(n)).collect();
@@ -62,7 +65,7 @@ fn agreeing(scan: &Scan<'_>, path: &[usize], options: &MarkerOptions) -> Option<
         let few: Vec<usize> = taken.iter().map(|k| path[*k]).collect();
         let Some(mut fitted) = growing(scan, &few, shape) else { continue };
         let on = |f: &Fitted, k: usize| {
-            // On a bend the next marker stands on the bend, not on its tangent.
+            // In a bend the next marker stands on the curve, not on its tangent.
             let more = 2.5 * options.spacing_m;
             let curve = f.curve.extended(more, more);
             let foot = curve.foot(place(path[k]));
@@ -102,17 +105,18 @@ fn agreeing(scan: &Scan<'_>, path: &[usize], options: &MarkerOptions) -> Option<
     best
 }
 
-/// New members after which the curve is fitted again.
+/// Number of new members after which the curve is fitted again.
 const REFIT: usize = 2;
 
-/// The line of a path: fitted, rid of what does not lie on it or has another level, with the markers that crowds had hidden.
+/// The line of a path: fitted, without points off it or of another level, with the markers that crowds had
+/// hidden.
 pub(super) fn line(
     scan: &Scan<'_>,
     rest: &[usize],
     mut members: Vec<usize>,
     options: &MarkerOptions,
 ) -> Option<Line> {
-    // Away from the radar.
+    // Order the members away from the radar.
     let range = |i: usize| scan.points[i].range_m;
     if range(*members.first()?) > range(*members.last()?) {
         members.reverse();
@@ -122,7 +126,7 @@ pub(super) fn line(
     for _ in 0..ROUNDS {
         let mut more = hidden(scan, rest, &members, &fitted, STEPS_ON, options);
         if more.is_empty() {
-            // Over a gap, unless it leaves more of the row out than the row may miss.
+            // Over a gap, unless more of the row would then be missing than may be.
             more = hidden(scan, rest, &members, &fitted, options.gap as f64 + 0.5, options);
             let all: Vec<f64> =
                 members.iter().chain(&more).map(|i| fitted.curve.foot(place(*i)).s_m).collect();
@@ -145,7 +149,7 @@ pub(super) fn line(
             .iter()
             .map(|i| scan.points[*i].rcs_dbsm - expected(&scan.points[*i], heading(*i)))
             .collect();
-        // Water or dirt weakens all of a row alike, so only differences count.
+        // Water or dirt weakens a whole row alike, so only differences count.
         let middle = median(over.iter().copied().filter(|x| x.is_finite()).collect())?;
         let before = members.len();
         let mut k = 0;
@@ -160,7 +164,7 @@ pub(super) fn line(
     }
     let (places, std) = across(scan, &members);
     fitted = robust(&places, &std, IN_THE_END, WEIGHINGS)?;
-    // Each further parameter of the curve takes a point more to show.
+    // Each further parameter of the curve needs one more point.
     if members.len() < options.path_least + fitted.shape.parameters() - 2 {
         return None;
     }
@@ -171,37 +175,38 @@ pub(super) fn line(
     if few || every_second(&at, &levels, options) || unlike(&at, &levels) {
         return None;
     }
-    // Each marker beyond the least makes chance less likely by the share of places that the tolerance leaves.
+    // Each marker beyond the least lowers the chance of coincidence by the share of places within the
+    // tolerance.
     let by_chance =
         (2.0 * options.tolerance_m / options.spacing_m).powi((members.len() + 2 - options.path_least) as i32);
     Some(Line { confidence: (full * level * (1.0 - by_chance)).clamp(0.0, 1.0), fitted, members })
 }
 
-/// By how much a further parameter of the curve has to lower the sum of squares: while a row grows more, for a bend that noise
-/// feigns leads away from the next marker.
+/// Least decrease of the sum of squares for a further parameter of the curve. It is larger while a row grows,
+/// as a bend that noise feigns leads away from the next marker.
 const WHILE_GROWING: f64 = 25.0;
 const IN_THE_END: f64 = 12.0;
-/// Of the markers that a row of its length has, at least so many were seen.
+/// Least share of the markers of a row of this length that must be seen.
 const LEAST_FULL: f64 = 0.6;
-/// Times that hidden markers are looked for, and spacings beyond the ends that are known.
+/// Number of searches for hidden markers, and the number of spacings beyond the known ends that each covers.
 const ROUNDS: usize = 12;
 const STEPS_ON: f64 = 2.5;
 
-/// Of the markers that a row from the first to the last of these places has, the share that is there.
+/// Share of the markers between the first and the last of these places that are there.
 fn fullness(at_m: &[f64], options: &MarkerOptions) -> f64 {
     let (first, last) =
         at_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(*s), b.max(*s)));
     (at_m.len() as f64 / (((last - first) / options.spacing_m).round() + 1.0)).min(1.0)
 }
 
-/// Where along the row its markers stand, from 0 to the spacing.
+/// Phase of the markers along the row, m, modulo the spacing.
 fn phase_m(at_m: &[f64], spacing_m: f64) -> f64 {
     let turns: DVec2 = at_m.iter().map(|s| DVec2::from_angle(TAU * s / spacing_m)).sum();
     turns.to_angle() / TAU * spacing_m
 }
 
-/// Whether hardly anything stands at every other place, or things of another kind: posts at twice the spacing, with stray points
-/// between them.
+/// Whether hardly anything, or something of another kind, stands at every other place: posts at twice the
+/// spacing, with stray points between them.
 fn every_second(at_m: &[f64], levels: &[f64], options: &MarkerOptions) -> bool {
     let phase = phase_m(at_m, options.spacing_m);
     let place = |s: f64| ((s - phase) / options.spacing_m).round().rem_euclid(2.0);
@@ -213,18 +218,19 @@ fn every_second(at_m: &[f64], levels: &[f64], options: &MarkerOptions) -> bool {
     few || median(even).zip(median(odd)).is_some_and(|(a, b)| (a - b).abs() > LEVEL_DB)
 }
 
-/// Markers that are missed by chance leave no less than one in so many at every other place.
+/// Markers missed by chance leave at least one in so many at every other place.
 const FEW_BETWEEN: usize = 3;
 
-/// Whether levels jump from most members to the next: the road weakens a row over many markers, chance mixes.
+/// Whether levels jump between most neighbours: the road weakens a row over many markers, while chance mixes
+/// levels.
 fn unlike(at_m: &[f64], levels: &[f64]) -> bool {
     let mut along: Vec<(f64, f64)> = at_m.iter().copied().zip(levels.iter().copied()).collect();
     along.sort_by(|a, b| a.0.total_cmp(&b.0));
     median(along.windows(2).map(|w| (w[1].1 - w[0].1).abs()).collect()).is_some_and(|m| m > LEVEL_DB)
 }
 
-/// Points at rest that stand where the row says that a marker stands, and that are not among its members: those beside a car are
-/// dense and were left out, those far away were lost to noise.
+/// Stationary points that stand where the row predicts a marker and are not among its members: those beside a
+/// car are dense and were left out, those far away were lost to noise.
 fn hidden(
     scan: &Scan<'_>,
     rest: &[usize],
@@ -234,7 +240,7 @@ fn hidden(
     options: &MarkerOptions,
 ) -> Vec<usize> {
     let d_ps = options.spacing_m;
-    // On a bend the next marker stands on the bend, not on its tangent.
+    // In a bend the next marker stands on the curve, not on its tangent.
     let more = steps_on * d_ps;
     let curve = fitted.curve.extended(more, more);
     let foot = |i: usize| curve.foot(DVec2::from_array(scan.points[i].at_m));
@@ -257,7 +263,7 @@ fn hidden(
             near.push((across.hypot(along), i, f.s_m));
         }
     }
-    // The best at each place.
+    // The best point at each place.
     near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut out = Vec::new();
     for (_, i, s) in near {
@@ -269,5 +275,6 @@ fn hidden(
     out
 }
 
-/// Levels of one row may differ by so much from what their places let expect, dB: fading over the road and scalloping.
+/// Largest difference between the level of a marker and its expected level, dB: fading over the road and
+/// scalloping.
 const LEVEL_DB: f64 = 8.0;

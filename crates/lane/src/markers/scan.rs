@@ -1,37 +1,40 @@
-//! What all steps of the method share: the markers' pattern, a scan, and where a line has its markers.
+//! What all steps of the method share: the markers' pattern, a scan, and the places of a line's markers.
 
 use crate::{LanePoint, Line, Measured};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
-/// What is known of the markers, and how far points may be off.
+/// Pattern of the markers and tolerances of the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MarkerOptions {
-    /// Along the row, d_ps, m.
+    /// Spacing of the markers along the row, d_ps, m.
     pub spacing_m: f64,
-    /// By which distances of neighbours may differ from it, d_pt, m.
+    /// Largest difference of neighbours' distances from the spacing, d_pt, m.
     pub tolerance_m: f64,
-    /// Least points of a group, n_min.
+    /// Least number of points of a group, n_min.
     pub least: usize,
-    /// Least points of a path.
+    /// Least number of points of a path.
     pub path_least: usize,
-    /// Largest change of direction from one step of a path to the next, and of that change itself, rad.
+    /// Largest change of direction from one step of a path to the next, and largest change of that change,
+    /// rad.
     pub turn_rad: [f64; 2],
-    /// Points nearer than this lie in the clutter of the ground, m: they start no row, and belong to one that leads to them.
+    /// Range within which points lie in the ground clutter, m: they start no row but may belong to one that
+    /// leads to them.
     pub nearest_m: f64,
-    /// A gap of up to so many spacings joins two paths: markers may be missed.
+    /// Largest gap that joins two paths, in spacings, as markers may be missed.
     pub gap: usize,
-    /// Standard deviations by which a point at rest may seem to move, or a member stand beside its line.
+    /// Number of standard deviations by which a stationary point may seem to move, or a member lie off its
+    /// line.
     pub sigmas: f64,
-    /// What range rates miss beyond their noise, m/s: a part of a Doppler cell.
+    /// Error of range rates beyond their noise, m/s: a part of a Doppler cell.
     pub rate_error_mps: f64,
-    /// What azimuths miss beyond their noise, rad: arrays are not alike, cells hold more than one echo.
+    /// Error of azimuths beyond their noise, rad: arrays differ, and cells hold more than one echo.
     pub azimuth_error_rad: f64,
-    /// Half the width of a Doppler lobe, m/s: weak points beside a strong echo within it are that echo's again.
+    /// Half the width of a Doppler lobe, m/s: weak points within it beside a strong echo are its sidelobes.
     pub lobe_mps: f64,
-    /// Of the radar over the road, m.
+    /// Height of the radar above the road, m.
     pub radar_height_m: f64,
-    /// Whether points that no path took are searched for curves by Hough's transform.
+    /// Whether points that no path took are searched for curves by a Hough transform.
     pub hough: bool,
 }
 
@@ -56,26 +59,28 @@ impl Default for MarkerOptions {
     }
 }
 
-/// A marker's cross section (dBsm) at a point, seen from the radar, where the row runs in the direction given (rad).
+/// Function that returns the expected cross section (dBsm) of a marker at a point, given the direction of its
+/// row (rad).
 pub type ExpectedRcs<'a> = dyn Fn(&LanePoint, f64) -> f64 + 'a;
 
-/// One scan.
+/// One scan of the radar.
 #[derive(Clone, Copy)]
 pub struct Scan<'a> {
     /// Time of the scan, s.
     pub time_s: f64,
     /// The points of the scan.
     pub points: &'a [LanePoint],
-    /// Of the radar over the ground, along x. None: taken from the points.
+    /// Speed of the radar over the ground along x, m/s. None: estimated from the points.
     pub speed_mps: Option<Measured>,
-    /// With it, points whose level does not go with that of the row are taken out.
+    /// Expected cross section of markers. If given, points whose level disagrees with their row are removed.
     pub expected_rcs_dbsm: Option<&'a ExpectedRcs<'a>>,
 }
 
-/// How far lines are taken to go on, m.
+/// Distance by which lines are extended ahead, m.
 pub(super) const REACH_M: f64 = 40.0;
 
-/// Stations along a line, and beyond its end, where it has markers: at the spacing that its members keep best.
+/// Stations along a line and beyond its end at which it has markers, m: at the spacing that its members fit
+/// best.
 pub(super) fn stations(scan: &Scan<'_>, line: &Line, patterns: &[MarkerOptions]) -> Vec<f64> {
     let curve = &line.fitted.curve;
     let at: Vec<f64> =

@@ -1,14 +1,14 @@
-//! The cells that are usable, and the speed at their edge.
+//! The usable cells of a range-Doppler map, and the speed at the map's edge.
 
 use crate::error::LaneError;
 use serde::{Deserialize, Serialize};
 
-/// A detected cell of the map.
+/// A detected cell of the range-Doppler map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     /// Range of the cell, m.
     pub range_m: f64,
-    /// Positive when the range grows.
+    /// Range rate of the cell, m/s, positive when the range grows.
     pub range_rate_mps: f64,
     /// Standard deviation of the range, m.
     pub range_std_m: f64,
@@ -16,25 +16,26 @@ pub struct Cell {
     pub range_rate_std_mps: f64,
 }
 
-/// A value that the cells determine, more or less.
+/// An estimated value and whether the cells determine it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Parameter {
     /// The most likely value.
     pub value: f64,
-    /// From the curvature of the likelihood and the width of the search.
+    /// Standard deviation, from the curvature of the likelihood and the width of the search.
     pub std: f64,
     /// Whether the cells, and not the limits of the search, fix the value: its standard deviation is below a
     /// quarter of half the search range.
     pub observed: bool,
 }
 
-/// Speed from the edge of the map: the fastest closing rate that three cells share within four standard
-/// deviations, so that a single false cell or one oncoming vehicle does not count. It is the speed only if
-/// something stands in the direction of motion; it is too low by the factor cos of the angle to the nearest
-/// that does.
+/// Estimates the speed from the edge of the map: the fastest closing rate that three cells share within four
+/// standard deviations, so that a single false cell or one oncoming vehicle does not count. It is the speed
+/// only if something stands in the direction of motion; otherwise it is too low by the cosine of the angle to
+/// the nearest thing that does.
 ///
 /// # Errors
-/// Fewer than three cells that share an edge.
+/// Returns an error if no three cells share an edge, or if the closing rate there is not above five standard
+/// deviations.
 pub fn speed_from_edge(cells: &[Cell]) -> Result<Parameter, LaneError> {
     let mut closing: Vec<(f64, f64)> =
         cells.iter().filter(|c| usable(c)).map(|c| (-c.range_rate_mps, c.range_rate_std_mps)).collect();

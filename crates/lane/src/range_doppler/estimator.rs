@@ -1,4 +1,4 @@
-//! The lane from range and range rate of points, look after look.
+//! Estimates the lane from range and range rate of points, look after look.
 
 use super::{
     Along, Cell, LaneFromMap, LaneSettings, Parameter, Sign, Speed, VALUES, lane_from_map, lane_near,
@@ -13,34 +13,36 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
 const METHOD: &str = "range-doppler";
-/// A last look that is older than this says nothing about where to search, s.
+/// Oldest age of a last look that tells where to search, s.
 const OLDEST_S: f64 = 1.0;
-/// The share of explained cells may fall by this much before the search starts anew.
+/// Largest decrease of the share of explained cells before the whole range is searched again.
 const WORSE: f64 = 0.1;
-/// Share of the turn of a near marker's range rate during a frame that its peak may be off: the peak stands in the middle of an even spread.
+/// Error of a near marker's peak as a share of its change of range rate during a frame: the peak stands in
+/// the middle of an even spread.
 const SMEAR: f64 = 0.1;
-/// Curvatures within so many standard deviations of zero are none.
+/// Number of standard deviations from zero below which a curvature counts as none.
 const SURE: f64 = 2.0;
 
-/// Where the radar stands and what its points are worth.
+/// Options of [`RangeDopplerLane`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
-    /// Forward and left of the vehicle's reference point, m.
+    /// Position of the radar forward and left of the vehicle's reference point, m.
     pub radar_at_m: [f64; 2],
-    /// Length of a frame, s: near markers turn while it lasts.
+    /// Length of a frame, s; the aspect of near markers changes while it lasts.
     pub frame_time_s: f64,
-    /// Weaker points are noise, dB.
+    /// Least signal-to-noise ratio of a point, dB.
     pub min_snr_db: f64,
-    /// What a marker is never more certain than, for its extent and its place in the row: m and m/s.
+    /// Least standard deviation of a marker's range, m, for its extent and its placement in the row.
     pub least_range_std_m: f64,
     /// Least standard deviation of a marker's range rate, m/s.
     pub least_range_rate_std_mps: f64,
     /// Whether the edge of the map gives the speed where the bus is silent.
     pub speed_from_map: bool,
-    /// Every so many looks the whole search range is gone through, in between what lies near the last look's lane; 1: always.
+    /// Number of looks between searches of the whole range; the looks between search only near the last lane.
+    /// 1: always search it.
     pub search_every: u32,
-    /// The lane that is sought, and how.
+    /// The lane that is sought and the settings of the search.
     pub lane: LaneSettings,
 }
 
@@ -59,14 +61,14 @@ impl Default for Options {
     }
 }
 
-/// What a look gives beyond a [`LaneEstimate`].
+/// The result of one look, with more detail than a [`LaneEstimate`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaneLook {
-    /// The lane as all methods state it.
+    /// The estimate in the common form of all methods.
     pub estimate: LaneEstimate,
-    /// As the core fitted it, of the radar; None where there is no lane.
+    /// The lane relative to the radar as fitted; None where there is no lane.
     pub lane: Option<LaneFromMap>,
-    /// Whether the whole search range was gone through.
+    /// Whether the whole range was searched.
     pub searched: bool,
 }
 
@@ -74,21 +76,21 @@ struct Last {
     time_s: f64,
     lane: LaneFromMap,
     share: f64,
-    /// Since the last whole search.
+    /// Looks since the last whole search.
     looks: u32,
 }
 
-/// Lane estimator on range and range rate alone; azimuths are not read (Feng, section 3.6).
+/// Lane estimator that uses only range and range rate; azimuths are not read (Feng, section 3.6).
 pub struct RangeDopplerLane {
     options: Options,
     last: Option<Last>,
 }
 
 impl RangeDopplerLane {
-    /// The estimator with its options.
+    /// Makes the estimator with its options.
     ///
     /// # Errors
-    /// The option that lies outside its range.
+    /// Returns an error for the first option that lies outside its range.
     pub fn new(options: Options) -> Result<RangeDopplerLane, LaneError> {
         options.lane.check()?;
         let o = &options;
@@ -110,7 +112,7 @@ impl RangeDopplerLane {
         &self.options
     }
 
-    /// As [`LaneEstimator::estimate`], with what the core says.
+    /// Estimates as [`LaneEstimator::estimate`] does, and also returns the fitted lane.
     pub fn look(&mut self, input: &SensorInput<'_>) -> LaneLook {
         let found = self.find(input);
         let time_s = input.time_s;
@@ -137,7 +139,8 @@ impl RangeDopplerLane {
         }
     }
 
-    /// The lane, the cells it rests on, how far the radar's motion points left of the vehicle's axis, and whether all was searched.
+    /// Returns the lane, the cells it rests on, the angle of the radar's motion to the left of the vehicle's
+    /// axis, and whether the whole range was searched.
     fn find(&self, input: &SensorInput<'_>) -> Result<(LaneFromMap, Cells, f64, bool), LaneError> {
         if input.points.is_empty() {
             return Err(LaneError::Empty);
@@ -152,7 +155,7 @@ impl RangeDopplerLane {
         if speed.is_none() && !o.speed_from_map {
             return Err(LaneError::NoSpeed);
         }
-        // The radar moves with the vehicle's speed and round it.
+        // The radar moves with the vehicle's speed and its rotation.
         let turn = input.yaw_rate_rad_per_s.filter(is_number);
         let (yaw, yaw_std) = turn.map_or((0.0, 0.0), |m| (m.value, m.std));
         let [ahead_m, left_m] = o.radar_at_m;
@@ -162,7 +165,7 @@ impl RangeDopplerLane {
             if v.value > 0.0 {
                 slip_rad = moved.y.atan2(moved.x);
             }
-            // Backwards stays backwards: the core says that it is too slow.
+            // Reverse motion stays negative, so that the core reports it as too slow.
             let mps = if v.value > 0.0 { moved.length() } else { v.value };
             own = Some(Measured { value: mps, std: v.std.hypot(left_m * yaw_std) });
         }
@@ -177,7 +180,7 @@ impl RangeDopplerLane {
                 let v = last.lane.speed_mps.value;
                 let (sin, cos) = last.lane.heading_rad.value.sin_cos();
                 let near = last.lane.moved(v * cos * dt, v * sin * dt, yaw * dt);
-                // The last look's speed is the start of this one's where the bus is silent.
+                // Where the bus is silent, the last look's speed is the start of this one's.
                 let speed = match speed {
                     Speed::FromMap => Speed::Known { mps: v, std_mps: (2.0 * dt).max(0.05) },
                     known => known,
@@ -198,7 +201,7 @@ impl RangeDopplerLane {
         Ok((lane, cells, slip_rad, true))
     }
 
-    /// Points that may be markers: numbers, strong enough, at rest as far as their range rate tells.
+    /// Points that may be markers: finite, strong enough, and stationary as far as their range rate tells.
     fn cells(&self, points: &[LanePoint], own: Option<Measured>) -> Result<Cells, LaneError> {
         let o = &self.options;
         let is_sound = |p: &LanePoint| {
@@ -230,7 +233,7 @@ impl RangeDopplerLane {
             if !strong || !range.contains(&p.range_m) {
                 continue;
             }
-            // How fast the range rate of what stands still changes, by the angle to the motion.
+            // Change of the range rate of what is stationary, by the angle to the motion.
             let change = (speed * speed - closing * closing).max(0.0) / p.range_m.max(0.1);
             rate_std = rate_std.hypot(SMEAR * change * o.frame_time_s);
             out.members.push(i);
@@ -244,7 +247,8 @@ impl RangeDopplerLane {
         if out.cells.is_empty() { Err(LaneError::NothingAtRest) } else { Ok(out) }
     }
 
-    /// Whether a lane within the search range has a marker so far from the way that the radar goes: rails and walls stand farther.
+    /// Whether a lane within the search range has a marker so far from the radar's path: rails and walls
+    /// stand farther.
     fn reachable(&self, range_m: f64, closing_mps: f64, speed_mps: f64) -> bool {
         if speed_mps <= 0.0 {
             return true;
@@ -255,11 +259,11 @@ impl RangeDopplerLane {
         let bend = (range_m / l.min_radius_m).min(FRAC_PI_2);
         let turn = (l.max_heading_rad + bend).min(FRAC_PI_2);
         let row = 0.5 * l.lane_width_m + l.max_offset_m;
-        // The range rate tells small angles badly.
+        // The range rate resolves small angles badly.
         aside <= row + ahead.abs() * turn.sin() + 0.05 * range_m + 0.5
     }
 
-    /// The core's lane in the vehicle's frame.
+    /// Converts the fitted lane to the vehicle's frame.
     fn answer(
         &self,
         input: &SensorInput<'_>,
@@ -289,11 +293,11 @@ impl RangeDopplerLane {
             let y = |l: &Line| l.fitted.curve.foot(DVec2::ZERO).left_m;
             y(b).total_cmp(&y(a)).then(a.fitted.curve.start_m[0].total_cmp(&b.fitted.curve.start_m[0]))
         });
-        // The distance of the rows is a setting, no measurement.
+        // The distance of the rows is a setting, not a measurement.
         estimate.width_m = None;
         estimate.offset_m = measured(at.offset_m, [1.0, -at.behind_m, 0.0, 0.0, 0.0, 0.0, 0.0]);
         estimate.heading_rad = measured(at.heading_rad, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        // The bend ahead is not the lane's where the vehicle stands.
+        // The bend ahead is not the lane's curvature where the vehicle stands.
         estimate.curvature_per_m = match at.bend {
             Bend::Ahead => None,
             _ => measured(lane.curvature_per_m.value, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
@@ -317,12 +321,12 @@ impl LaneEstimator for RangeDopplerLane {
 
 struct Cells {
     cells: Vec<Cell>,
-    /// Of each cell, the number of its point.
+    /// Index of each cell's point.
     members: Vec<usize>,
 }
 
 impl Cells {
-    /// Points within three standard deviations of a marker of the row.
+    /// Indices of points within three standard deviations of a marker of the row.
     fn of_row(&self, lane: &LaneFromMap, is_left: bool, s: &LaneSettings) -> Vec<usize> {
         let markers = lane.markers(s);
         let near = |c: &Cell| {
@@ -340,22 +344,22 @@ impl Cells {
 
 #[derive(Clone, Copy, PartialEq)]
 enum Bend {
-    /// None within its standard deviation.
+    /// Zero within its standard deviation.
     None,
     Ahead,
-    /// The radar is in it.
+    /// The radar is in the bend.
     Here,
 }
 
-/// The vehicle in the lane's axes: x along the lane from the radar, y left of its middle.
+/// The vehicle in the lane's axes: x along the lane from the radar, y left of its centre line.
 struct Standing {
     reference_m: DVec2,
-    /// Of the vehicle's axis against the axes.
+    /// Angle of the vehicle's axis to the lane's axes, rad.
     axis_rad: f64,
-    /// How far the reference point lies behind the radar along the lane.
+    /// Distance of the reference point behind the radar along the lane, m.
     behind_m: f64,
     offset_m: f64,
-    /// Against the lane where the reference point stands.
+    /// Heading relative to the lane at the reference point, rad.
     heading_rad: f64,
     bend: Bend,
 }
@@ -384,7 +388,7 @@ impl Standing {
         }
     }
 
-    /// A row as a straight piece and an arc.
+    /// One row as a straight piece and an arc.
     fn pieces(&self, lane: &LaneFromMap, is_left: bool, s: &LaneSettings, far_m: f64) -> Vec<Fitted> {
         let (k, side) = (lane.curvature_per_m.value, if is_left { 0.5 } else { -0.5 } * s.lane_width_m);
         let seen = lane.curve(is_left, 0.25, s);
@@ -402,7 +406,7 @@ impl Standing {
             covariance,
             residual: 1.0,
         };
-        // By offset, heading, curvature, start of the bend.
+        // By offset, heading, curvature and start of the bend.
         let spread = |j: [[f64; 4]; 3]| {
             let mut out = [[0.0; 4]; 4];
             for (a, ja) in j.iter().enumerate() {
@@ -420,7 +424,7 @@ impl Standing {
         let start = if self.bend == Bend::None { f64::INFINITY } else { lane.curve_start_m.value.max(0.0) };
         let mut out = Vec::new();
         let straight = start.min(last.max(begin + 1.0));
-        // A straight line may be as bent as the cells allow; one before a bend is straight.
+        // A straight line may be as bent as the cells allow; a piece before a bend is straight.
         let open = if self.bend == Bend::None { 1.0 } else { 0.0 };
         let at_begin = [[-1.0, -begin, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, open, 0.0]];
         out.push(piece(DVec2::new(begin, side), 0.0, straight - begin, spread(at_begin)));

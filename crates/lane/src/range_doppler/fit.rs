@@ -1,4 +1,4 @@
-//! The likelihood of a lane, its top and its curvature there.
+//! The likelihood of a lane, its maximum and its curvature there.
 
 use super::cells::Cell;
 use super::lane::*;
@@ -13,36 +13,36 @@ struct Near {
     cell: usize,
     marker: usize,
     density: f64,
-    /// Residuals over their variances.
+    /// Residuals divided by their variances.
     range: f64,
     rate: f64,
 }
 
-/// Densities further out than this many standard deviations count as zero.
+/// Number of standard deviations beyond which densities count as zero.
 const REACH: f64 = 6.0;
-/// Of [`Fit::first_from`].
+/// Step of range of [`Fit::first_from`], m.
 const FIRST_STEP_M: f64 = 0.25;
 
-/// Cells made ready, and what is assumed of the lane.
+/// Prepared cells, and the assumptions about the lane.
 pub(super) struct Fit<'a> {
-    /// By range.
+    /// Cells sorted by range.
     pub(super) cells: Vec<Cell>,
-    /// Of each cell, one over its standard deviations.
+    /// Reciprocals of each cell's standard deviations: range and range rate.
     pub(super) per_std: Vec<[f64; 2]>,
-    /// Number of the first cell from each step of range on.
+    /// Index of the first cell from each step of range on.
     pub(super) first_from: Vec<usize>,
     pub(super) widest_m: f64,
     pub(super) s: &'a LaneSettings,
-    /// Density of cells that are no markers, per metre and m/s.
+    /// Density of cells that are not markers, per metre and per m/s.
     pub(super) extra: f64,
     pub(super) prior_mean: Vector,
     pub(super) prior_std: Vector,
     pub(super) is_free: [bool; VALUES],
-    /// Speeds that the search tries, in m/s.
+    /// Speeds that the search tries, m/s.
     pub(super) speeds: Vec<f64>,
 }
 
-/// [`Fit::first_from`] of cells that are sorted by range.
+/// Computes [`Fit::first_from`] for cells sorted by range.
 pub(super) fn first_from(cells: &[Cell]) -> Vec<usize> {
     let last = cells.last().map_or(0.0, |c| c.range_m);
     let steps = (last / FIRST_STEP_M).ceil() as usize + 1;
@@ -56,14 +56,14 @@ impl Fit<'_> {
         self.s.row(p, false, p[RIGHT], |m| out.push(m));
     }
 
-    /// Number of a cell at or a little before the first at this range or beyond.
+    /// Index of a cell at or slightly before the first one at this range or beyond.
     pub(super) fn first(&self, range_m: f64) -> usize {
         let step = (range_m.max(0.0) / FIRST_STEP_M) as usize;
         self.first_from.get(step).copied().unwrap_or(self.cells.len())
     }
 
-    /// Calls `each` with every cell near a marker, the density of the marker's cells there, and the residuals of range and
-    /// range rate over their standard deviations.
+    /// Calls `each` for every cell near a marker with the density of the marker's cells there and the
+    /// residuals of range and range rate divided by their standard deviations.
     pub(super) fn near(&self, m: &Marker, widen: f64, mut each: impl FnMut(usize, f64, f64, f64)) {
         let reach = REACH * widen * self.widest_m;
         let (low, high) = (m.range - reach, m.range + reach);
@@ -91,7 +91,7 @@ impl Fit<'_> {
             .sum()
     }
 
-    /// Density of markers in each cell, and how many markers are in view.
+    /// Computes the density of markers in each cell; returns the number of markers in view.
     fn density(&self, p: &Vector, widen: f64, out: &mut Vec<f64>) -> usize {
         out.clear();
         out.resize(self.cells.len(), 0.0);
@@ -105,10 +105,11 @@ impl Fit<'_> {
         count
     }
 
-    /// Without the expected number of markers, which jumps where one enters the view. `scratch` spares an allocation.
+    /// Log-likelihood without the expected number of markers, which jumps where one enters the view.
+    /// `scratch` avoids an allocation.
     pub(super) fn smooth_log_likelihood(&self, p: &Vector, widen: f64, scratch: &mut Vec<f64>) -> f64 {
         self.density(p, widen, scratch);
-        // Products of a few cells stay in range and spare logarithms.
+        // Products of a few cells stay in range and save logarithms.
         let of_few = |d: &[f64]| d.iter().map(|d| self.extra + d).product::<f64>().ln();
         scratch.chunks(8).map(of_few).sum::<f64>() + self.log_prior(p)
     }
@@ -120,19 +121,20 @@ impl Fit<'_> {
             - self.s.detection_probability * count as f64
     }
 
-    /// Of each cell the share that is a marker.
+    /// Probability of each cell that it is a marker.
     pub(super) fn shares(&self, p: &Vector) -> Vec<f64> {
         let mut density = Vec::new();
         self.density(p, 1.0, &mut density);
         density.iter().map(|d| d / (d + self.extra)).collect()
     }
 
-    /// Derivatives of a marker's range and range rate by the values.
+    /// Derivatives of a marker's range and range rate with respect to the values.
     fn slopes(&self, p: &Vector, m: &Marker) -> [Vector; 2] {
         let motion = DVec2::from_angle(p[HEADING]);
         let v = p[SPEED];
         let cos = m.unit.dot(motion);
-        // A move of the marker: range along the line of sight, rate by the turn of that line.
+        // A displacement of the marker changes the range along the line of sight and the rate by the turn of
+        // that line.
         let moved = |d: DVec2| {
             let range = m.unit.dot(d);
             [range, -v * (motion.dot(d) - cos * range) / m.range.max(1e-9)]
@@ -161,7 +163,7 @@ impl Fit<'_> {
         out
     }
 
-    /// Gradient of the log likelihood and its information in the manner of Gauss and Newton.
+    /// Gradient of the log-likelihood and its Gauss-Newton information matrix.
     fn gradient(&self, p: &Vector, widen: f64) -> (Vector, Matrix) {
         let mut markers = Vec::with_capacity(128);
         self.markers(p, &mut markers);
@@ -194,7 +196,7 @@ impl Fit<'_> {
                 }
             }
         }
-        // The upper half is the lower one's.
+        // The upper half mirrors the lower one.
         let lower = info;
         for (b, row) in info.iter_mut().enumerate() {
             row.iter_mut().enumerate().skip(b + 1).for_each(|(a, v)| *v = lower[a][b]);
@@ -213,11 +215,11 @@ impl Fit<'_> {
 
     pub(super) fn clamped(&self, p: Vector) -> Vector {
         let mut p = p;
-        // A little beyond the search, so that a value at its limit is found without a bias.
+        // A little beyond the search limits, so that a value at its limit is found without bias.
         p[OFFSET] = p[OFFSET].clamp(-1.2 * self.s.max_offset_m, 1.2 * self.s.max_offset_m);
         p[HEADING] = p[HEADING].clamp(-1.2 * self.s.max_heading_rad, 1.2 * self.s.max_heading_rad);
         let k = 1.1 / self.s.min_radius_m;
-        // The inner row keeps a radius above zero.
+        // The inner row keeps a positive radius.
         let k = k.min(1.9 / self.s.lane_width_m);
         p[CURVATURE] = p[CURVATURE].clamp(-k, k);
         if let CurveStart::UpTo(m) = self.s.curve_start {
@@ -226,14 +228,14 @@ impl Fit<'_> {
         p
     }
 
-    /// Adds the top of the likelihood next to `start`; the best comes first.
+    /// Adds the local maximum of the likelihood near `start`; the best comes first.
     pub(super) fn try_from(&self, start: Vector, modes: &mut Vec<(f64, Vector)>) {
         let q = self.refine(start);
         modes.push((self.log_likelihood(&q), q));
         modes.sort_by(|a, b| b.0.total_cmp(&a.0));
     }
 
-    /// Levenberg and Marquardt on the log likelihood, first with wide cells.
+    /// Levenberg-Marquardt on the log-likelihood, first with wide cells.
     pub(super) fn refine(&self, start: Vector) -> Vector {
         let mut p = self.clamped(start);
         let mut scratch = Vec::with_capacity(self.cells.len());
@@ -274,8 +276,8 @@ impl Fit<'_> {
         p
     }
 
-    /// Inverse of the observed information: the change of the gradient. Where that is not positive (a kink at
-    /// the start of the bend), of Gauss and Newton's.
+    /// Inverse of the observed information, which is the change of the gradient. Where that is not positive
+    /// (a kink at the start of the bend), the Gauss-Newton matrix is used.
     #[allow(clippy::needless_range_loop, reason = "rows and columns by index")]
     pub(super) fn covariance(&self, p: &Vector) -> Matrix {
         let (_, gauss) = self.gradient(p, 1.0);

@@ -1,4 +1,4 @@
-//! What is assumed of a lane, and what is found of it.
+//! What is assumed of a lane, and the lane that is found.
 
 use super::cells::Parameter;
 use crate::error::{self, LaneError};
@@ -29,18 +29,18 @@ pub(super) type Matrix = [[f64; VALUES]; VALUES];
 /// What is known of the radar's speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Speed {
-    /// Of the radar over ground, m/s, with its standard deviation.
+    /// Known speed of the radar over ground.
     Known {
         /// The speed, m/s.
         mps: f64,
         /// Its standard deviation, m/s.
         std_mps: f64,
     },
-    /// From the edge of the map, then fitted with the rest.
+    /// Unknown: the speed is taken from the edge of the map, then fitted with the rest.
     FromMap,
 }
 
-/// Line that the spacings are measured along.
+/// The line along which the spacings are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Along {
     /// The middle of the lane.
@@ -49,7 +49,7 @@ pub enum Along {
     Row,
 }
 
-/// Straight part of the lane in front of the radar.
+/// Length of the straight part of the lane in front of the radar.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum CurveStart {
     /// Its length is known, m; zero where the radar is in the bend.
@@ -58,39 +58,39 @@ pub enum CurveStart {
     UpTo(f64),
 }
 
-/// What is known of the lane, and where to search.
+/// What is known of the lane, and the range of the search.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LaneSettings {
-    /// Distance of the two rows, m.
+    /// Distance between the two rows, m.
     pub lane_width_m: f64,
-    /// Distance of markers of the left row, m.
+    /// Spacing of the markers of the left row, m.
     pub left_spacing_m: f64,
-    /// Distance of markers of the right row, m.
+    /// Spacing of the markers of the right row, m.
     pub right_spacing_m: f64,
     /// The line along which spacings are measured in a bend.
     pub along: Along,
     /// What is known of where the bend starts.
     pub curve_start: CurveStart,
-    /// Of the radar over the markers.
+    /// Height of the radar above the markers, m.
     pub radar_height_m: f64,
-    /// Largest offset that is searched, m, to both sides.
+    /// Largest offset that is searched to both sides, m.
     pub max_offset_m: f64,
-    /// Largest heading that is searched, rad, to both sides.
+    /// Largest heading that is searched to both sides, rad.
     pub max_heading_rad: f64,
     /// Least radius of the bend that is searched, m.
     pub min_radius_m: f64,
-    /// The bend ends where it has turned by this.
+    /// Turn after which the bend ends, rad.
     pub max_turn_rad: f64,
-    /// Ranges at which markers are seen.
+    /// Least range at which markers are seen, m.
     pub near_m: f64,
     /// Largest range at which markers are seen, m.
     pub far_m: f64,
-    /// Half the field of view, about the direction of motion.
+    /// Half the field of view about the direction of motion, rad.
     pub half_view_rad: f64,
-    /// Of a marker in view.
+    /// Probability that a marker in view is detected.
     pub detection_probability: f64,
-    /// Share of the cells that are no markers.
+    /// Share of the cells that are not markers.
     pub extra_share: f64,
     /// Log odds from which on one of two readings is taken as true.
     pub sure_log_odds: f64,
@@ -124,9 +124,9 @@ impl Default for LaneSettings {
 pub enum Sign {
     /// The cells tell the side.
     Known,
-    /// The mirrored lane fits about as well. With equal spacings it fits exactly as well, and the lane
-    /// reported is the one with its offset (or, where that is zero within its standard deviation, its
-    /// heading, then its curvature) to the left.
+    /// The mirrored lane fits about as well. With equal spacings it fits exactly as well; the lane reported
+    /// is then the one with its offset to the left (or, where that is zero within its standard deviation, its
+    /// heading, then its curvature).
     Unknown,
 }
 
@@ -139,44 +139,44 @@ pub struct OtherLane {
     pub heading_rad: f64,
     /// Curvature of the bend, 1/m, positive left.
     pub curvature_per_m: f64,
-    /// How much less likely it is.
+    /// Log odds by which it is less likely.
     pub log_odds: f64,
 }
 
-/// The lane as the cells of a map draw it.
+/// The lane as fitted to the cells of a map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LaneFromMap {
-    /// From the middle of the lane, metres, positive to the left.
+    /// Offset of the radar from the lane's centre line, m, positive to the left.
     pub offset_m: Parameter,
-    /// Of the motion against the lane, radians, positive to the left.
+    /// Heading of the motion relative to the lane, rad, positive to the left.
     pub heading_rad: Parameter,
-    /// Of the bend, 1/m, positive to the left.
+    /// Curvature of the bend, 1/m, positive to the left.
     pub curvature_per_m: Parameter,
-    /// Along the lane from the radar to the bend. Not observed where the lane is straight.
+    /// Distance along the lane from the radar to the bend, m. It is not observed where the lane is straight.
     pub curve_start_m: Parameter,
-    /// From the radar along the lane to the first marker of the left row ahead, m.
+    /// Distance along the lane from the radar to the first marker of the left row ahead, m.
     pub left_phase_m: Parameter,
-    /// From the radar along the lane to the first marker of the right row ahead, m.
+    /// Distance along the lane from the radar to the first marker of the right row ahead, m.
     pub right_phase_m: Parameter,
     /// Speed of the radar, m/s.
     pub speed_mps: Parameter,
-    /// In the order of the values above.
+    /// Covariance in the order of the values above.
     pub covariance: Matrix,
     /// Whether the side is known.
     pub sign: Sign,
-    /// Log odds of this lane against the mirrored one; infinite where no mirrored one fits.
+    /// Log odds of this lane over the mirrored one; infinite where no mirrored one fits.
     pub sign_log_odds: f64,
     /// Another lane that fits about as well.
     pub other: Option<OtherLane>,
     /// Expected number of cells that are markers.
     pub explained: f64,
-    /// Logarithm of the likelihood at its top.
+    /// Logarithm of the likelihood at its maximum.
     pub log_likelihood: f64,
 }
 
 impl LaneFromMap {
-    /// Radius of the bend and the radii one standard deviation of the curvature to either side, metres,
-    /// unsigned. None where the curvature is less than two standard deviations from zero.
+    /// Unsigned radius of the bend, and the radii at one standard deviation of the curvature to either side,
+    /// m. None where the curvature is less than two standard deviations from zero.
     pub fn radius_m(&self) -> Option<[f64; 3]> {
         let (k, s) = (self.curvature_per_m.value.abs(), self.curvature_per_m.std);
         (k > 2.0 * s).then(|| [1.0 / k, 1.0 / (k + s), 1.0 / (k - s)])
@@ -184,8 +184,8 @@ impl LaneFromMap {
 }
 
 impl LaneFromMap {
-    /// Where this lane is to be looked for after the radar has moved by `ahead_m` along the lane, by `left_m` to its side, and has
-    /// turned by `turn_rad`: the start of a search for [`lane_near`].
+    /// Predicts the lane after the radar has moved by `ahead_m` along the lane and by `left_m` to its side
+    /// and has turned by `turn_rad`, as the start of a search by [`lane_near`].
     pub fn moved(&self, ahead_m: f64, left_m: f64, turn_rad: f64) -> LaneFromMap {
         let by = |p: Parameter, d: f64| Parameter { value: p.value + d, ..p };
         let mut out = self.clone();
@@ -211,7 +211,7 @@ impl LaneSettings {
     /// Checks the settings.
     ///
     /// # Errors
-    /// The name of a setting that lies outside its range.
+    /// Returns an error with the name of the first setting that lies outside its range.
     pub fn check(&self) -> Result<(), LaneError> {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         let start = match self.curve_start {
@@ -238,7 +238,7 @@ impl LaneSettings {
     }
 }
 
-/// Log likelihoods and lanes, best first.
+/// Log-likelihoods and lanes, best first.
 pub(super) type Modes = Vec<(f64, Vector)>;
 
 pub(super) fn mirrored(p: &Vector) -> Vector {

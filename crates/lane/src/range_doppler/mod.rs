@@ -1,17 +1,18 @@
-//! Place of a vehicle in a lane, and the bend ahead, from a range-rate map alone: no angles.
+//! Position of a vehicle in its lane and the bend ahead, from a range-rate map alone, without angles.
 //!
-//! Feng, section 3.6 (Fig. 3.21 to 3.24): a marker at lateral distance d and x ahead has the range
-//! r = √(x² + d² + h²) and the range rate -v·cos of its angle to the motion, so each row of markers draws a
-//! curve. A lane whose rows have known width and spacings is fitted to the cells of the map by maximum
-//! likelihood: offset, heading, curvature, start of the bend, phase of both rows, speed. The likelihood is
-//! that of a Poisson process: Σ log(e + p·Σ N(cell | marker)) - p·(markers in view), with the density e of
-//! cells that are no markers and the probability of detection p.
+//! Feng, section 3.6 (Fig. 3.21 to 3.24): a marker at lateral distance d and x ahead has the range r = √(x² +
+//! d² + h²) and the range rate -v·cos of its angle to the motion, so each row of markers draws a curve. A
+//! lane whose rows have known width and spacings is fitted to the cells of the map by maximum likelihood:
+//! offset, heading, curvature, start of the bend, phase of both rows and speed. The likelihood is that of a
+//! Poisson process: Σ log(e + p·Σ N(cell | marker)) - p·(markers in view), with the density e of cells that
+//! are not markers and the probability of detection p.
 //!
-//! A map does not change when the scene is mirrored. With equal spacings left and right only the size of
-//! offset, heading and curvature follows, and their signs against each other; [`Sign`] says so. With unequal
-//! spacings the row that a cell lies on tells the side.
+//! A map does not change when the scene is mirrored. With equal spacings left and right only the magnitudes
+//! of offset, heading and curvature follow, and their signs relative to each other; [`Sign`] says so. With
+//! unequal spacings the row of a cell tells the side.
 //!
-//! The lane is straight for `curve_start`, then an arc. x along the lane, y left, radians, positive left.
+//! The lane is straight for `curve_start`, then an arc. Its axes are x along the lane and y to the left;
+//! angles are in radians, positive to the left.
 
 use crate::error::LaneError;
 
@@ -31,11 +32,12 @@ pub use lane::{Along, CurveStart, LaneFromMap, LaneSettings, OtherLane, Sign, Sp
 pub use rows::Foreseen;
 use search::Blots;
 
-/// The lane that the cells of a map draw. Deterministic.
+/// Fits a lane to the cells of a map. The result is deterministic.
 ///
 /// # Errors
-/// See [`LaneError`]. Cells that are not finite, without standard deviations, or outside `near_m` to `far_m` are left
-/// out.
+/// Returns an error if a setting or the speed is out of range, if there are too few usable cells, if the
+/// speed is too low or cannot be found, or if no lane explains enough cells. Cells that are non-finite,
+/// without standard deviations, or outside `near_m` to `far_m` are left out.
 pub fn lane_from_map(
     cells: &[Cell],
     speed: Speed,
@@ -47,11 +49,13 @@ pub fn lane_from_map(
     fit.conclude(&blots, modes)
 }
 
-/// As [`lane_from_map`], from a lane that is known to be near, as the last look's moved on ([`LaneFromMap::moved`]) is: some ten times
-/// faster. The mirrored lane is tried as well. What the cells say is all that counts: `near` is where the search starts, not knowledge.
+/// Fits as [`lane_from_map`] does, but from a lane that is known to be near, such as the last look's lane
+/// moved on ([`LaneFromMap::moved`]); this is some ten times faster. The mirrored lane is tried as well. Only
+/// the cells count: `near` is where the search starts, not prior knowledge.
 ///
 /// # Errors
-/// Those of [`lane_from_map`]; [`LaneError`] also where another lane is the right one and `near` leads to none.
+/// Returns the errors of [`lane_from_map`], an error for a non-finite `near`, and an error also where `near`
+/// leads to no lane although another one is right.
 pub fn lane_near(
     cells: &[Cell],
     speed: Speed,
@@ -123,7 +127,7 @@ impl<'a> Fit<'a> {
         })
     }
 
-    /// Lanes from all over the search range.
+    /// Lanes from the whole search range.
     fn search(&self, blots: &Blots) -> Result<Modes, LaneError> {
         /// Trials of all bends, each of a lane with its straight part.
         const ROUNDS: usize = 4;
@@ -146,7 +150,8 @@ impl<'a> Fit<'a> {
         let other_straights = modes.clone();
         let mut rounds = ROUNDS;
         self.bend(blots, first, &mut rounds, &mut modes);
-        // Cells left over: a bend may have drawn the straight part aside, so other straight parts get their turn.
+        // Cells are left over: a bend may have drawn the straight part aside, so other straight parts get
+        // their turn.
         let mut tried = vec![first.1];
         for (value, p) in other_straights {
             let share = self.shares(&modes[0].1).iter().sum::<f64>() / self.cells.len() as f64;
@@ -163,7 +168,7 @@ impl<'a> Fit<'a> {
         Ok(modes)
     }
 
-    /// Adds what comes of other bends of a lane, as long as they better it.
+    /// Adds lanes with other bends as long as they improve on `from`.
     fn bend(&self, blots: &Blots, from: (f64, Vector), rounds: &mut usize, modes: &mut Modes) {
         /// A gain of log likelihood that is none.
         const SAME: f64 = 0.05;
@@ -184,12 +189,13 @@ impl<'a> Fit<'a> {
         modes.sort_by(|a, b| b.0.total_cmp(&a.0));
     }
 
-    /// The best of these lanes, how sure it is, and what it is mistaken for.
+    /// Returns the best of these lanes, its certainty, and the lane for which it may be mistaken.
     fn conclude(&self, blots: &Blots, mut modes: Modes) -> Result<LaneFromMap, LaneError> {
         let settings = self.s;
         let none = unexplained(0.0, self.cells.len());
         let best = modes.first().ok_or(none)?.1;
-        // The mirrored lane of the best is always tried, so that a known sign is never for want of a trial.
+        // The mirrored lane of the best is always tried, so that a sign is never known only for lack of a
+        // trial.
         self.try_from(self.phased(blots, &mirrored(&best)).1, &mut modes);
         let (mut log_likelihood, mut p) = modes[0];
         let mut rivals = modes;
@@ -251,7 +257,7 @@ impl<'a> Fit<'a> {
             Parameter { value: p[i], std, observed }
         };
         let mut curve_start_m = parameter(START);
-        // A straight lane has no place where its bend starts.
+        // A straight lane has no start of its bend.
         if self.is_free[START] && p[CURVATURE].abs() < 3.0 * covariance[CURVATURE][CURVATURE].max(0.0).sqrt()
         {
             curve_start_m.observed = false;

@@ -1,31 +1,31 @@
-//! Rows of markers as a radar sees them: where each stands, at which range and range rate.
+//! Rows of markers as a radar sees them: the position, range and range rate of each.
 
 use super::lane::*;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// A lesser curvature counts as none.
+/// Curvature below which a lane counts as straight, 1/m.
 const STRAIGHT_PER_M: f64 = 1e-6;
 
 /// A marker in view.
 #[derive(Clone, Copy)]
 pub(super) struct Marker {
     pub(super) is_left: bool,
-    /// Along the lane from the radar.
+    /// Distance along the lane from the radar, m.
     pub(super) u: f64,
-    /// From the radar, in the axes of the lane, over the range.
+    /// Unit vector from the radar in the axes of the lane.
     pub(super) unit: DVec2,
     pub(super) range: f64,
     pub(super) rate: f64,
 }
 
-/// A marker, or a place between two, as a lane foresees it.
+/// A marker, or a place between two, as a lane predicts it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Foreseen {
     /// Whether the marker stands in the left row.
     pub is_left: bool,
-    /// Along the lane from the radar, m.
+    /// Distance along the lane from the radar, m.
     pub along_m: f64,
     /// Range from the radar, m.
     pub range_m: f64,
@@ -34,12 +34,12 @@ pub struct Foreseen {
 }
 
 impl LaneFromMap {
-    /// The markers in view, row by row, near ones first.
+    /// Predicts the markers in view, row by row, near ones first.
     pub fn markers(&self, settings: &LaneSettings) -> Vec<Foreseen> {
         self.row_of(true, settings).chain(self.row_of(false, settings)).collect()
     }
 
-    /// The curve that a row draws in the map, at places `step_m` apart.
+    /// Predicts the curve that a row draws in the map, at places `step_m` apart.
     pub fn curve(&self, is_left: bool, step_m: f64, settings: &LaneSettings) -> Vec<Foreseen> {
         let step_m = step_m.max(0.01);
         let fine = LaneSettings { left_spacing_m: step_m, right_spacing_m: step_m, ..*settings };
@@ -81,7 +81,7 @@ impl LaneSettings {
         (self.left_spacing_m - self.right_spacing_m).abs() < 1e-9
     }
 
-    /// Place of a row u along the lane from the radar.
+    /// Position of a row at the distance `u` along the lane from the radar, m.
     pub(super) fn row_m(&self, is_left: bool, u: f64, curvature: f64, start: f64) -> DVec2 {
         let t = self.lateral_m(is_left);
         let v = u - start;
@@ -101,7 +101,7 @@ impl LaneSettings {
         DVec2::new(start + chord * half.cos() - t * sin, chord * half.sin() + t * cos)
     }
 
-    /// Change of [`LaneSettings::row_m`] with u, in the bend.
+    /// Derivative of [`LaneSettings::row_m`] with respect to u, in the bend.
     pub(super) fn way(&self, is_left: bool, u: f64, curvature: f64, start: f64) -> DVec2 {
         let t = self.lateral_m(is_left);
         let (per_m, length) = match self.along {
@@ -111,7 +111,7 @@ impl LaneSettings {
         length * DVec2::from_angle(per_m * (u - start))
     }
 
-    /// Last u of the row.
+    /// Largest u of the row, m.
     pub(super) fn end_m(&self, is_left: bool, curvature: f64, start: f64) -> f64 {
         let straight = start.max(0.0) + self.far_m;
         if curvature.abs() < 1e-6 {
@@ -129,7 +129,7 @@ impl LaneSettings {
         (start + self.max_turn_rad * per_turn).min(start + 4.0 * self.far_m)
     }
 
-    /// First u at which a row can be in view: behind the radar a wide view reaches back a little only.
+    /// Least u at which a row can be in view, m: behind the radar a wide view reaches back only a little.
     pub(super) fn begin_m(&self, lateral_m: f64, heading: f64) -> f64 {
         let behind = PI - (heading.abs() + self.half_view_rad);
         let back = if behind > 0.0 { (lateral_m / behind.tan().max(0.0)).max(0.0) } else { f64::INFINITY };
@@ -143,7 +143,8 @@ impl LaneSettings {
         self.row_between(p, is_left, phase, [f64::NEG_INFINITY, f64::INFINITY], each);
     }
 
-    /// Of those, the markers between two places along the lane. Along the arc one follows from the last by a turn.
+    /// Calls `each` with the markers of a row in view between two places along the lane. Along the arc each
+    /// follows from the last by a rotation.
     pub(super) fn row_between(
         &self,
         p: &Vector,
@@ -194,8 +195,8 @@ impl LaneSettings {
         let mut stays_far = None;
         while u <= end {
             let here = place(at);
-            // The distance to a point of a circle grows up to the farthest and falls from there: where the end is out of view as well,
-            // nothing comes back in between.
+            // The distance to a point of a circle grows up to the farthest and falls from there: where the
+            // end is out of view as well, nothing comes back in between.
             if is_far(here) && at.x * here.x + at.y * (here.y - p[OFFSET]) > 0.0 {
                 let ends_far = || {
                     let left = (per_m * (end - u)).abs();

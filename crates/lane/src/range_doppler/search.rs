@@ -1,4 +1,4 @@
-//! Where the fit starts: lanes from a grid, phases and bends by trial.
+//! Start values of the fit: lanes from a grid, phases and bends by trial.
 
 use super::cells::Cell;
 use super::fit::Fit;
@@ -8,7 +8,7 @@ use glam::DVec2;
 use std::f64::consts::{PI, TAU};
 
 impl Fit<'_> {
-    /// Phases of both rows that fit best with the rest given, by trial.
+    /// Finds by trial the phases of both rows that fit best with the other values given.
     pub(super) fn phased(&self, blots: &Blots, p: &Vector) -> (f64, Vector) {
         const TRIALS: usize = 16;
         let n = self.cells.len();
@@ -141,10 +141,10 @@ impl Fit<'_> {
         out
     }
 
-    /// Other bends ahead with the rest as it is. Along an arc of few cells one marker passes for the next, so
-    /// the likelihood has many peaks over curvature and start.
+    /// Other bends ahead, with all else unchanged. Along an arc of few cells one marker passes for the next,
+    /// so the likelihood has many peaks over curvature and start.
     pub(super) fn other_bends(&self, blots: &Blots, p: &Vector) -> Vec<Vector> {
-        /// Lanes that differ by less at the farthest cell are not told apart by their wide cells.
+        /// Lanes that differ by less at the farthest cell are not distinguished by their wide cells.
         const STEP_M: f64 = 0.5;
         let starts: Vec<f64> = match self.s.curve_start {
             CurveStart::Known(m) => vec![m],
@@ -167,7 +167,7 @@ impl Fit<'_> {
                 let part = [f64::NEG_INFINITY, start];
                 self.s.row_between(&q, is_left, phase, part, |m| blots.add(&m, &mut before));
             }
-            // What a curvature moves the farthest cell by, m per 1/m.
+            // Displacement of the farthest cell by the curvature, m per 1/m.
             let reach = 0.5 * (far - start).max(0.0).powi(2);
             let mut curvatures = Vec::new();
             let mut k = 1.05 / self.s.min_radius_m;
@@ -274,7 +274,7 @@ impl Fit<'_> {
     }
 }
 
-/// Σ ln of numbers that are one at least. Products of a few stay in range and spare logarithms.
+/// Σ ln of numbers that are at least 1. Products of a few stay in range and save logarithms.
 fn log_of_products(values: impl Iterator<Item = f32>) -> f32 {
     let (mut sum, mut product) = (0.0, 1.0f32);
     for v in values {
@@ -287,24 +287,25 @@ fn log_of_products(values: impl Iterator<Item = f32>) -> f32 {
     sum + product.ln()
 }
 
-/// The cells as wide blots in a picture over range and range rate, in single precision: they rank lanes that are not yet quite in place.
+/// The cells as wide blots in a single-precision picture over range and range rate: they rank lanes that are
+/// not yet quite in place.
 pub(super) struct Blots {
     least: [f32; 2],
     per_step: [f32; 2],
-    /// Ranges, rates.
+    /// Number of pixels in range and in range rate.
     size: [usize; 2],
-    /// Of each pixel, where its blots begin.
+    /// Index of the first blot of each pixel.
     from: Vec<u32>,
-    /// Cells, and the density there of their marker's cells over that of cells that are none.
+    /// Cells, and the density there of their marker's cells divided by that of other cells.
     blots: Vec<(u32, f32)>,
 }
 
 impl Blots {
     const WIDEN: f64 = 3.0;
-    /// Of the narrowest cell's standard deviation.
+    /// Pixel size as a share of the narrowest cell's standard deviation.
     const STEP: f64 = 0.5;
     const MOST_STEPS: f64 = 300.0;
-    /// Less counts as nothing.
+    /// Least ratio that counts.
     const LEAST: f64 = 0.01;
 
     pub(super) fn new(fit: &Fit<'_>) -> Blots {
@@ -363,7 +364,7 @@ impl Blots {
         Blots { least: least.map(|x| x as f32), per_step: step.map(|x| 1.0 / x as f32), size, from, blots }
     }
 
-    /// Adds what a marker explains of each cell.
+    /// Adds to each cell what a marker explains of it.
     #[inline]
     fn add(&self, m: &Marker, to: &mut [f32]) {
         let i = (m.range as f32 - self.least[0]) * self.per_step[0];
@@ -386,29 +387,29 @@ impl Blots {
 /// A piece of a curve and a cell at its range.
 struct Pair {
     piece: usize,
-    /// Where in a kernel the first heading stands, as seen from the piece.
+    /// Position in a kernel of the first heading, as seen from the piece.
     at: usize,
     width: usize,
-    /// Squared standard deviations between the cell's range and the nearest of the piece.
+    /// Squared standard deviations between the cell's range and the nearest range of the piece.
     beyond2: f32,
 }
 
-/// Logarithms of the likelihood ratio of a curve to none, for a cell that lies at an angle to the motion. Steps of the angle divide
-/// the step of the headings, so that all headings of the grid are one run of numbers, whatever the angle. In single precision: they
-/// rank.
+/// Logarithms of the likelihood ratio of a curve to none, for a cell at an angle to the motion. Steps of the
+/// angle divide the step of the headings, so that all headings of the grid are one run of numbers, whatever
+/// the angle. Single precision suffices, as they only rank.
 struct Kernels {
     speeds: Vec<f64>,
     step: f64,
     headings: usize,
-    /// Of one kernel, for each part of a step.
+    /// Length of one kernel, for each part of a step.
     length: usize,
     /// Whole steps before the first angle.
     turn: usize,
-    /// Of each angle to the motion in parts of a step.
+    /// Cosine of each angle to the motion, in parts of a step.
     cos: Vec<f32>,
-    /// A kernel over them.
+    /// Values of one kernel over these angles.
     values: Vec<f32>,
-    /// Where the kernel of a speed, cell and width begins, once it was needed.
+    /// Start of the kernel of a speed, cell and width, once it was needed.
     from: Vec<usize>,
     value: Vec<f32>,
 }
@@ -438,7 +439,7 @@ impl Kernels {
         }
     }
 
-    /// Of an angle within ±π.
+    /// Index of an angle within ±π.
     fn at(&self, angle: f64) -> usize {
         let parts = self.turn as f64 + angle / self.step;
         let parts = (parts * Kernels::PARTS as f64 + 0.5).max(0.0) as usize;
@@ -451,7 +452,7 @@ impl Kernels {
         power.min(Kernels::WIDTHS - 1)
     }
 
-    /// Of both curves for each heading, each cell on the nearer curve.
+    /// Scores of both curves for each heading, with each cell assigned to the nearer curve.
     fn scores(&mut self, fit: &Fit<'_>, speed: usize, of_cell: &[Vec<Pair>], scores: &mut [f32]) {
         scores.fill(0.0);
         let mut best = vec![0f32; scores.len()];

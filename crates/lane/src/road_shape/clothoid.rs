@@ -1,34 +1,34 @@
 //! Kalman filter of a clothoid edge, state [c0, c1, b] (Miyake, eq. 25–27).
 //!
-//! Curvature at distance x ahead is c0 + c1 x. As the car goes ds = v dt on, c0 grows by c1 ds (Miyake eq. 26)
-//! and c1 stays (eq. 27), each up to process noise that is stated per metre driven: c1 and b are random
-//! walks, so a car that stands learns and forgets nothing.
+//! The curvature at distance x ahead is c0 + c1 x. As the car advances by ds = v dt, c0 grows by c1 ds
+//! (Miyake eq. 26) and c1 stays (eq. 27), each up to process noise stated per metre driven. c1 and b are
+//! random walks, so a standing car learns and forgets nothing.
 
 use crate::Measured;
 use crate::error::{LaneError, Result, checked, finite, not_negative, positive};
 use crate::matrix::quadratic;
 use serde::{Deserialize, Serialize};
 
-/// What a fit says of an edge: a = c0/2 + cubic[0] c1 and b + cubic[1] c1, with this covariance.
+/// An edge as measured by a fit: a = c0/2 + cubic[0] c1 and b + cubic[1] c1, with their covariance.
 ///
 /// `cubic` = [0, 0] is Miyake's measurement, which takes the parabola for the clothoid's start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EdgeMeasurement {
-    /// Positive to the left.
+    /// Measured a, half the curvature, 1/m, positive to the left.
     pub a_per_m: f64,
     /// Place of the edge beside the vehicle, m, positive to the left.
     pub b_m: f64,
-    /// Of (a, b): 1/m², 1, 1, m².
+    /// Covariance of (a, b), in units 1/m², 1, 1, m².
     pub covariance: [[f64; 2]; 2],
-    /// m, m³.
+    /// Contributions of c1 to a and to b, m and m³.
     pub cubic: [f64; 2],
 }
 
 impl EdgeMeasurement {
-    /// Checks that the values are finite and the covariance is one.
+    /// Checks that the values are finite and the covariance is positive definite.
     ///
     /// # Errors
-    /// Refuses the first value that is not finite or not possible.
+    /// Returns an error for the first value that is non-finite or not possible.
     pub fn validate(&self) -> Result<()> {
         finite("measured a", self.a_per_m)?;
         finite("measured b", self.b_m)?;
@@ -54,13 +54,13 @@ impl EdgeMeasurement {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ClothoidSettings {
-    /// Random walk of c1: its standard deviation after one metre, 1/m² per √m.
+    /// Random walk of c1: standard deviation after one metre, 1/m² per √m.
     pub c1_walk: f64,
-    /// Random walk of b: m per √m.
+    /// Random walk of b: standard deviation after one metre, m per √m.
     pub b_walk: f64,
-    /// Deviation of c1 at the start, 1/m².
+    /// Standard deviation of c1 at the start, 1/m².
     pub c1_std: f64,
-    /// A measurement farther off than this share of all right ones is not taken.
+    /// Probability of the gate: a measurement is accepted if it lies within this share of all correct ones.
     pub gate_probability: f64,
 }
 
@@ -75,7 +75,7 @@ impl ClothoidSettings {
     /// Checks every setting.
     ///
     /// # Errors
-    /// Refuses the first setting outside its range.
+    /// Returns an error for the first setting outside its range.
     pub fn validate(&self) -> Result<()> {
         not_negative("c1_walk", self.c1_walk)?;
         not_negative("b_walk", self.b_walk)?;
@@ -85,18 +85,18 @@ impl ClothoidSettings {
     }
 }
 
-/// What became of a measurement.
+/// Outcome of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Update {
-    /// Squared innovation over its covariance: χ² with `freedom` degrees where model and noise are right.
+    /// Normalised innovation squared: χ² with `freedom` degrees of freedom where model and noise are right.
     pub nis: f64,
     /// Degrees of freedom of the innovation.
     pub freedom: usize,
-    /// False where the gate kept it out; the state is unchanged then.
+    /// Whether the gate accepted it; otherwise the state is unchanged.
     pub accepted: bool,
 }
 
-/// Follows one edge.
+/// Kalman filter that follows one edge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ClothoidFilter {
     /// c0 in 1/m, c1 in 1/m², b in m, positive to the left.
@@ -106,10 +106,10 @@ pub struct ClothoidFilter {
 }
 
 impl ClothoidFilter {
-    /// Starts from one measurement and c1 = 0 ± `c1_std`, nothing else being known.
+    /// Starts from one measurement with c1 = 0 ± `c1_std`, as nothing else is known.
     ///
     /// # Errors
-    /// A measurement or setting that makes no sense.
+    /// Returns an error for an invalid measurement or setting.
     pub fn new(measurement: &EdgeMeasurement, settings: &ClothoidSettings) -> Result<Self> {
         measurement.validate()?;
         settings.validate()?;
@@ -128,7 +128,8 @@ impl ClothoidFilter {
     /// Starts from a state and its covariance.
     ///
     /// # Errors
-    /// Values that are not finite, a variance below zero.
+    /// Returns an error for an invalid setting, a non-finite value, a negative variance or an invalid
+    /// covariance.
     pub fn from_state(
         state: [f64; 3],
         covariance: [[f64; 3]; 3],
@@ -154,20 +155,22 @@ impl ClothoidFilter {
         Ok(Self { state, covariance, settings: settings.clone() })
     }
 
-    /// c0 in 1/m, c1 in 1/m², b in m.
+    /// State: c0 in 1/m, c1 in 1/m², b in m.
     pub fn state(&self) -> [f64; 3] {
         self.state
     }
 
-    /// Of [`Self::state`], in its units.
+    /// Covariance of [`Self::state`], in its units.
     pub fn covariance(&self) -> [[f64; 3]; 3] {
         self.covariance
     }
 
-    /// Goes `dt_s` on at `speed_mps` (Miyake eq. 26, 27); backwards where the speed is negative.
+    /// Predicts the state `dt_s` later at `speed_mps` (Miyake eq. 26, 27); backwards where the speed is
+    /// negative.
     ///
     /// # Errors
-    /// A time below zero, or values that are not finite; the state is unchanged then.
+    /// Returns an error for a negative time, non-finite values, or a distance that makes the state
+    /// non-finite; the state is then unchanged.
     pub fn predict(&mut self, dt_s: f64, speed_mps: f64) -> Result<()> {
         not_negative("time step", dt_s)?;
         finite("speed", speed_mps)?;
@@ -191,10 +194,11 @@ impl ClothoidFilter {
         Ok(())
     }
 
-    /// Takes a measurement of a and b in, if it passes the gate.
+    /// Updates the state with a measurement of a and b, if it passes the gate.
     ///
     /// # Errors
-    /// A measurement that makes no sense; the state is unchanged then.
+    /// Returns an error for an invalid measurement or one that leaves the state undetermined; the state is
+    /// then unchanged.
     pub fn update(&mut self, measurement: &EdgeMeasurement) -> Result<Update> {
         measurement.validate()?;
         let (update, new) = self.try_update(measurement)?;
@@ -207,10 +211,10 @@ impl ClothoidFilter {
         Ok(update)
     }
 
-    /// The update that [`Self::update`] would make.
+    /// The update that [`Self::update`] would make, without changing the state.
     ///
     /// # Errors
-    /// A measurement that makes no sense.
+    /// Returns an error for an invalid measurement or one that leaves the state undetermined.
     pub fn gate(&self, measurement: &EdgeMeasurement) -> Result<Update> {
         measurement.validate()?;
         Ok(self.try_update(measurement)?.0)
@@ -258,10 +262,11 @@ impl ClothoidFilter {
         Ok((update, Some((state, covariance))))
     }
 
-    /// Takes in a curvature alone, as when only the other edge is seen: `a` = c0/2 + `cubic` c1.
+    /// Updates the state with a curvature alone, as when only the other edge is seen: `a_per_m` = c0/2 +
+    /// `cubic` c1.
     ///
     /// # Errors
-    /// Values that make no sense.
+    /// Returns an error for a non-finite value or a variance that is not positive.
     pub fn update_curvature(&mut self, a_per_m: f64, variance: f64, cubic: f64) -> Result<Update> {
         finite("measured a", a_per_m)?;
         positive("variance of a", variance)?;
@@ -285,7 +290,7 @@ impl ClothoidFilter {
         Ok(Update { nis, freedom: 1, accepted })
     }
 
-    /// Curvature `x_m` ahead, 1/m: c0 + c1 x.
+    /// Curvature at `x_m` ahead, 1/m: c0 + c1 x.
     pub fn curvature_per_m(&self, x_m: f64) -> Measured {
         let h = [1.0, x_m, 0.0];
         Measured {

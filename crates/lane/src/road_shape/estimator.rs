@@ -1,4 +1,4 @@
-//! The road shape behind the interface of all lane methods.
+//! The road shape method behind the interface of all lane methods.
 
 use super::{
     EdgeStatus, Ego, Peak, RadarMount, RoadShape, RoadTracker, Side, TrackerSettings, ego_speed,
@@ -8,31 +8,34 @@ use crate::curve::{Clothoid, Fitted, Shape};
 use crate::{LaneError, LaneEstimate, LaneEstimator, LanePoint, Line, SensorInput};
 use glam::DVec2;
 
-/// The name on the command line.
+/// The method's name, as on the command line.
 pub const METHOD: &str = "road-shape";
 
-/// What [`RoadShapeEstimator`] is made with.
+/// Options of [`RoadShapeEstimator`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RoadShapeOptions {
-    /// Gate, vote, fit and filter. Its mounting is not used: points bring their place in the vehicle's frame with them.
+    /// Settings of gate, vote, fit and filter. The mounting in them is not used: points bring their position
+    /// in the vehicle's frame with them.
     pub tracker: TrackerSettings,
-    /// Where no look gives the speed, it is taken from the points if this share of them agrees on one; 0: never.
+    /// Where no look gives the speed, it is taken from the points if this share of them agrees on one; 0:
+    /// never.
     pub own_speed_share: f64,
 }
 
-/// Finds the edges of the road (walls, barriers) from points of any radar, scan after scan (Miyake, sections IV and V). Lines are
-/// edges of the road, not lines of lanes; there are at most two, one on each side of the vehicle.
+/// Finds the edges of the road (walls, barriers) from points of any radar, scan after scan (Miyake, sections
+/// IV and V). Its lines are edges of the road, not lane lines; there are at most two, one on each side of the
+/// vehicle.
 #[derive(Debug, Clone)]
 pub struct RoadShapeEstimator {
     options: RoadShapeOptions,
     tracker: RoadTracker,
     last_s: Option<f64>,
-    /// How far ahead each edge is borne out by points, m.
+    /// Distance ahead up to which points support each edge, m.
     reach_m: [f64; 2],
     latest: Option<RoadShape>,
 }
 
-/// Direction from the radar and place of the radar that saw a point, as its range and its place say.
+/// Direction and position of the radar that saw a point, from the point's range and position.
 fn seen_from(p: &LanePoint) -> RadarMount {
     let back = DVec2::from_angle(p.azimuth_rad) * p.range_m;
     RadarMount { x_m: p.at_m[0] - back.x, y_m: p.at_m[1] - back.y, yaw_rad: 0.0 }
@@ -60,10 +63,10 @@ fn peak(p: &LanePoint) -> Peak {
 }
 
 impl RoadShapeEstimator {
-    /// The estimator with its options.
+    /// Makes the estimator with its options.
     ///
     /// # Errors
-    /// Settings that make no sense.
+    /// Returns an error for the first option or setting outside its range.
     pub fn new(options: RoadShapeOptions) -> crate::error::Result<RoadShapeEstimator> {
         crate::error::not_negative("own_speed_share", options.own_speed_share)?;
         let tracker = RoadTracker::new(&options.tracker)?;

@@ -1,8 +1,8 @@
-//! Robust weighted least squares of one edge, or of two parallel ones, from where the vote put them.
+//! Robust weighted least squares of one edge, or of two parallel ones, starting from the result of the vote.
 //!
-//! Beside Miyake's Hough transform: points have errors along both axes, so each is compared with its foot on the
-//! curve along its own covariance (total least squares by Gauss–Newton), with Tukey's biweight against
-//! points of other things (Beaton and Tukey 1974).
+//! In addition to Miyake's Hough transform: points have errors along both axes, so each is compared with its
+//! foot on the curve along its own covariance (total least squares by Gauss–Newton). Tukey's biweight
+//! suppresses points of other things (Beaton and Tukey 1974).
 
 use super::clothoid::EdgeMeasurement;
 use super::hough::unsupported;
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 pub enum Curve {
     /// y = a x² + b (Miyake eq. 23). For a circle seen up to x its a is too large by about ¾ (x/R)² · ⅞.
     Parabola,
-    /// The circle of curvature 2a that has this parabola at x = 0.
+    /// The circle of curvature 2a that touches this parabola at x = 0.
     Arc,
 }
 
@@ -28,19 +28,20 @@ pub enum Curve {
 pub struct FitSettings {
     /// The curve that is fitted.
     pub curve: Curve,
-    /// Points farther than this from the curve, in deviations, have no weight (Tukey's c).
+    /// Distance from the curve beyond which points have no weight, in standard deviations (Tukey's c).
     pub cutoff: f64,
-    /// Deviation of the road's direction at x = 0 from the car's: estimated within it, 0 for Miyake's model.
+    /// Standard deviation of the road's direction at x = 0 from the car's, rad: the direction is estimated
+    /// with this prior; 0 for Miyake's model.
     pub heading_std_rad: f64,
-    /// Added to each point's standard deviation: roughness of a wall, m.
+    /// Roughness of a wall, added to each point's standard deviation, m.
     pub floor_std_m: f64,
     /// Random walk of the road's c1 ahead of the car, 1/m² per √m, as in
-    /// [`super::ClothoidSettings::c1_walk`]: what it may do to the shape up to x counts as an error of
-    /// the points there, and goes into the covariance. 0 where c1 is constant all along.
+    /// [`super::ClothoidSettings::c1_walk`]. Its effect on the shape up to x counts as an error of the points
+    /// there and enters the covariance. 0 where c1 is constant.
     pub c1_walk: f64,
-    /// How far off the start may be: at x = 0, and in a.
+    /// Uncertainty of the start value of b, m.
     pub start_b_m: f64,
-    /// Start value's standard deviation in a, 1/m.
+    /// Uncertainty of the start value of a, 1/m.
     pub start_a_per_m: f64,
     /// Least distance ahead of points that are used, m.
     pub x_min_m: f64,
@@ -50,7 +51,7 @@ pub struct FitSettings {
     pub min_points: usize,
     /// Least stretch of road that the points cover, m.
     pub min_extent_m: f64,
-    /// Largest number of rounds of the reweighted fit.
+    /// Largest number of iterations of the reweighted fit.
     pub max_iterations: usize,
 }
 
@@ -77,7 +78,7 @@ impl FitSettings {
     /// Checks every setting.
     ///
     /// # Errors
-    /// Refuses the first setting outside its range.
+    /// Returns an error for the first setting outside its range.
     pub fn validate(&self) -> Result<()> {
         positive("cutoff", self.cutoff)?;
         not_negative("heading_std_rad", self.heading_std_rad)?;
@@ -90,34 +91,34 @@ impl FitSettings {
     }
 }
 
-/// An edge y = b + heading·x + (curve of a), and what it says of a clothoid.
+/// A fitted edge y = b + heading·x + (curve of a), and its measurement of a clothoid.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EdgeFit {
     /// The side of the vehicle on which the edge lies.
     pub side: Side,
-    /// Half the curvature at x = 0, positive to the left.
+    /// Half the curvature at x = 0, 1/m, positive to the left.
     pub a_per_m: f64,
     /// Place of the edge beside the vehicle, m, positive to the left.
     pub b_m: f64,
-    /// Direction of the road against the car's, positive to the left; 0 where it is not estimated.
+    /// Direction of the road relative to the car's, rad, positive to the left; 0 where it is not estimated.
     pub heading_rad: f64,
-    /// Of (a, b): 1/m², 1, 1, m².
+    /// Covariance of (a, b), in units 1/m², 1, 1, m².
     pub covariance: [[f64; 2]; 2],
-    /// What c1 = 1/m² would add to a and to b of a curve that has no c1: m and m³.
+    /// Amounts that c1 = 1/m² would add to a and to b of a curve without c1, m and m³.
     pub cubic: [f64; 2],
-    /// Points that the fit used.
+    /// Number of points that the fit used.
     pub points: usize,
     /// Distance ahead of the first point that supports the edge, m.
     pub x_min_m: f64,
     /// Distance ahead of the last point that supports the edge, m.
     pub x_max_m: f64,
-    /// Spread of the residuals over what the deviations state: 1 where they are right. Where it is
-    /// significantly more, the covariance has its square in it.
+    /// Ratio of the spread of the residuals to the stated standard deviations: 1 where they are right. Where
+    /// it is significantly larger, the covariance includes its square.
     pub spread: f64,
 }
 
 impl EdgeFit {
-    /// For [`super::ClothoidFilter`].
+    /// The measurement for [`super::ClothoidFilter`].
     pub fn measurement(&self) -> EdgeMeasurement {
         EdgeMeasurement {
             a_per_m: self.a_per_m,
@@ -128,7 +129,7 @@ impl EdgeFit {
     }
 }
 
-/// y, dy/dx and dy/dκ of the bend alone.
+/// Values y, dy/dx and dy/dκ of the bend alone.
 pub(super) fn bend(curve: Curve, kappa: f64, x: f64) -> Option<(f64, f64, f64)> {
     match curve {
         Curve::Parabola => Some((0.5 * kappa * x * x, kappa * x, 0.5 * x * x)),
@@ -143,10 +144,11 @@ pub(super) fn bend(curve: Curve, kappa: f64, x: f64) -> Option<(f64, f64, f64)> 
     }
 }
 
-/// Fits the edge next to `start` = (a, b).
+/// Fits the edge near `start` = (a, b).
 ///
 /// # Errors
-/// Too few points near it or over too short a stretch, or a fit that leaves the side.
+/// Returns an error for an invalid setting or start, for too few points near it or over too short a stretch,
+/// or for a fit that leaves the allowed curves.
 pub fn fit_edge(
     points: &[StaticPoint],
     start: (f64, f64),
@@ -160,10 +162,10 @@ pub fn fit_edge(
 
 /// Fits both edges with one reference curve (curvature c on the car's x axis, c/(1 − b c) at distance b).
 ///
-/// The extent asked for may come from either edge.
+/// The required extent may come from either edge.
 ///
 /// # Errors
-/// As [`fit_edge`]; each edge needs two points.
+/// Returns the errors of [`fit_edge`]; each edge needs two points.
 pub fn fit_parallel(
     points: &[StaticPoint],
     starts: [(f64, f64); 2],
@@ -246,7 +248,8 @@ fn fit(
         }
         settled = false;
     }
-    // A point at the cut-off can make the steps go round: within a tenth of the deviation that is no harm.
+    // A point at the cut-off can make the iterations cycle: within a tenth of the standard deviation that is
+    // harmless.
     let Some(last) = sums else { return Err(LaneError::undetermined("the curve")) };
     let mut plain = last.plain;
     fix(&mut plain, &mut [0.0; 4], active, use_heading, 0.0, s);
@@ -313,7 +316,7 @@ fn fit(
     }))
 }
 
-/// Puts in the heading's prior, and takes out what is not estimated.
+/// Adds the heading's prior, and fixes what is not estimated.
 fn fix(
     normal: &mut [[f64; 4]; 4],
     rhs: &mut [f64; 4],

@@ -1,4 +1,4 @@
-//! Hough transform of standing points into (a, b) of y = a x² + b (Miyake, eq. 23, 24 and Fig. 4).
+//! Hough transform of stationary points into (a, b) of y = a x² + b (Miyake, eq. 23, 24 and Fig. 4).
 
 use super::{Side, StaticPoint};
 use crate::error::{LaneError, Result, not_negative, positive};
@@ -10,40 +10,41 @@ use statrs::function::gamma::gamma_lr;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HoughSettings {
-    /// Cells reach from −`a_max_per_m` to +`a_max_per_m`; a = 1/(2 R).
+    /// Largest magnitude of a that the cells cover, 1/m; a = 1/(2 R).
     pub a_max_per_m: f64,
     /// Width of a cell in a, 1/m.
     pub a_step_per_m: f64,
-    /// Least and greatest distance of an edge from the vehicle's x axis, on either side.
+    /// Least distance of an edge from the vehicle's x axis, on either side, m.
     pub b_min_m: f64,
     /// Greatest distance of an edge from the vehicle's x axis, m.
     pub b_max_m: f64,
     /// Width of a cell in b, m.
     pub b_step_m: f64,
-    /// Points beyond are not used: there a clothoid is no parabola.
+    /// Least distance ahead of points that are used, m.
     pub x_min_m: f64,
-    /// Largest distance ahead of points that are used, m.
+    /// Largest distance ahead of points that are used, m: beyond it a clothoid is no parabola.
     pub x_max_m: f64,
-    /// A vote is (power / median power)^exponent over the point's deviation; 0 leaves power out.
+    /// Exponent of the power: a vote is (power / median power)^exponent divided by the point's standard
+    /// deviation; 0 ignores power.
     pub power_exponent: f64,
-    /// The power's factor is kept between 1/cap and cap, so that no single echo decides.
+    /// The power's factor is limited to 1/cap to cap, so that no single echo decides.
     pub power_cap: f64,
-    /// Added to each point's deviation: roughness of a wall.
+    /// Roughness of a wall, added to each point's standard deviation, m.
     pub floor_std_m: f64,
-    /// More points than this in a cell of 2 m by 2 m share their votes: a parked car is no wall.
+    /// Number of points in a cell of 2 m by 2 m above which they share their votes: a parked car is no wall.
     pub crowd: usize,
-    /// An edge needs so many points within 3 deviations …
+    /// Least number of points within 3 standard deviations of an edge.
     pub min_points: usize,
-    /// … that cover so much of the road.
+    /// Least stretch of road that these points cover, m.
     pub min_extent_m: f64,
-    /// … and lie in so many different stretches of 5 m.
+    /// Least number of different stretches of 5 m in which these points lie.
     pub min_stretches: usize,
-    /// Edges that points scattered at random would show in a scan, at most.
+    /// Largest expected number of edges per scan that randomly scattered points would show.
     pub false_edges: f64,
-    /// Of curves at least `clearance_m` apart all along, the innermost that has this share of the
-    /// greatest vote is the edge: what lies behind it is a mirror image or another road.
+    /// Share of the greatest vote: among curves at least `clearance_m` apart all along, the innermost one
+    /// with this share is the edge, as what lies behind it is a mirror image or another road.
     pub inner_share: f64,
-    /// Least distance of two curves all along that makes them two, m.
+    /// Least distance all along between two curves that count as different, m.
     pub clearance_m: f64,
 }
 
@@ -75,7 +76,7 @@ impl HoughSettings {
     /// Checks every setting.
     ///
     /// # Errors
-    /// Refuses the first setting outside its range.
+    /// Returns an error for the first setting outside its range.
     pub fn validate(&self) -> Result<()> {
         positive("a_max_per_m", self.a_max_per_m)?;
         positive("a_step_per_m", self.a_step_per_m)?;
@@ -113,37 +114,37 @@ pub struct RoadWidth {
     pub std_m: f64,
 }
 
-/// An edge as the vote shows it.
+/// An edge found by the vote.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EdgePeak {
     /// The side of the vehicle on which the edge lies.
     pub side: Side,
-    /// Positive to the left; half the curvature.
+    /// Half the curvature, 1/m, positive to the left.
     pub a_per_m: f64,
     /// Place of the edge beside the vehicle, m, positive to the left.
     pub b_m: f64,
-    /// Of (a, b): 1/m², 1, 1, m².
+    /// Covariance of (a, b), in units 1/m², 1, 1, m².
     pub covariance: [[f64; 2]; 2],
     /// Votes at the peak's cell.
     pub votes: f64,
-    /// Points within three deviations.
+    /// Number of points within three standard deviations.
     pub points: usize,
-    /// Stretch of road that they cover.
+    /// Distance ahead of the first of them, m.
     pub x_min_m: f64,
     /// Distance ahead of the last of them, m.
     pub x_max_m: f64,
 }
 
-/// A pair of parallel edges as the vote shows it: cells, left first.
+/// A pair of parallel edges found by the vote, at cell centres, left first.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ParallelPeak {
     /// Half the curvature of each edge, 1/m, positive to the left.
     pub a_per_m: [f64; 2],
     /// Place of each edge beside the vehicle, m, positive to the left.
     pub b_m: [f64; 2],
-    /// Points within three deviations of each.
+    /// Number of points within three standard deviations of each.
     pub points: [usize; 2],
-    /// Sum of both sides, times the agreement with the width.
+    /// Sum of the votes of both sides, multiplied by the agreement with the width.
     pub votes: f64,
 }
 
@@ -152,12 +153,12 @@ struct Voter {
     y: f64,
     covariance: [f64; 3],
     weight: f64,
-    /// Its part of one point, in a crowd.
+    /// Weight of the point within a crowd.
     share: f64,
 }
 
 impl Voter {
-    /// Variance of y − a x², floor included.
+    /// Variance of y − a x², including the floor.
     fn variance(&self, a: f64, floor: f64) -> f64 {
         let slope = 2.0 * a * self.x;
         let [xx, xy, yy] = self.covariance;
@@ -165,7 +166,7 @@ impl Voter {
     }
 }
 
-/// Votes over both sides: the column is a, the row b.
+/// Votes over both sides: columns are a, rows are b.
 pub struct VoteMap {
     settings: HoughSettings,
     voters: Vec<Voter>,
@@ -178,11 +179,12 @@ pub struct VoteMap {
 }
 
 impl VoteMap {
-    /// Lets each point vote along its line b = y − a x² (Miyake eq. 24), with a Gaussian across it that is as
-    /// wide as the point's deviation and the cell: height goes with weight over deviation.
+    /// Lets each point vote along its line b = y − a x² (Miyake eq. 24), with a Gaussian across it as wide as
+    /// the point's standard deviation and the cell; its height is proportional to weight over standard
+    /// deviation.
     ///
     /// # Errors
-    /// Settings that make no sense, or no point within the limits.
+    /// Returns an error for an invalid setting, or if no point lies within the limits.
     pub fn new(points: &[StaticPoint], settings: &HoughSettings) -> Result<Self> {
         settings.validate()?;
         let voters = voters(points, settings);
@@ -250,35 +252,35 @@ impl VoteMap {
         Ok(map)
     }
 
-    /// Number of columns, the cells of a.
+    /// Number of columns: cells of a.
     pub fn columns(&self) -> usize {
         self.columns
     }
 
-    /// Number of rows, the cells of b.
+    /// Number of rows: cells of b.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// The a in the middle of a column, 1/m.
+    /// Value of a at the centre of a column, 1/m.
     pub fn a_per_m(&self, column: usize) -> f64 {
         (column as f64 - (self.columns / 2) as f64) * self.settings.a_step_per_m
     }
 
-    /// Signed: negative on the right.
+    /// Value of b at the centre of a row, m; negative on the right.
     pub fn b_m(&self, side: Side, row: usize) -> f64 {
         side.sign() * (self.settings.b_min_m + row as f64 * self.settings.b_step_m)
     }
 
-    /// Votes of one side, `[column * rows() + row]`.
+    /// Votes of one side, indexed by `[column * rows() + row]`.
     pub fn votes(&self, side: Side) -> &[f64] {
         &self.votes[side.index()]
     }
 
-    /// The edge on one side.
+    /// Finds the edge on one side.
     ///
     /// # Errors
-    /// No curve has the points, the extent and the stretches that the settings ask for.
+    /// Returns an error if no curve has the points, the extent and the stretches that the settings require.
     pub fn edge(&self, side: Side) -> Result<EdgePeak> {
         let mut maxima = self.maxima(side);
         maxima.retain(|(column, row, _)| {
@@ -303,14 +305,14 @@ impl VoteMap {
         self.refine(side, chosen)
     }
 
-    /// Both edges with one reference curve: at distance b from a curve of curvature c there is c/(1 − b c).
-    /// The votes of the two sides are added along it, weighted with how well b_left − b_right agrees
-    /// with `width` where that is known, and the best pair is taken.
+    /// Finds both edges with one reference curve: at distance b from a curve of curvature c the curvature is
+    /// c/(1 − b c). The votes of the two sides are added along it, weighted by how well b_left − b_right
+    /// agrees with `width` where that is known, and the best pair is taken.
     ///
-    /// One edge must have the support that [`Self::edge`] asks for, the other at least two points.
+    /// One edge must have the support that [`Self::edge`] requires, the other at least two points.
     ///
     /// # Errors
-    /// It has not; a width that makes no sense.
+    /// Returns an error if the edges lack this support, or if `width` is not positive.
     pub fn parallel_edges(&self, width: Option<&RoadWidth>) -> Result<ParallelPeak> {
         let agreement: Vec<f64> = match width {
             Some(w) => {
@@ -404,7 +406,8 @@ impl VoteMap {
         found
     }
 
-    /// Points within three deviations of a curve: how many, from where to where, in how many stretches.
+    /// Points within three standard deviations of a curve: their number, their first and last distance ahead,
+    /// and the number of stretches.
     fn near(&self, a: f64, b: f64) -> (usize, f64, f64, usize) {
         let (mut count, mut least, mut greatest) = (0, f64::INFINITY, f64::NEG_INFINITY);
         let mut stretches: Vec<i64> = Vec::new();
@@ -422,7 +425,7 @@ impl VoteMap {
         (count, least, greatest, stretches.len())
     }
 
-    /// The same, where it is enough.
+    /// The result of [`Self::near`], or an error where that is not enough.
     fn support(&self, side: Side, a: f64, b: f64) -> Result<(usize, f64, f64)> {
         let s = &self.settings;
         let (count, least, greatest, stretches) = self.near(a, b);
@@ -439,10 +442,9 @@ impl VoteMap {
         Ok((count, least, greatest))
     }
 
-    /// Compares the points within two deviations with those that would lie there if each had its y by
-    /// chance within ±`b_max_m` (a contrario, Desolneux, Moisan and Morel 2000): Poisson with their expected
-    /// number, and a test for each place of the map that is a peak of its own (16 cells). Points of the other
-    /// side's edge are none by chance.
+    /// Compares the number of points within two standard deviations with the number expected if each had a
+    /// random y within ±`b_max_m` (a contrario, Desolneux, Moisan and Morel 2000): a Poisson test for each
+    /// independent place of the map (16 cells). Points of the other side's edge do not count as random.
     fn more_than_chance(&self, side: Side, a: f64, b: f64) -> Result<()> {
         let s = &self.settings;
         let (mut found, mut expected) = (0.0, 0.0);
@@ -463,7 +465,7 @@ impl VoteMap {
         }
     }
 
-    /// y − a x² − b of a point, and its variance with half a cell.
+    /// Value y − a x² − b of a point, and its variance including half a cell.
     fn offset(&self, v: &Voter, a: f64, b: f64) -> (f64, f64) {
         let reach = 0.5 * (self.settings.a_step_per_m * v.x * v.x + self.settings.b_step_m);
         (v.y - a * v.x * v.x - b, v.variance(a, self.settings.floor_std_m) + reach * reach)
@@ -477,11 +479,11 @@ impl VoteMap {
         }
     }
 
-    /// The peak between the cells, found by climbing the sum of votes, and its covariance.
+    /// Refines the peak between the cells by climbing the sum of votes, and computes its covariance.
     ///
-    /// The vote is an M-estimator with the loss 1 − exp(−r²/2σ²): the climb reweights least squares, the
+    /// The vote is an M-estimator with the loss 1 − exp(−r²/2σ²). The climb is reweighted least squares; the
     /// covariance is A⁻¹ B A⁻¹ with A the curvature of the vote and B the sum of squares of its slopes (Huber
-    /// 1964), both as expected for Gaussian errors of the deviation stated. It comes to 1.54 times the
+    /// 1964), both as expected for Gaussian errors of the stated standard deviation. It is 1.54 times the
     /// least-squares one.
     fn refine(&self, side: Side, (column, row, votes): Maximum) -> Result<EdgePeak> {
         let s = &self.settings;
@@ -555,7 +557,7 @@ impl VoteMap {
     }
 }
 
-/// Why a side has no edge.
+/// The error of a side without an edge.
 pub(super) fn unsupported(side: Side) -> LaneError {
     LaneError::refused(format!("no curve on the {side} side has enough support"))
 }

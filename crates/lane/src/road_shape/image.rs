@@ -1,5 +1,6 @@
-//! The radar image of an FM-CW radar with rising and falling slopes: a spectrum of angle for each beat frequency (Miyake, section
-//! III and Fig. 3), its peaks, and which peak of one slope goes with which of the other.
+//! The radar image of an FM-CW radar with rising and falling slopes: an angular spectrum for each beat
+//! frequency (Miyake, section III and Fig. 3), its peaks, and the pairing of the peaks of one slope with
+//! those of the other.
 
 use super::{Ego, RadarMount, expected_range_rate_mps};
 use crate::numeric::vertex;
@@ -27,7 +28,7 @@ use num_complex::{Complex, Complex64};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How a row of the image is made into angles.
+/// Method by which a row of the image is resolved in angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Angles {
@@ -37,34 +38,34 @@ pub enum Angles {
     Music,
     /// ESPRIT on the array's samples.
     Esprit,
-    /// Beamforming.
+    /// Conventional (Bartlett) beamforming.
     Bartlett,
 }
 
-/// Settings of the image.
+/// Settings of the radar image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImageSettings {
-    /// How angles are found.
+    /// Method of angle estimation.
     pub angles: Angles,
-    /// Most sources in a row (Miyake: 2).
+    /// Largest number of sources in a row (Miyake: 2).
     pub sources: usize,
-    /// Each row has so many, rather than as many as its eigenvalues show.
+    /// Whether each row has exactly that number, rather than as many as its eigenvalues show.
     pub exact: bool,
-    /// alpha of Miyake eq. 9, for each snapshot that a tracker takes in.
+    /// Forgetting factor, alpha of Miyake eq. 9, for each snapshot that a tracker takes in.
     pub forgetting: f64,
-    /// Elements of the subarrays that are averaged over; 0: the whole line.
+    /// Number of elements of the subarrays for spatial smoothing; 0: the whole line.
     pub subarray: usize,
-    /// A row counts when its mean power is so much over the noise, dB.
+    /// Least mean power of a row above the noise, dB.
     pub row_db: f64,
-    /// A source counts when its power in all channels and snapshots is so much over the noise, dB.
+    /// Least power of a source in all channels and snapshots above the noise, dB.
     pub source_db: f64,
-    /// … and not so much under the strongest source of its row, dB.
+    /// Largest level of a source below the strongest source of its row, dB.
     pub below_db: f64,
     /// Largest range of the image, m.
     pub max_range_m: f64,
-    /// What the beat frequency of a peak is not known better than, in range cells.
+    /// Least standard deviation of a peak's beat frequency, in range cells.
     pub beat_floor_cells: f64,
-    /// And its azimuth.
+    /// Least standard deviation of a peak's azimuth, rad.
     pub azimuth_floor_rad: f64,
 }
 
@@ -89,9 +90,9 @@ impl Default for ImageSettings {
 /// A peak of one slope's image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImagePeak {
-    /// Beat, in range cells.
+    /// Beat frequency, in range cells.
     pub range_bin: f64,
-    /// Standard deviation of the beat, in range cells.
+    /// Standard deviation of the beat frequency, in range cells.
     pub beat_std_cells: f64,
     /// The source that the peak shows.
     pub source: Source,
@@ -100,21 +101,22 @@ pub struct ImagePeak {
 /// The image of one slope.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlopeImage {
-    /// Hz/s, negative when falling.
+    /// Slope of the ramp, Hz/s, negative when falling.
     pub slope_hz_per_s: f64,
-    /// Range of a body at rest to the radar, a cell apart, m.
+    /// Range per cell of a body at rest relative to the radar, m.
     pub range_bin_m: f64,
-    /// Mean power of each row, W, and the noise in it.
+    /// Mean power of each row, W.
     pub row_w: Vec<f64>,
     /// Power of the noise, W.
     pub noise_w: f64,
-    /// Sources of each row; none in rows without an echo.
+    /// Sources of each row; empty in rows without an echo.
     pub sources: Vec<Vec<Source>>,
     /// The peaks of the image.
     pub peaks: Vec<ImagePeak>,
     /// Azimuths of the spectrum's columns, rad.
     pub azimuth_rad: Vec<f64>,
-    /// `[row, azimuth]`, 1 and more; empty unless it was asked for, zero in rows without an echo.
+    /// Spectrum `[row, azimuth]`, with values of 1 or more; empty unless requested, zero in rows without an
+    /// echo.
     pub spectrum: Vec<f64>,
 }
 
@@ -124,18 +126,19 @@ struct Part {
     transform: Transform,
     estimator: Estimator,
     rows: usize,
-    /// One for each row; none unless the subspace is tracked.
+    /// Subspace trackers, one for each row; empty unless the subspace is tracked.
     trackers: Vec<BiSvd>,
 }
 
-/// Makes images of cubes. With [`Angles::BiSvd`] it remembers the frames before, which come in their order.
+/// Makes images of radar cubes. With [`Angles::BiSvd`] it remembers earlier frames, which must come in order.
 pub struct Imager {
     radar: Radar,
     settings: ImageSettings,
     parts: Vec<Part>,
 }
 
-/// Whether a radar has what the image takes: linear ramps of two slopes, one transmitter, three channels in azimuth.
+/// Whether a radar suits this image: linear ramps of two slopes, one transmitter, three channels or more in
+/// azimuth.
 pub fn suits(radar: &Radar) -> bool {
     let slopes = match &radar.waveform {
         Waveform::Fmcw(s) => s.ramps.len() > 1 && two_slopes(radar).is_some(),
@@ -145,7 +148,7 @@ pub fn suits(radar: &Radar) -> bool {
     slopes && line && radar.tx.len() == 1 && radar.rx.len() > 2 && radar.multiplex == Multiplex::Tdm
 }
 
-/// The first ramps of two different slopes.
+/// Indices of the first ramps of two different slopes.
 fn two_slopes(radar: &Radar) -> Option<[usize; 2]> {
     let slope = |i: usize| radar.part(i).slope_hz_per_s();
     let first = slope(0);
@@ -153,10 +156,11 @@ fn two_slopes(radar: &Radar) -> Option<[usize; 2]> {
 }
 
 impl Imager {
-    /// The imager of a radar.
+    /// Makes the imager of a radar.
     ///
     /// # Errors
-    /// A radar that [`suits`] does not know; settings that its array does not allow.
+    /// Returns an error for a radar that [`suits`] does not accept, or settings that its array does not
+    /// allow.
     pub fn new(radar: &Radar, settings: &ImageSettings) -> Result<Imager> {
         let Some(ramps) = two_slopes(radar).filter(|_| suits(radar)) else {
             return Err(BadInput::new("the radar image needs FM-CW with two slopes, one transmitter and three channels or more in one line")
@@ -190,10 +194,10 @@ impl Imager {
         Ok(Imager { radar: radar.clone(), settings: *settings, parts })
     }
 
-    /// Images of both slopes, `with_spectrum` or with their peaks only.
+    /// Makes the images of both slopes, `with_spectrum` or with their peaks only.
     ///
     /// # Errors
-    /// A cube that is not the radar's; samples that are not finite.
+    /// Returns an error if the cube does not belong to the radar, or if a sample is non-finite.
     pub fn look(&mut self, engine: &Engine, cube: &AnyCube, with_spectrum: bool) -> Result<[SlopeImage; 2]> {
         let settings = self.settings;
         let mut made = Vec::with_capacity(2);
@@ -206,12 +210,12 @@ impl Imager {
         }
     }
 
-    /// Points of both images, sensor frame. A body that stands has one place in both once the vehicle's own speed is taken
-    /// out of the beats (Miyake, section IV): such peaks are paired first. What is left is paired by level and angle alone (eq. 119),
-    /// which is how moving bodies come out. Without a speed all are.
+    /// Combines both images to points in the sensor frame. A stationary body has one position in both once
+    /// the vehicle's own speed is removed from the beats (Miyake, section IV): such peaks are paired first.
+    /// The rest, moving bodies, is paired by level and angle alone (eq. 119). Without a speed all are.
     ///
     /// # Errors
-    /// Values that are not finite.
+    /// Returns an error if a value is non-finite.
     pub fn points(
         &self,
         images: &[SlopeImage; 2],
@@ -299,7 +303,8 @@ impl Imager {
         Ok(out)
     }
 
-    /// Peaks of both slopes that lie in one place if they stand: least sum of squares, each used once.
+    /// Pairs peaks of both slopes that lie in one place if they are stationary: least sum of squares, each
+    /// used once.
     fn standing(&self, images: &[SlopeImage; 2], ego: &Ego, mount: &RadarMount) -> Vec<(usize, usize)> {
         let place = |k: usize, p: &ImagePeak| {
             let part = &self.parts[k].radar;
@@ -313,7 +318,7 @@ impl Imager {
             let (range_m, std_m, moved) = place(0, p);
             for q in &second.peaks {
                 let (other_m, other_std_m, other_moved) = place(1, q);
-                // Both places go with the speed, each its own way.
+                // Both positions depend on the speed, each in its own way.
                 let by_speed = (moved - other_moved) * ego.speed_std_mps;
                 let range =
                     (range_m - other_m).powi(2) / (std_m.powi(2) + other_std_m.powi(2) + by_speed * by_speed);
@@ -331,10 +336,11 @@ impl Imager {
         choice.into_iter().enumerate().filter_map(|(i, j)| Some((i, j?))).collect()
     }
 
-    /// What the angles are found from: the range transform of slope 0 or 1, `[range cell, chirp, channel]`, sqrt(W).
+    /// Snapshots for the angle estimation: the range transform of slope 0 or 1, `[range cell, chirp,
+    /// channel]`, sqrt(W).
     ///
     /// # Errors
-    /// A cube that is not the radar's; another slope.
+    /// Returns an error if the cube does not belong to the radar, or if `slope` is neither 0 nor 1.
     pub fn snapshots(&self, cube: &AnyCube, slope: usize) -> Result<Vec<Complex64>> {
         match self.parts.get(slope) {
             Some(part) => part.cells(cube),
@@ -350,17 +356,18 @@ impl Imager {
     }
 }
 
-/// No body is taken to move faster than this along the line of sight, m/s.
+/// Largest speed of a body along the line of sight, m/s.
 const FASTEST_MPS: f64 = 60.0;
-/// Levels of one body on two slopes differ by about this, dB.
+/// Typical difference of one body's levels on two slopes, dB.
 const LEVEL_DB: f64 = 2.0;
-/// Chi-square of three degrees of freedom that one body in a thousand exceeds.
+/// χ² of three degrees of freedom that one correct pair in a thousand exceeds.
 const SAME: f64 = 16.27;
 
-/// The greatest eigenvalue of noise alone in five channels over some ten looks is about three times its power.
+/// Threshold over the noise power: the greatest eigenvalue of noise alone in five channels over some ten
+/// looks is about three times its power.
 const OVER_NOISE: f64 = 4.0;
 
-/// Range and range rate where two beats meet, and their deviations.
+/// Range and range rate at which two beats meet, with their standard deviations.
 fn meet(two: &[Slope; 2]) -> (f64, f64, f64, f64) {
     let [(h, k), (g, l)] = [0, 1].map(|i| (2.0 * two[i].slope_hz_per_s / C0, 2.0 * two[i].carrier_hz / C0));
     let [p, q] = [0, 1].map(|i| &two[i].peaks[0]);
@@ -373,7 +380,7 @@ fn meet(two: &[Slope; 2]) -> (f64, f64, f64, f64) {
 }
 
 impl ImageSettings {
-    /// In the words of the estimators.
+    /// The settings as options of the angle estimators.
     fn options(&self) -> Options {
         let method = match self.angles {
             Angles::BiSvd => Method::BiSvd { forgetting: self.forgetting },
@@ -401,7 +408,7 @@ impl ImageSettings {
 }
 
 impl Part {
-    /// `[row, chirp, channel]`.
+    /// Range cells, `[row, chirp, channel]`.
     fn cells(&self, cube: &AnyCube) -> Result<Vec<Complex64>> {
         match cube {
             AnyCube::F32(c) => self.cells_of(c),
@@ -442,7 +449,7 @@ impl Part {
                 "the cube has samples that are not finite".into(),
             ));
         }
-        // Most rows are empty, or hold little: the quarter that has least power is noise.
+        // Most rows are empty or hold little: the quarter with least power is noise.
         let mut sorted = row_w.clone();
         sorted.sort_by(f64::total_cmp);
         let noise_w = sorted[sorted.len() / 4].max(f64::MIN_POSITIVE);
@@ -506,14 +513,14 @@ impl Part {
         })
     }
 
-    /// The columns of a tracked subspace that stand out of the noise, at least one: that needs no decomposition.
+    /// The columns of a tracked subspace that exceed the noise, at least one; this needs no decomposition.
     fn leading(tracker: &BiSvd, noise_w: f64) -> Matrix {
         let basis = tracker.basis();
         let strong = tracker.singular_values().iter().filter(|s| *s * *s > OVER_NOISE * noise_w).count();
         basis.columns(0, strong.clamp(1, basis.ncols()))
     }
 
-    /// Sources that no source beside them in range, in the same direction, outdoes.
+    /// Sources that no neighbour in range exceeds in the same direction.
     fn peaks(
         &self,
         sources: &[Vec<Source>],
@@ -522,7 +529,7 @@ impl Part {
         s: &ImageSettings,
     ) -> Vec<ImagePeak> {
         let (chirps, channels) = (self.transform.chirps, self.transform.channels);
-        // Half of the way from a beam's middle to its null.
+        // Half of the distance from a beam's centre to its null.
         let beam = 1.0 / channels as f64;
         let mut out = Vec::new();
         for row in 1..sources.len().saturating_sub(1) {

@@ -1,9 +1,9 @@
-//! Road shape from the standing echoes of walls and barriers (Miyake, sections III to V).
+//! Road shape from the stationary echoes of walls and barriers (Miyake, sections III to V).
 //!
-//! From the peaks of one scan: [`points::static_points`] keeps what stands still, [`hough::VoteMap`] votes
-//! for curves y = a x² + b (Miyake eq. 23, 24) and finds one edge on each side, [`fit`] refines them by robust
-//! least squares, [`clothoid::ClothoidFilter`] follows curvature, its rate and the edge's place (Miyake eq.
-//! 25–27), and [`tracker::RoadTracker`] runs all of it scan after scan.
+//! From the peaks of one scan [`points::static_points`] keeps what is stationary, [`hough::VoteMap`] votes
+//! for curves y = a x² + b (Miyake eq. 23, 24) and finds one edge on each side, [`fit`] refines them by
+//! robust least squares, and [`clothoid::ClothoidFilter`] follows curvature, its rate and the edge's position
+//! (Miyake eq. 25–27). [`tracker::RoadTracker`] runs all of it scan after scan.
 //!
 //! Vehicle frame: x forward, y left, origin anywhere on the car's x axis as long as the radar's mounting
 //! is given in it. Miyake's x is our y and Miyake's y our x; a > 0 bends to the left, a = c/2 with c the curvature.

@@ -1,4 +1,4 @@
-//! Peaks of a scan, and which of them stand still (Miyake, sections III and IV).
+//! Peaks of a scan, and the selection of stationary ones (Miyake, sections III and IV).
 
 use crate::Measured;
 use crate::error::{LaneError, Result, finite, not_negative, positive};
@@ -6,16 +6,16 @@ use crate::standing::{StandingGate, radar_velocity_mps};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-/// A peak of the radar image, sensor frame.
+/// A peak of the radar image in the sensor frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Peak {
     /// Range, m.
     pub range_m: f64,
-    /// Positive to the left of the radar's boresight.
+    /// Azimuth, rad, positive to the left of the radar's boresight.
     pub azimuth_rad: f64,
-    /// Positive when receding; unfolded.
+    /// Range rate, m/s, positive when receding; unfolded.
     pub range_rate_mps: f64,
-    /// Linear, in any unit that is the same for all peaks of a scan. MUSIC spectra serve, too.
+    /// Power, linear, in any unit common to all peaks of a scan; a MUSIC spectrum serves, too.
     pub power: f64,
     /// Standard deviation of the range, m.
     pub range_std_m: f64,
@@ -25,19 +25,19 @@ pub struct Peak {
     pub range_rate_std_mps: f64,
 }
 
-/// Place and yaw of the radar in the vehicle frame.
+/// Position and yaw of the radar in the vehicle frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RadarMount {
-    /// Place of the radar forward of the vehicle's origin, m.
+    /// Distance of the radar forward of the vehicle's origin, m.
     pub x_m: f64,
-    /// Place of the radar left of the vehicle's origin, m.
+    /// Distance of the radar to the left of the vehicle's origin, m.
     pub y_m: f64,
     /// Direction of the radar's boresight from the vehicle's x axis, rad, positive left.
     pub yaw_rad: f64,
 }
 
-/// Motion of the vehicle's origin along its own x axis (no side slip there).
+/// Motion of the vehicle's origin along its own x axis (without side slip there).
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ego {
@@ -46,7 +46,7 @@ pub struct Ego {
     /// Standard deviation of the speed, m/s.
     #[serde(default)]
     pub speed_std_mps: f64,
-    /// Positive to the left; 0 where it is not known.
+    /// Yaw rate, rad/s, positive to the left; 0 where it is unknown.
     #[serde(default)]
     pub yaw_rate_radps: f64,
     /// Standard deviation of the yaw rate, rad/s.
@@ -54,19 +54,20 @@ pub struct Ego {
     pub yaw_rate_std_radps: f64,
 }
 
-/// Gate of the static points.
+/// Gate of the stationary points.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StaticGate {
     /// Half width of the gate in standard deviations.
     pub sigmas: f64,
-    /// Added to the deviation: what the peak's own standard deviation does not know.
+    /// Error of the range rate beyond the peak's own standard deviation, added to it, m/s.
     pub floor_mps: f64,
     /// Least range of points that are used, m.
     pub min_range_m: f64,
     /// Largest range of points that are used, m.
     pub max_range_m: f64,
-    /// Where range rates are known modulo this (λ/2T of a chirp sequence): the gate takes any fold.
+    /// Ambiguity of the range rate, m/s: where it is known only modulo this (λ/2T of a chirp sequence), the
+    /// gate accepts any fold.
     pub fold_mps: Option<f64>,
 }
 
@@ -76,12 +77,12 @@ impl Default for StaticGate {
     }
 }
 
-/// A standing point in the vehicle frame.
+/// A stationary point in the vehicle frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StaticPoint {
-    /// Place forward of the vehicle's origin, m.
+    /// Distance forward of the vehicle's origin, m.
     pub x_m: f64,
-    /// Place left of the vehicle's origin, m.
+    /// Distance to the left of the vehicle's origin, m.
     pub y_m: f64,
     /// Covariance of (x, y): xx, xy, yy, m².
     pub covariance_m2: [f64; 3],
@@ -89,35 +90,35 @@ pub struct StaticPoint {
     pub power: f64,
 }
 
-/// What [`static_points`] made of a scan. The three counts and the points add up to the peaks.
+/// Result of [`static_points`] for a scan. The three counts and the points add up to the number of peaks.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StaticScan {
-    /// The standing points.
+    /// The stationary points.
     pub points: Vec<StaticPoint>,
-    /// Peaks whose range rate is not that of a standing point.
+    /// Number of peaks whose range rate is not that of a stationary point.
     pub moving: usize,
-    /// Peaks outside the gate's range.
+    /// Number of peaks outside the gate's range.
     pub out_of_range: usize,
-    /// Peaks with a value that is not finite, a negative deviation or no power.
+    /// Number of peaks with a non-finite value, a negative standard deviation or no power.
     pub unusable: usize,
 }
 
-/// Range rate of a standing point at this azimuth, m/s: −**u**·**v** with **v** the radar's velocity (Miyake,
-/// section IV: −speed straight ahead; yaw rate and lever arm added).
+/// Range rate of a stationary point at this azimuth, m/s: −**u**·**v** with **v** the radar's velocity
+/// (Miyake, section IV: −speed straight ahead; yaw rate and lever arm are added here).
 pub fn expected_range_rate_mps(azimuth_rad: f64, mount: &RadarMount, ego: &Ego) -> f64 {
     let arm_m = DVec2::new(mount.x_m, mount.y_m);
     let v = radar_velocity_mps(ego.speed_mps, ego.yaw_rate_radps, arm_m);
     -DVec2::from_angle(azimuth_rad + mount.yaw_rad).dot(v)
 }
 
-/// Standing points of a scan in the vehicle frame.
+/// Selects the stationary points of a scan and converts them to the vehicle frame.
 ///
-/// The gate is `sigmas` times the deviation of the measured against the expected range rate: the peak's
-/// own, that of speed and yaw rate, what the azimuth's deviation does to −v cos(az), and the floor. A car
-/// that crosses, or stands, passes. Bad peaks are counted, not refused.
+/// The gate is `sigmas` times the standard deviation of measured minus expected range rate: the peak's own,
+/// that of speed and yaw rate, the effect of the azimuth's standard deviation on −v cos(az), and the floor. A
+/// car that crosses or stands passes. Invalid peaks are counted, not refused.
 ///
 /// # Errors
-/// A mount, ego or gate value that is not finite, or of the wrong sign.
+/// Returns an error if a value of `mount`, `ego` or `gate` is non-finite or of the wrong sign.
 pub fn static_points(peaks: &[Peak], mount: &RadarMount, ego: &Ego, gate: &StaticGate) -> Result<StaticScan> {
     check_mount(mount)?;
     finite("ego speed", ego.speed_mps)?;
@@ -155,7 +156,7 @@ pub fn static_points(peaks: &[Peak], mount: &RadarMount, ego: &Ego, gate: &Stati
             scan.moving += 1;
             continue;
         }
-        // Noise in azimuth pulls the mean place towards the radar by exp(−σ²/2).
+        // Azimuth noise pulls the mean position towards the radar by exp(−σ²/2).
         let range_m = p.range_m * (0.5 * p.azimuth_std_rad.powi(2)).exp();
         let (along, across) = (p.range_std_m.powi(2), (p.range_m * p.azimuth_std_rad).powi(2));
         scan.points.push(StaticPoint {
@@ -190,12 +191,13 @@ fn usable(p: &Peak) -> bool {
         && p.azimuth_std_rad < 1.0
 }
 
-/// Ego speed from the peaks themselves, for a car that does not turn: the speed that most peaks agree on,
-/// then their weighted mean. `min_share` of the peaks within ±60° must agree (0.3 is usual; a jam that
-/// crawls along with the car fails it or, worse, wins).
+/// Estimates the ego speed from the peaks themselves, for a car that does not turn: the speed on which most
+/// peaks agree, then their weighted mean. `min_share` of the peaks within ±60° must agree (0.3 is usual; a
+/// jam that crawls along with the car fails it or, worse, wins).
 ///
 /// # Errors
-/// Too few peaks, or no common speed.
+/// Returns an error for an invalid `mount`, `gate` or `min_share`, for too few peaks, or if there is no
+/// common speed.
 pub fn ego_speed(peaks: &[Peak], mount: &RadarMount, gate: &StaticGate, min_share: f64) -> Result<Ego> {
     check_mount(mount)?;
     positive("least share", min_share)?;

@@ -1,4 +1,4 @@
-//! Both edges of the road, scan after scan: gate, vote, fit, filter (Miyake, section IV).
+//! Tracks both edges of the road, scan after scan: gate, vote, fit, filter (Miyake, section IV).
 
 use super::{
     ClothoidFilter, ClothoidSettings, EdgeFit, Ego, FitSettings, HoughSettings, Peak, RadarMount, RoadWidth,
@@ -7,13 +7,13 @@ use super::{
 use crate::error::{Result, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// Settings of every step from peaks to followed edges.
+/// Settings of every step from peaks to tracked edges.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrackerSettings {
-    /// Place and yaw of the radar.
+    /// Position and yaw of the radar.
     pub mount: RadarMount,
-    /// The gate of the standing points.
+    /// Gate of the stationary points.
     pub gate: StaticGate,
     /// Settings of the vote.
     pub hough: HoughSettings,
@@ -21,19 +21,19 @@ pub struct TrackerSettings {
     pub fit: FitSettings,
     /// Settings of the filter.
     pub filter: ClothoidSettings,
-    /// Look for both edges with one curvature, and pass the curvature on to an edge that is not seen.
+    /// Whether both edges are sought with one curvature, which is passed on to an edge that is not seen.
     pub parallel: bool,
-    /// Only with `parallel`.
+    /// Known distance between the edges; used only with `parallel`.
     pub width: Option<RoadWidth>,
-    /// Scans with the edge until it is confirmed.
+    /// Number of scans with the edge until it is confirmed.
     pub confirm_scans: usize,
-    /// An edge that is not seen is dropped after this time, this distance, or at this deviation of b.
+    /// Time after which an edge that is not seen is dropped, s.
     pub coast_s: f64,
-    /// An edge that is not seen is kept over this much road, m.
+    /// Distance driven after which an edge that is not seen is dropped, m.
     pub coast_m: f64,
-    /// An edge whose place is less sure than this is dropped, m.
+    /// Standard deviation of b at which an edge that is not seen is dropped, m.
     pub coast_b_std_m: f64,
-    /// So many scans in a row that the gate keeps out start the edge anew.
+    /// Number of successive scans refused by the gate after which the edge is started again.
     pub restart_scans: usize,
 }
 
@@ -56,19 +56,19 @@ impl Default for TrackerSettings {
     }
 }
 
-/// How far an edge is established.
+/// Status of a tracked edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EdgeStatus {
-    /// Seen, but not yet often enough.
+    /// The edge is seen, but not yet often enough.
     Tentative,
-    /// Seen often enough to be stated.
+    /// The edge was seen often enough to be stated.
     Confirmed,
-    /// Was confirmed, and is not seen in this scan.
+    /// The edge was confirmed and is not seen in this scan.
     Coasting,
 }
 
-/// One edge after a scan.
+/// State of one edge after a scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EdgeTrack {
     /// The side of the vehicle on which the edge lies.
@@ -77,38 +77,38 @@ pub struct EdgeTrack {
     pub status: EdgeStatus,
     /// The filter that follows the edge.
     pub filter: ClothoidFilter,
-    /// Scans in which it was seen.
+    /// Number of scans in which it was seen.
     pub hits: usize,
-    /// Since it was last seen.
+    /// Time since it was last seen, s.
     pub unseen_s: f64,
-    /// Road driven since the edge was seen last, m.
+    /// Distance driven since it was last seen, m.
     pub unseen_m: f64,
     refused: usize,
 }
 
-/// What one scan gave.
+/// Result of one scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoadShape {
-    /// Standing points in the vehicle frame.
+    /// Stationary points in the vehicle frame.
     pub points: Vec<StaticPoint>,
-    /// Peaks that moved.
+    /// Number of moving peaks.
     pub moving: usize,
-    /// Fit of this scan for left and right, or why there is none.
+    /// Fit of this scan for left and right, or the reason why there is none.
     pub fits: [Result<EdgeFit>; 2],
-    /// What the filter made of it; None where it started the edge, or there was no fit.
+    /// Filter update for left and right; None where the filter was started, or there was no fit.
     pub updates: [Option<Update>; 2],
-    /// Left and right edge now.
+    /// Left and right edge after this scan.
     pub edges: [Option<EdgeTrack>; 2],
 }
 
 impl RoadShape {
-    /// The edge on one side, where one is followed.
+    /// The edge on one side, where one is tracked.
     pub fn edge(&self, side: Side) -> Option<&EdgeTrack> {
         self.edges[side.index()].as_ref()
     }
 }
 
-/// Follows both edges.
+/// Tracks both edges.
 #[derive(Debug, Clone)]
 pub struct RoadTracker {
     settings: TrackerSettings,
@@ -116,10 +116,10 @@ pub struct RoadTracker {
 }
 
 impl RoadTracker {
-    /// A tracker without tracks.
+    /// Makes a tracker without tracks.
     ///
     /// # Errors
-    /// Settings that make no sense.
+    /// Returns an error for the first setting outside its range.
     pub fn new(settings: &TrackerSettings) -> Result<Self> {
         settings.hough.validate()?;
         settings.fit.validate()?;
@@ -130,11 +130,11 @@ impl RoadTracker {
         Ok(Self { settings: settings.clone(), edges: [None, None] })
     }
 
-    /// Takes in the peaks of a scan `dt_s` after the last one.
+    /// Processes the peaks of a scan `dt_s` after the last one.
     ///
     /// # Errors
-    /// Time, ego motion or mounting that make no sense; the tracks are unchanged then. A scan without an edge is no
-    /// error: `fits` says why.
+    /// Returns an error if the time, the ego-motion or the mounting is invalid; the tracks are then
+    /// unchanged. A scan without an edge is no error: `fits` holds the reason.
     pub fn step(&mut self, peaks: &[Peak], dt_s: f64, ego: &Ego) -> Result<RoadShape> {
         not_negative("time step", dt_s)?;
         let s = &self.settings;
@@ -142,10 +142,10 @@ impl RoadTracker {
         self.step_points(scan.points, scan.moving, dt_s, ego)
     }
 
-    /// The same from points that are known to stand; `moving` is handed on.
+    /// Processes points that are known to be stationary; `moving` is passed on to the result.
     ///
     /// # Errors
-    /// Time or ego motion that make no sense; the tracks are unchanged then.
+    /// Returns an error if the time or the ego-motion is invalid; the tracks are then unchanged.
     pub fn step_points(
         &mut self,
         points: Vec<StaticPoint>,
@@ -241,7 +241,7 @@ fn follow(
         return (start(), update);
     }
     if edge.status == EdgeStatus::Tentative {
-        // Nothing is built on it yet: the next scan starts anew.
+        // Nothing is built on it yet: the next scan starts again.
         return (start(), update);
     }
     edge.status = EdgeStatus::Coasting;
@@ -250,7 +250,7 @@ fn follow(
     (keep.then_some(edge), update)
 }
 
-/// An edge that is not seen takes the curvature of the other one, moved over by their distance.
+/// An edge that is not seen takes the curvature of the other one, adjusted for their distance.
 fn share_curvature(
     edges: &mut [Option<EdgeTrack>; 2],
     fits: &[Result<EdgeFit>; 2],

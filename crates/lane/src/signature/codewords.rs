@@ -1,20 +1,21 @@
-//! Code words in a row of markers: in its gaps, or in the side of the line that each marker stands on.
+//! Codewords in a row of markers: written in its gaps, or in the side of the line on which each marker
+//! stands.
 //!
-//! Feng, section 4.3.4, asks for words that survive missing and extra points and gives no code. Here a
-//! word of a coset of a cyclic code (Hamming(7,4), BCH(15,7), BCH(15,5)) is repeated along the row, a longer
+//! Feng, section 4.3.4, asks for words that survive missing and extra points and gives no code. Here a word
+//! of a coset of a cyclic code (Hamming(7,4), BCH(15,7), BCH(15,5)) is repeated along the row, with a longer
 //! gap between words. A missing marker joins two gaps and an extra point splits one, so bits are not read one
 //! by one: each word of the code is aligned with the points (dynamic programming over points and markers,
-//! sums of gaps between them), and the most likely word is taken. Its likelihood against the next one says
-//! how sure that is.
+//! sums of gaps between them), and the most likely word is taken. Its likelihood relative to the next one
+//! tells how certain that is.
 //!
 //! The gaps are those of a road's marker row (`code = { word, zero_m, one_m, sync_m }`): a gap for each bit,
-//! then the gap `sync_m`, over and over. Without one, words that are rotations of each other look alike.
+//! then the gap `sync_m`, repeated. Without `sync_m`, words that are rotations of each other look alike.
 
 use crate::error::{self, LaneError};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// How the bits of a word stand in the row.
+/// How the bits of a word are written in the row.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Alphabet {
     /// A gap for each bit.
@@ -27,13 +28,13 @@ pub enum Alphabet {
         sync_m: Option<f64>,
     },
     /// Markers at equal distances along the row, each `side_m` to the left of its line (one) or to the right
-    /// (zero); `sync_m` from a word's last marker to the next word's first.
+    /// (zero).
     Sides {
-        /// Distance of markers along the row, m.
+        /// Spacing of markers along the row, m.
         pitch_m: f64,
         /// Distance of markers from the row's line, m.
         side_m: f64,
-        /// Gap between words, m.
+        /// Distance from a word's last marker to the next word's first, m.
         sync_m: Option<f64>,
     },
 }
@@ -41,50 +42,50 @@ pub enum Alphabet {
 /// The code of the words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Code {
-    /// Every word of this many bits, 1 to 12; nothing is corrected but what gaps and repetition correct.
+    /// Every word of this many bits, 1 to 12; only gaps and repetition correct errors.
     Plain {
         /// Number of bits of a word.
         bits: usize,
     },
-    /// Distance 3.
+    /// The Hamming(7,4) code, minimum distance 3.
     Hamming7x4,
-    /// Distance 5.
+    /// The BCH(15,7) code, minimum distance 5.
     Bch15x7,
-    /// Distance 7.
+    /// The BCH(15,5) code, minimum distance 7.
     Bch15x5,
 }
 
-/// What a word of seven bits says: three for the kind, four for its value.
+/// The meaning of a message of seven bits: three for the kind, four for its value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Zone {
-    /// In tens of km/h, 1 to 15.
+    /// A speed limit, in tens of km/h, 1 to 15.
     SpeedLimit {
         /// The limit in tens of km/h.
         tens_kmh: u8,
     },
-    /// Begins in this many tens of metres, 0 to 14.
+    /// A tunnel begins in this many tens of metres, 0 to 14.
     TunnelAhead {
         /// The distance in tens of metres.
         tens_m: u8,
     },
     /// The tunnel ends here.
     TunnelEnd,
-    /// Of a radius of at most this many tens of metres, 1 to 15.
+    /// A sharp bend to the left with a radius of at most this many tens of metres, 1 to 15.
     SharpBendLeft {
         /// The radius in tens of metres.
         tens_m: u8,
     },
-    /// A sharp bend to the right, of a radius of at most this many tens of metres, 1 to 15.
+    /// A sharp bend to the right with a radius of at most this many tens of metres, 1 to 15.
     SharpBendRight {
         /// The radius in tens of metres.
         tens_m: u8,
     },
-    /// In this many tens of metres, 0 to 15.
+    /// A crossing follows in this many tens of metres, 0 to 15.
     CrossingAhead {
         /// The distance in tens of metres.
         tens_m: u8,
     },
-    /// A number of the row for its map, 0 to 15.
+    /// A number that identifies the row in a map, 0 to 15.
     Place {
         /// The number of the row.
         number: u8,
@@ -98,34 +99,35 @@ pub enum Zone {
     },
 }
 
-/// A detected point of the row: along it in the direction of travel, and beside its line, positive left.
+/// A detected point of the row: its position along it in the direction of travel, and beside its line.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RowPoint {
-    /// Place along the row in the direction of travel, m.
+    /// Position along the row in the direction of travel, m.
     pub s_m: f64,
-    /// Place beside the row's line, m, positive left.
+    /// Position beside the row's line, m, positive to the left.
     pub t_m: f64,
-    /// Standard deviation of the place along the row, m.
+    /// Standard deviation of the position along the row, m.
     pub s_std_m: f64,
-    /// Standard deviation of the place beside the line, m.
+    /// Standard deviation of the position beside the line, m.
     pub t_std_m: f64,
 }
 
-/// How words are read.
+/// Settings of [`Reader`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReadSettings {
-    /// Of a marker.
+    /// Probability that a marker is detected.
     pub detection_probability: f64,
-    /// Extra points for each metre of the row.
+    /// Density of extra points along the row, 1/m.
     pub extra_per_m: f64,
-    /// Standard deviation of the scale of s: a row that is not quite straight, or markers not quite in place.
+    /// Standard deviation of the scale of s: a row that is not quite straight, or markers slightly out of
+    /// place.
     pub scale_std: f64,
-    /// The row may be met against the direction in which it was written.
+    /// Whether the row may be met against the direction in which it was written.
     pub either_direction: bool,
-    /// Markers missing in a row at most.
+    /// Largest number of successive markers that may be missing.
     pub most_missing: usize,
-    /// Log odds against all other words together from which on the word is taken as read.
+    /// Log odds over all other words together from which on the word counts as read.
     pub sure_log_odds: f64,
 }
 
@@ -149,24 +151,25 @@ pub struct Reading {
     pub message: u32,
     /// The bits of the word.
     pub word: Vec<bool>,
-    /// Against all other words together; zero or less where another is as likely.
+    /// Log odds over all other words together; zero or less where another is as likely.
     pub log_odds: f64,
     /// Whether `log_odds` passes the setting.
     pub sure: bool,
-    /// Next likely.
+    /// Message of the next likely word.
     pub runner_up: Option<u32>,
     /// Whether the row was met against its direction.
     pub reversed: bool,
-    /// Rotations of the word look alike, since there is no gap between words: the least of them is given.
+    /// Whether rotations of the word look alike, since there is no gap between words: the least of them is
+    /// then given.
     pub up_to_rotation: bool,
-    /// Of all looks: points that are markers, markers missing between them, points that are none.
+    /// Number of points of all looks that are markers.
     pub matched: usize,
-    /// Markers missing between those that were matched.
+    /// Number of missing markers between those that were matched.
     pub missing: usize,
-    /// Points that are no markers.
+    /// Number of points that are not markers.
     pub extra: usize,
-    /// Where a word's first marker stands, along the row, m: for each look, modulo the word's length; None without points.
-    /// Against the direction of writing, of the mirrored row.
+    /// Position along the row of a word's first marker, m, for each look, modulo the word's length; None
+    /// without points. If the row was met against the direction of writing, it is that of the mirrored row.
     pub begin_m: Vec<Option<f64>>,
 }
 
@@ -205,9 +208,10 @@ impl Code {
         }
     }
 
-    /// Added to every word. The words of a cyclic code are rotations of each other, and a marker lost beside
-    /// the gap between words would turn one into another; rotations of these differ from every word in at
-    /// least this many bits: 1, 2 and 4 (the most that any such coset reaches, by trial of all).
+    /// Coset leader that is added to every word. The words of a cyclic code are rotations of each other, and
+    /// a marker lost beside the gap between words would turn one into another. Rotations of these words
+    /// differ from every word in at least this many bits: 1, 2 and 4 (the most that any such coset reaches,
+    /// by trial of all).
     fn coset(&self) -> u32 {
         match self {
             Self::Plain { .. } => 0,
@@ -217,10 +221,10 @@ impl Code {
         }
     }
 
-    /// The word of a message, systematic: the message first.
+    /// Encodes a message systematically: the message bits come first.
     ///
     /// # Errors
-    /// A message that is too large for the code.
+    /// Returns an error if the message is too large for the code.
     pub fn encode(&self, message: u32) -> Result<Vec<bool>, LaneError> {
         let (n, k) = (self.length(), self.message_bits());
         if !(1..=15).contains(&n) || message >> k != 0 {
@@ -238,10 +242,10 @@ impl Code {
 }
 
 impl Zone {
-    /// For [`Code::Bch15x7`].
+    /// The message for [`Code::Bch15x7`].
     ///
     /// # Errors
-    /// Another code.
+    /// Returns an error if the value is outside its range.
     pub fn message(&self) -> Result<u32, LaneError> {
         let (kind, value, low) = match self {
             Self::SpeedLimit { tens_kmh } => (0, *tens_kmh, 1),
@@ -263,7 +267,7 @@ impl Zone {
         Ok(kind << 4 | u32::from(value))
     }
 
-    /// None for a message that has no meaning.
+    /// Decodes a message; None for one that has no meaning.
     pub fn from_message(message: u32) -> Option<Self> {
         let v = (message & 15) as u8;
         let out = match message >> 4 {
@@ -333,16 +337,17 @@ impl Alphabet {
         Pattern { places, period_m: s }
     }
 
-    /// Length of a word of so many bits with the gap behind it, m.
+    /// Length of a word including the gap behind it, m.
     pub fn period_m(&self, word: &[bool]) -> f64 {
         self.pattern(word).period_m
     }
 
-    /// (s, t) of the markers that write a word over and over between two places of a row, the first at
-    /// `from_m`. At most 100 000.
+    /// Positions (s, t) of the markers that repeat a word between two places of a row, the first at `from_m`,
+    /// m; at most 100 000.
     ///
     /// # Errors
-    /// A word of another length; places or spacings that are not finite or in no order.
+    /// Returns an error if `word` is invalid, if places or spacings are non-finite or out of order, or if
+    /// there are too many markers.
     pub fn markers(&self, word: &[bool], from_m: f64, to_m: f64) -> Result<Vec<(f64, f64)>, LaneError> {
         self.check()?;
         if word.is_empty() || !from_m.is_finite() || !to_m.is_finite() {
@@ -392,10 +397,10 @@ struct Aligned {
 }
 
 impl Reader {
-    /// A reader of one code in one alphabet.
+    /// Makes a reader of one code in one alphabet.
     ///
     /// # Errors
-    /// Refuses a code, alphabet or setting outside its range.
+    /// Returns an error for a code, alphabet or setting outside its range.
     pub fn new(code: Code, alphabet: Alphabet, settings: ReadSettings) -> Result<Self, LaneError> {
         alphabet.check()?;
         let s = &settings;
@@ -427,16 +432,16 @@ impl Reader {
         Ok(Self { settings, has_sides: side_m > 0.0, is_up_to_rotation, words, side_m })
     }
 
-    /// Number of words that are told apart.
+    /// Number of words that can be distinguished.
     pub fn words(&self) -> usize {
         self.words.len()
     }
 
-    /// The word of a row from one or more looks at it, each with its own origin of s. Points that are not
-    /// finite or have no standard deviation are left out.
+    /// Reads the word of a row from one or more looks at it, each with its own origin of s. Points that are
+    /// non-finite or have no standard deviation are left out.
     ///
     /// # Errors
-    /// Settings outside their ranges; no word that the points write.
+    /// Returns an error for too few or too many usable points, or if no word explains half of them.
     pub fn read(&self, looks: &[Vec<RowPoint>]) -> Result<Reading, LaneError> {
         const NEEDED: usize = 4;
         const MOST: usize = 500;
@@ -521,7 +526,7 @@ impl Reader {
         })
     }
 
-    /// Log likelihood of the place beside the line, of a marker and of an extra point.
+    /// Log-likelihood of the position beside the line, for a marker or an extra point.
     fn side(&self, p: &RowPoint, t: f64) -> f64 {
         let e = (p.t_m - t) / p.t_std_m;
         -0.5 * e * e - 0.5 * TAU.ln() - p.t_std_m.ln()
@@ -610,9 +615,9 @@ impl Reader {
         Aligned { begin_m, log_likelihood, matched, missing }
     }
 
-    /// Of the matched points all together. The path takes each distance by itself; here the error of a point,
-    /// which enters the distances on both sides, counts once. Origin and scale are fitted, the scale with its
-    /// prior.
+    /// Log-likelihood of the matched points jointly. The path takes each distance by itself; here the error
+    /// of a point, which enters the distances on both sides, counts once. Origin and scale are fitted, the
+    /// scale with its prior.
     fn joint(&self, points: &[RowPoint], pattern: &Pattern, path: &Alignment) -> f64 {
         let m = pattern.places.len() as i64;
         let mut sum = 0.0;

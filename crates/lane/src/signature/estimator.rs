@@ -1,4 +1,4 @@
-//! A place in a signature map behind the interface of lanes, and the lane there.
+//! Localization in a signature map behind the interface of all lane methods, and the lane there.
 
 use super::locate::{LocateSettings, Location, Search, locate};
 use super::map::{Pose, ScanPoint, SignatureMap};
@@ -12,21 +12,21 @@ use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, SensorInput}
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-/// As on the command line.
+/// The method's name, as on the command line.
 pub const METHOD: &str = "signature";
 
-/// Which points stand, from the vehicle's own motion.
+/// Test for stationary points, from the vehicle's own motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StaticTest {
-    /// Place of the radar on the vehicle, m.
+    /// Position of the radar on the vehicle, m.
     pub radar_m: [f64; 2],
-    /// Standard deviations of the range rate up to which a point stands.
+    /// Largest deviation of a stationary point's range rate, in standard deviations.
     pub sigmas: f64,
-    /// Range rates of standing things scatter by this beyond their noise, m/s.
+    /// Error of stationary points' range rates beyond their noise, m/s.
     pub tolerance_mps: f64,
-    /// Of the yaw rate where none is given, rad/s.
+    /// Standard deviation of the yaw rate where none is given, rad/s.
     pub yaw_rate_std_rad_per_s: f64,
-    /// Width of the interval in which range rates are unambiguous, m/s; None: they are as they are.
+    /// Width of the interval in which range rates are unambiguous, m/s; None if they are not folded.
     pub fold_mps: Option<f64>,
 }
 
@@ -50,7 +50,7 @@ fn is_sound(p: &LanePoint) -> bool {
 }
 
 impl StaticTest {
-    /// Which points stand, where the vehicle goes at that speed and turns at that rate. Non-finite points do not stand.
+    /// Tells which points are stationary, given the vehicle's speed and yaw rate. Non-finite points are not.
     pub fn standing(&self, points: &[LanePoint], speed: Measured, yaw_rate: Option<Measured>) -> Vec<bool> {
         let yaw = yaw_rate
             .filter(|y| y.value.is_finite() && y.std.is_finite())
@@ -69,7 +69,8 @@ impl StaticTest {
     }
 }
 
-/// A point of the interface as the map takes it, seen from the radar with the vehicle's axes. Its motion is judged before.
+/// Converts a lane point to a point of the map's scan, seen from the radar with the vehicle's axes. Its
+/// motion is judged beforehand.
 pub fn scan_point(p: &LanePoint) -> ScanPoint {
     ScanPoint {
         range_m: p.range_m,
@@ -80,7 +81,8 @@ pub fn scan_point(p: &LanePoint) -> ScanPoint {
     }
 }
 
-/// A line beside the vehicle: how far to its left, its direction, its index in the map, and itself.
+/// A line beside the vehicle: its distance to the left, its direction, its index in the map, and the line
+/// itself.
 type Beside = (f64, f64, usize, Line);
 
 /// A lane of the map: indices of its lines, in the direction in which they were given.
@@ -88,49 +90,51 @@ type Beside = (f64, f64, usize, Line);
 pub struct MapLane {
     /// Number of the lane.
     pub number: i32,
-    /// Index of the line at its right.
+    /// Index of the line to its right.
     pub right: usize,
-    /// Index of the line at its left.
+    /// Index of the line to its left.
     pub left: usize,
 }
 
-/// Known lines of the road, in the map's coordinates.
+/// Known lines of the road in the map's coordinates.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapLanes {
     /// Points of each line, m.
     pub lines_m: Vec<Vec<[f64; 2]>>,
-    /// Of the lines across, m: of the survey.
+    /// Standard deviation of the surveyed lines across them, m.
     pub std_m: f64,
     /// The lanes between the lines.
     pub lanes: Vec<MapLane>,
 }
 
-/// What [`Signature`] is made from.
+/// Options of [`Signature`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignatureOptions {
-    /// Which points stand.
+    /// Test for stationary points.
     pub at_rest: StaticTest,
-    /// Of the first search and of every one after the place is lost.
+    /// Settings of the first search and of every search after the position is lost.
     pub search: LocateSettings,
-    /// Half the strip beside the mapped route (m) and the angle (rad) of the first search.
+    /// Half width of the strip beside the mapped route in the first search, m.
     pub beside_m: f64,
-    /// Largest turn against the route in the first search, rad.
+    /// Largest angle to the route in the first search, rad.
     pub turn_rad: f64,
-    /// A rough first pose of the radar (as from GNSS), with half the square (m) to search; None: along the whole route.
+    /// A rough first pose of the radar (as from GNSS), with half the side of the square (m) to search; None:
+    /// along the whole route.
     pub rough: Option<(Pose, f64)>,
-    /// Of the searches near the last place.
+    /// Settings of the searches near the last position.
     pub track: LocateSettings,
-    /// Half the square that is searched near the last place, m.
+    /// Half the side of the square that is searched near the last position, m.
     pub track_half_m: f64,
     /// Largest turn that is searched near the last place, rad.
     pub track_turn_rad: f64,
-    /// A place less likely than this among those found is not told.
+    /// Least probability among the poses found at which a position is stated.
     pub least_probability: f64,
-    /// Failed looks after which the place is searched everywhere again.
+    /// Number of failed looks after which the position is searched everywhere again.
     pub lost_after: u32,
-    /// Lines are given from this far behind the vehicle to this far ahead, m.
+    /// Distances behind and ahead of the vehicle between which lines are stated, m.
     pub reach_m: [f64; 2],
-    /// Of the map itself, x, y (m) and heading (rad), which all looks share: in the covariance of places.
+    /// Standard deviations of the map itself in x, y (m) and heading (rad), common to all looks; they are
+    /// included in the covariance of positions.
     pub map_std: [f64; 3],
     /// Rows of markers whose words are read.
     pub rows: Vec<RowOptions>,
@@ -157,23 +161,23 @@ impl Default for SignatureOptions {
     }
 }
 
-/// Where the vehicle is in the map.
+/// The vehicle's position in the map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MapPosition {
     /// Time of the position, s.
     pub time_s: f64,
-    /// Of the vehicle's reference point.
+    /// Pose of the vehicle's reference point.
     pub vehicle: Pose,
-    /// Of x, y (m) and heading (rad).
+    /// Covariance of x, y (m) and heading (rad).
     pub covariance: [[f64; 3]; 3],
-    /// Of the radar, with its rivals.
+    /// Location of the radar, with its rivals.
     pub radar: Location,
-    /// Whether it was searched near the last place alone.
+    /// Whether only the surroundings of the last position were searched.
     pub tracked: bool,
 }
 
-/// Finds the vehicle in a signature map without GNSS and gives the lane lines that are known there; reads words of marker rows
-/// beside it. Takes points from any source.
+/// Localizes the vehicle in a signature map without GNSS, states the lane lines that are known there, and
+/// reads the codewords of marker rows beside it. It takes points from any source.
 pub struct Signature {
     map: SignatureMap,
     lanes: MapLanes,
@@ -186,10 +190,10 @@ pub struct Signature {
 }
 
 impl Signature {
-    /// `lanes` may be empty: then only places and words are told.
+    /// Makes the estimator. `lanes` may be empty: then only positions and codewords are stated.
     ///
     /// # Errors
-    /// Settings outside their ranges.
+    /// Returns an error for the first option or setting outside its range.
     pub fn new(
         map: SignatureMap,
         lanes: MapLanes,
@@ -219,12 +223,12 @@ impl Signature {
         Ok(Signature { map, lanes, options, last: None, failed: 0, time_s: None, speed: None, rows })
     }
 
-    /// The map in which places are found.
+    /// The map in which positions are found.
     pub fn map(&self) -> &SignatureMap {
         &self.map
     }
 
-    /// Of the last look; None where it told no place.
+    /// Position at the last look; None where it gave none.
     pub fn place(&self) -> Option<&MapPosition> {
         self.last.as_ref().filter(|_| self.failed == 0)
     }
@@ -260,7 +264,7 @@ impl Signature {
         let (location, tracked) = match near {
             Some(last) => {
                 let pose = self.radar_of(&self.expected(last, dt_s, speed, yaw));
-                // What was not seen since may have gone astray.
+                // What was not seen since may have drifted.
                 let half_m = o.track_half_m * f64::from(1 + self.failed);
                 let search = Search::Near { pose, half_m, turn_rad: o.track_turn_rad };
                 (locate(&self.map, points, &search, &o.track)?, true)
@@ -279,7 +283,7 @@ impl Signature {
             y_m: location.pose.y_m - arm.y,
             heading_rad: location.pose.heading_rad,
         };
-        // The vehicle's place turns about the radar with the heading.
+        // The vehicle's position turns about the radar with the heading.
         let to = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(arm.y, -arm.x, 1.0));
         let covariance = to * DMat3::from_cols_array_2d(&location.covariance) * to.transpose()
             + DMat3::from_diagonal(DVec3::from_array(o.map_std.map(|s| s * s)));
@@ -351,7 +355,7 @@ impl LaneEstimator for Signature {
             Ok(place) => place,
             Err(why) => {
                 if let Some(last) = self.last.take() {
-                    // The place goes on with the vehicle.
+                    // The position moves on with the vehicle.
                     let vehicle = if dt_s.is_finite() {
                         self.expected(&last, dt_s, way, input.yaw_rate_rad_per_s)
                     } else {
@@ -365,7 +369,7 @@ impl LaneEstimator for Signature {
         let likely = place.radar.probability;
         if likely < self.options.least_probability {
             let rivals = place.radar.rivals.len();
-            // Which of them is not known: the next look searches everywhere again.
+            // Which of them is right is unknown: the next look searches everywhere again.
             self.last = None;
             let why =
                 format!("{rivals} other places fit about as well, the best with probability {likely:.2}");
@@ -392,14 +396,15 @@ impl LaneEstimator for Signature {
     }
 }
 
-/// Distance of places along a line, m.
+/// Spacing of points along a line, m.
 const STEP_M: f64 = 1.0;
-/// What a smoother curve has to lower the squares by.
+/// Least decrease of the sum of squares for a further parameter of the curve.
 const GAIN: f64 = 6.0;
-/// A line farther to the side than this bounds no lane of the vehicle, m.
+/// Largest distance to the side of a line that bounds the vehicle's lane, m.
 const WIDEST_M: f64 = 8.0;
 
-/// Where a line passes beside the vehicle: how far along its y axis, and its direction against the vehicle's.
+/// Where a line passes beside the vehicle: its distance along the vehicle's y axis (m), and its direction
+/// relative to the vehicle (rad).
 fn beside(line: &[DVec2]) -> Option<(f64, f64)> {
     line.windows(2)
         .filter(|w| (w[0].x <= 0.0) != (w[1].x <= 0.0))
@@ -418,7 +423,7 @@ impl MapLanes {
             && self.lanes.iter().all(|l| l.right.max(l.left) < self.lines_m.len())
     }
 
-    /// The lines round a place, and the lane there. None where no line lies beside the vehicle.
+    /// Estimates the lines around a position and the lane there. None where no line lies beside the vehicle.
     pub fn estimate(&self, place: &MapPosition, time_s: f64, reach_m: [f64; 2]) -> Option<LaneEstimate> {
         let v = &place.vehicle;
         let back = DVec2::from_angle(-v.heading_rad);
@@ -453,7 +458,8 @@ impl MapLanes {
                 part.reverse();
             }
             let Some(mut fitted) = fit_simplest(&part, &vec![std_m; part.len()], GAIN) else { continue };
-            // A fit through many places of one survey is no surer than the survey; the pose comes on top.
+            // A fit through many points of one survey is no more certain than the survey; the pose's error is
+            // added.
             let fit_var = (std_m * fitted.residual.max(1.0)).powi(2);
             let arm = fitted.curve.start_m[0];
             let mut covariance = [[0.0; 4]; 4];

@@ -1,10 +1,10 @@
 //! The pose of a scan in a map of static points, without GNSS.
 //!
-//! First a correlative search (Olson, "Real-time correlative scan matching", ICRA 2009): poses on a grid
-//! along the mapped route or about a rough pose, scored in a picture of the landmarks. Then the best ones are
-//! refined by maximum likelihood, point to point: each point is one of the landmarks in view or none of them,
-//! so a false point costs no more than a constant. Markers at equal distances fit again one spacing further:
-//! every pose that is about as likely is reported.
+//! First comes a correlative search (Olson, "Real-time correlative scan matching", ICRA 2009): poses on a
+//! grid along the mapped route or about a rough pose are scored in a picture of the landmarks. The best ones
+//! are then refined by maximum likelihood, point to point: each point is one of the landmarks in view or none
+//! of them, so a false point costs no more than a constant. Markers at equal distances fit again one spacing
+//! farther: every pose that is about as likely is reported.
 
 use super::map::{Landmark, Pose, ScanPoint, SignatureMap, bad_pose, largest_std_m};
 use crate::error::{self, LaneError};
@@ -13,54 +13,54 @@ use glam::{DMat2, DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{SQRT_2, TAU};
 
-/// Where to search.
+/// Where poses are searched.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Search {
-    /// Anywhere along the mapped route, up to this far beside it and turned against it.
+    /// Anywhere along the mapped route, up to a distance beside it and an angle to it.
     Route {
         /// Largest distance from the route, m.
         beside_m: f64,
-        /// Largest turn against the route, rad.
+        /// Largest angle to the route, rad.
         turn_rad: f64,
     },
     /// About a rough pose.
     Near {
         /// The rough pose of the radar.
         pose: Pose,
-        /// Half the square that is searched, m.
+        /// Half the side of the square that is searched, m.
         half_m: f64,
-        /// Largest turn against the rough pose, rad.
+        /// Largest angle to the rough pose, rad.
         turn_rad: f64,
     },
 }
 
-/// How a place is found in a map.
+/// Settings of [`locate`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LocateSettings {
-    /// Ranges and half the field of view of the scan.
+    /// Least range of points that are used, m.
     pub near_m: f64,
     /// Largest range of points that are used, m.
     pub far_m: f64,
     /// Half the field of view about the radar's boresight, rad.
     pub half_view_rad: f64,
-    /// Points whose place is less sure do not take part.
+    /// Largest standard deviation of the position of points that take part, m.
     pub max_std_m: f64,
-    /// Added to every point.
+    /// Standard deviation that is added to every point, m.
     pub floor_std_m: f64,
-    /// Landmarks below are not used.
+    /// Least occupancy of landmarks that are used.
     pub least_occupancy: f64,
-    /// Of a landmark in view.
+    /// Probability that a landmark in view is detected.
     pub detection_probability: f64,
-    /// Share of the points that are no landmarks.
+    /// Share of the points that are not landmarks.
     pub extra_share: f64,
-    /// Step of the search in place, m.
+    /// Step of the search in position, m.
     pub step_m: f64,
     /// Step of the search in heading, rad.
     pub step_rad: f64,
-    /// Poses that are refined.
+    /// Number of poses that are refined.
     pub candidates: usize,
-    /// Log odds up to which another pose is a rival.
+    /// Largest difference in log odds of a rival pose.
     pub sure_log_odds: f64,
 }
 
@@ -88,62 +88,62 @@ impl Default for LocateSettings {
 pub struct AlternativePose {
     /// The pose of the radar.
     pub pose: Pose,
-    /// How much less likely it is.
+    /// Log odds by which it is less likely.
     pub log_odds: f64,
-    /// From the reported pose, along its heading.
+    /// Distance from the reported pose along its heading, m.
     pub along_m: f64,
 }
 
-/// The place of a scan in a map.
+/// The location of a scan in a map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Location {
     /// The likeliest pose of the radar.
     pub pose: Pose,
-    /// Of x, y (m) and heading (rad), of this pose alone: rivals are not in it.
+    /// Covariance of x, y (m) and heading (rad) of this pose alone, without its rivals.
     pub covariance: [[f64; 3]; 3],
     /// Expected number of points that are landmarks.
     pub explained: f64,
     /// Number of points that took part.
     pub points: usize,
-    /// Best first; empty where the pose is the only one.
+    /// Rival poses, best first; empty where the pose is the only one.
     pub rivals: Vec<AlternativePose>,
-    /// Of the poses found, that this one is true.
+    /// Probability that this pose is the true one among those found.
     pub probability: f64,
     /// Logarithm of the likelihood at the pose.
     pub log_likelihood: f64,
 }
 
 impl Location {
-    /// Least distance along the heading to a rival: the spacing or a multiple of it, where the markers are
+    /// Least distance along the heading to a rival, m: the spacing or a multiple of it, where the markers are
     /// periodic.
     pub fn period_m(&self) -> Option<f64> {
         self.rivals.iter().map(|r| r.along_m.abs()).min_by(f64::total_cmp)
     }
 }
 
-/// Poses of the picture that are tried for each that is refined in full: the picture tells the places of a
-/// periodic row from each other badly.
+/// Number of poses of the picture that are tried for each one that is refined in full: the picture
+/// distinguishes the places of a periodic row badly.
 const TRIALS: usize = 10;
-/// Of these, so many go on for each.
+/// Number of those trials that go on for each.
 const SHARPER: usize = 3;
 const MOST_PLACES: usize = 4_000_000;
 const MOST_PIXELS: usize = 80_000_000;
 
-/// The landmarks as a picture of ln(1 + likelihood ratio), in steps of a byte: it ranks.
+/// The landmarks as a picture of ln(1 + likelihood ratio) in steps of a byte, for ranking.
 struct Picture {
     origin: DVec2,
     step_m: f64,
     width: usize,
     height: usize,
     value: Vec<u8>,
-    /// Poses of a group lie within so many pixels of its middle one.
+    /// Largest distance of a group's poses from its central one, pixels.
     shift: i32,
 }
 
 impl Picture {
-    /// Of a landmark to none, where a point falls on one.
+    /// Likelihood ratio of a landmark to none, where a point falls on one.
     const RATIO: f64 = 20.0;
-    /// Pixels of a blur.
+    /// Number of pixels in a blur.
     const PER_BLUR: f64 = 4.0;
 
     fn new(landmarks: &[Landmark], blur_m: f64, shift_m: f64) -> Result<Self, LaneError> {
@@ -183,8 +183,8 @@ impl Picture {
         Ok(Self { origin: low, step_m, width, height, value, shift: shift as i32 })
     }
 
-    /// Sum over the points seen from each pose, with its number. Poses of a group have one heading: the points are turned and brought to
-    /// pixels once for all of them (Olson).
+    /// Scores each pose by the sum over the points, and returns it with the pose's index. Poses of a group
+    /// have one heading: the points are turned and converted to pixels once for all of them (Olson).
     fn scores(&self, points: &[Point], poses: &[Pose], group: usize) -> Vec<(u32, u32)> {
         let mut out = Vec::with_capacity(poses.len());
         let mut seen: Vec<usize> = Vec::with_capacity(points.len());
@@ -219,13 +219,13 @@ struct Point {
     largest_std_m: f64,
 }
 
-/// What a comparison takes of a landmark.
+/// A landmark as used in a comparison.
 struct Mark {
     place: DVec2,
     cov: DMat2,
-    /// Squared, its largest.
+    /// The largest variance, m².
     var: f64,
-    /// Cells that a scan expects of it where it is in view.
+    /// Number of cells that a scan expects of it where it is in view.
     expected: f64,
 }
 
@@ -234,7 +234,7 @@ struct Marks {
     low: DVec2,
     square_m: f64,
     size: [usize; 2],
-    /// Of each square, where its landmarks begin.
+    /// Index of the first landmark of each square.
     from: Vec<u32>,
     marks: Vec<Mark>,
     largest_var: f64,
@@ -242,7 +242,7 @@ struct Marks {
 
 impl Marks {
     const SQUARE_M: f64 = 1.0;
-    /// Of about so many on, they grow with the map.
+    /// Number of squares from which on they grow with the map.
     const MOST_SQUARES: f64 = 4e6;
 
     fn new(landmarks: &[Landmark], s: &LocateSettings) -> Marks {
@@ -278,7 +278,7 @@ impl Marks {
         Marks { low, square_m, size, from, marks, largest_var }
     }
 
-    /// All within a radius, and some further.
+    /// Calls `each` for all within a radius, and some farther.
     fn near(&self, p: DVec2, radius_m: f64, mut each: impl FnMut(&Mark)) {
         let of = |x: f64, size: usize| (x / self.square_m).floor().clamp(-1.0, size as f64);
         let (a, b) = (p - self.low - radius_m, p - self.low + radius_m);
@@ -308,13 +308,14 @@ struct Match<'a> {
     points: &'a [Point],
     marks: &'a Marks,
     s: &'a LocateSettings,
-    /// Points that are no landmarks, per m².
+    /// Density of points that are not landmarks, 1/m².
     extra: f64,
 }
 
 impl Match<'_> {
     /// Calls `each` with (density, offset of the point from the landmark, inverse covariance) for the
-    /// landmarks near a point of the scan that lies there, turned by `turn`; the sum of the densities.
+    /// landmarks near a point of the scan that lies there, turned by `turn`; returns the sum of the
+    /// densities.
     fn near(
         &self,
         point: &Point,
@@ -355,7 +356,7 @@ impl Match<'_> {
         self.points.chunks(8).map(of_few).sum()
     }
 
-    /// With the landmarks that should have been seen.
+    /// Log-likelihood including the landmarks that should have been seen.
     fn log_likelihood(&self, p: &Pose) -> f64 {
         let turn = DMat2::from_angle(-p.heading_rad);
         let mut expected = 0.0;
@@ -393,7 +394,8 @@ impl Match<'_> {
         (g, info, explained)
     }
 
-    /// Gauss and Newton with damping, through (how much wider than their stds the points are, most rounds).
+    /// Damped Gauss-Newton through stages of (widening of the points' standard deviations, number of
+    /// iterations).
     fn refine(&self, start: Pose, stages: &[(f64, usize)]) -> Pose {
         let mut p = start;
         for &(widen, rounds) in stages {
@@ -426,7 +428,7 @@ impl Match<'_> {
         p
     }
 
-    /// Inverse of the change of the gradient, or of Gauss and Newton's information where that is not
+    /// Inverse of the derivative of the gradient, or of the Gauss-Newton information where that is not
     /// positive.
     fn covariance(&self, p: &Pose) -> Option<DMat3> {
         let (_, info, _) = self.gradient(p, 1.0);
@@ -559,11 +561,12 @@ fn grid(search: &Search, route: &[Pose], s: &LocateSettings) -> Result<(Vec<Pose
     Ok((out, ((2 * along + 1) * (2 * across + 1)) as usize))
 }
 
-/// The pose from which the scan was taken. The points must be static (see [`SignatureMap::add_scan`] for the test by
-/// range rate). Deterministic.
+/// Finds the pose from which a scan was taken. The points must be static (see [`SignatureMap::add_scan`] for
+/// the test by range rate). The result is deterministic.
 ///
 /// # Errors
-/// See [`LaneError`].
+/// Returns an error for an invalid setting or search, too few usable points, a map without trusted landmarks,
+/// a search that is too large, or if no pose explains the points.
 pub fn locate(
     map: &SignatureMap,
     points: &[ScanPoint],

@@ -1,8 +1,8 @@
-//! A map of static points, gathered along a drive with known poses.
+//! A map of static points, collected along a drive with known poses.
 //!
-//! Each landmark is a Gaussian place with a log odds of being there (occupancy grids: Moravec and Elfes 1985,
-//! here on points in place of cells): a hit raises it, a scan that should have seen it and did not lowers it,
-//! so that what was seen once fades. Feng, section 4.3.2.
+//! Each landmark is a Gaussian position with log odds of its existence (occupancy grids: Moravec and Elfes
+//! 1985, here on points in place of cells). A hit raises the log odds, and a scan that should have seen the
+//! landmark and did not lowers them, so that what was seen once fades. Feng, section 4.3.2.
 
 use crate::Measured;
 use crate::error::{self, LaneError};
@@ -12,18 +12,18 @@ use glam::{DMat2, DVec2};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Of the radar in the world.
+/// Pose of the radar in the world.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
-    /// Place along the world's x axis, m.
+    /// Position along the world's x axis, m.
     pub x_m: f64,
-    /// Place along the world's y axis, m.
+    /// Position along the world's y axis, m.
     pub y_m: f64,
-    /// Direction from the world's x axis, rad, positive left.
+    /// Direction from the world's x axis, rad, positive to the left.
     pub heading_rad: f64,
 }
 
-/// A point of a scan, seen from the radar.
+/// A point of a scan as seen from the radar.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScanPoint {
     /// Range, m.
@@ -34,11 +34,11 @@ pub struct ScanPoint {
     pub range_std_m: f64,
     /// Standard deviation of the azimuth, rad.
     pub azimuth_std_rad: f64,
-    /// With its standard deviation; points without one are taken as static.
+    /// Range rate with its standard deviation, m/s; points without one are taken as static.
     pub range_rate_mps: Option<[f64; 2]>,
 }
 
-/// Of the radar over ground in its own axes, m/s.
+/// Velocity of the radar over ground in its own axes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Velocity {
     /// Velocity along the boresight, m/s.
@@ -47,7 +47,7 @@ pub struct Velocity {
     pub left_mps: f64,
 }
 
-/// How a map is gathered.
+/// Settings of a [`SignatureMap`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MapSettings {
@@ -55,21 +55,22 @@ pub struct MapSettings {
     pub near_m: f64,
     /// Largest range of points that are used, m.
     pub far_m: f64,
-    /// Half the field of view about the radar's boresight.
+    /// Half the field of view about the radar's boresight, rad.
     pub half_view_rad: f64,
-    /// Points whose place is less sure are no use for the map.
+    /// Largest standard deviation of the position of points that are used, m.
     pub max_std_m: f64,
-    /// Added to every point: what does not average out (calibration, speckle of a body).
+    /// Standard deviation that is added to every point, m: what does not average out (calibration, speckle of
+    /// a body).
     pub floor_std_m: f64,
-    /// Squared Mahalanobis distance up to which a point is a landmark seen again.
+    /// Largest squared Mahalanobis distance at which a point counts as a known landmark.
     pub gate_chi2: f64,
-    /// Standard deviations of the range rate up to which a point is static.
+    /// Largest deviation of a static point's range rate, in standard deviations.
     pub static_sigmas: f64,
-    /// What a hit adds to a landmark's log odds.
+    /// Amount that a hit adds to a landmark's log odds.
     pub hit_log_odds: f64,
-    /// What a miss adds to a landmark's log odds, 0 or less.
+    /// Amount that a miss adds to a landmark's log odds, 0 or less.
     pub miss_log_odds: f64,
-    /// Log odds stay within this.
+    /// Largest magnitude of log odds.
     pub most_log_odds: f64,
 }
 
@@ -93,18 +94,18 @@ impl Default for MapSettings {
 /// A static point of the map.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Landmark {
-    /// Place in the world, m.
+    /// Position in the world, m.
     pub position_m: [f64; 2],
-    /// xx, xy, yy in m².
+    /// Covariance of the position: xx, xy, yy, m².
     pub covariance_m2: [f64; 3],
     /// Number of scans that saw it.
     pub hits: u32,
-    /// Logarithm of the odds that it is there.
+    /// Log odds that it exists.
     pub log_odds: f64,
 }
 
 impl Landmark {
-    /// Probability that it is there, 0 to 1.
+    /// Probability that it exists, 0 to 1.
     pub fn occupancy(&self) -> f64 {
         1.0 / (1.0 + (-self.log_odds).exp())
     }
@@ -118,7 +119,7 @@ impl Landmark {
         DMat2::from_cols(DVec2::new(xx, xy), DVec2::new(xy, yy))
     }
 
-    /// Moves to the mean of both places, as their covariances weigh them.
+    /// Moves to the mean of both positions, weighted by their covariances.
     fn take_in(&mut self, place: DVec2, covariance: DMat2) {
         let own = self.covariance();
         let gain = own * (own + covariance).inverse();
@@ -128,22 +129,22 @@ impl Landmark {
     }
 }
 
-/// What became of the points of a scan.
+/// Counts of what became of the points of a scan.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ScanCount {
-    /// Points that are landmarks seen again.
+    /// Number of points that are landmarks seen again.
     pub merged: usize,
-    /// Points that began landmarks.
+    /// Number of points that began landmarks.
     pub new: usize,
-    /// Points that move.
+    /// Number of moving points.
     pub moving: usize,
-    /// Not finite, out of range or view, or not sure enough of their place.
+    /// Number of points that are non-finite, out of range or view, or too uncertain in position.
     pub unusable: usize,
-    /// Landmarks in view that the scan did not see.
+    /// Number of landmarks in view that the scan did not see.
     pub missed: usize,
 }
 
-/// Landmarks by square.
+/// Landmarks grouped by square.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Index(BTreeMap<(i32, i32), Vec<usize>>);
 
@@ -151,7 +152,7 @@ const SQUARE_M: f64 = 2.0;
 
 fn square(p: DVec2) -> (i32, i32) {
     let q = (p / SQUARE_M).floor();
-    // `as` saturates: places beyond the planet share a square.
+    // `as` saturates: positions beyond the planet share a square.
     (q.x as i32, q.y as i32)
 }
 
@@ -178,7 +179,7 @@ impl Index {
         }
     }
 
-    /// All within `radius_m`, and some further.
+    /// Calls `each` for all within `radius_m`, and some farther.
     pub(super) fn near(&self, p: DVec2, radius_m: f64, mut each: impl FnMut(usize)) {
         let (low, high) = (square(p - radius_m), square(p + radius_m));
         for x in low.0..=high.0 {
@@ -189,7 +190,7 @@ impl Index {
     }
 }
 
-/// Landmarks with the poses of the drive that they were gathered on.
+/// Landmarks together with the poses of the drive along which they were collected.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignatureMap {
     settings: MapSettings,
@@ -209,7 +210,7 @@ impl Pose {
 }
 
 impl ScanPoint {
-    /// Place in the radar's axes and its covariance, without a point that cannot be used.
+    /// Position in the radar's axes and its covariance; None for a point that cannot be used.
     pub(super) fn place(&self, floor_std_m: f64) -> Option<(DVec2, DMat2)> {
         let stds = [self.range_std_m, self.azimuth_std_rad];
         let good = self.range_m.is_finite()
@@ -255,19 +256,20 @@ impl MapSettings {
 }
 
 impl SignatureMap {
-    /// An empty map.
+    /// Makes an empty map.
     ///
     /// # Errors
-    /// Refuses a setting outside its range.
+    /// Returns an error for a setting outside its range.
     pub fn new(settings: MapSettings) -> Result<Self, LaneError> {
         settings.check()?;
         Ok(Self { settings, landmarks: Vec::new(), route: Vec::new(), index: Index::default() })
     }
 
-    /// A stored map. Landmarks that are not finite are refused.
+    /// Makes a map from stored landmarks and poses.
     ///
     /// # Errors
-    /// Landmarks that are not finite; settings outside their ranges.
+    /// Returns an error for a setting outside its range, for a landmark whose values are non-finite or whose
+    /// covariance is not positive definite, or for a non-finite pose.
     pub fn from_parts(
         settings: MapSettings,
         landmarks: Vec<Landmark>,
@@ -300,11 +302,12 @@ impl SignatureMap {
         &self.settings
     }
 
-    /// Adds the static points of a scan. `pose_std`: of x, y (m) and heading (rad) of the pose. Without a
-    /// velocity every point is taken as static.
+    /// Adds the static points of a scan. `pose_std` holds the standard deviations of the pose in x, y (m) and
+    /// heading (rad). Without a velocity every point is taken as static.
     ///
     /// # Errors
-    /// A pose, velocity or point that is not finite.
+    /// Returns an error if the pose or the velocity is non-finite, or a standard deviation of the pose is
+    /// non-finite or negative. Non-finite points are counted as unusable.
     pub fn add_scan(
         &mut self,
         pose: Pose,
@@ -344,7 +347,7 @@ impl SignatureMap {
             }
             seen.push((pose.place() + out, cov));
         }
-        // Nearest pairs first; a landmark gives one point of a scan.
+        // Nearest pairs first; a landmark takes one point of a scan.
         let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
         for (i, (place, cov)) in seen.iter().enumerate() {
             let radius = s.gate_chi2.sqrt() * (largest_std_m(cov) + s.max_std_m);
@@ -375,7 +378,7 @@ impl SignatureMap {
             self.index.shift(j, before, l.place());
             count.merged += 1;
         }
-        // What stands in view and was not seen fades.
+        // Landmarks in view that were not seen fade.
         let mut missed = Vec::new();
         self.index.near(pose.place(), s.far_m, |j| {
             let d = turn.transpose() * (self.landmarks[j].place() - pose.place());
@@ -406,8 +409,8 @@ impl SignatureMap {
         Ok(count)
     }
 
-    /// Joins landmarks that lie within each other's gate (an outlying point has begun a second one), then
-    /// takes out those with fewer hits or a lower occupancy (0 to 1).
+    /// Merges landmarks that lie within each other's gate (an outlier has begun a second one), then removes
+    /// those with fewer than `least_hits` hits or an occupancy (0 to 1) below `least_occupancy`.
     pub fn prune(&mut self, least_hits: u32, least_occupancy: f64) {
         let mut order: Vec<usize> = (0..self.landmarks.len()).collect();
         order.sort_by_key(|i| std::cmp::Reverse(self.landmarks[*i].hits));

@@ -1,5 +1,6 @@
-//! The marker row beside a vehicle, out of its scans: points at rest are gathered along the vehicle's own way (dead reckoning over
-//! some ten metres), the row is the strip with most of them, and its points are turned to places along and beside it.
+//! Extracts the marker row beside a vehicle from its scans. Stationary points are collected along the
+//! vehicle's own path (dead reckoning over some ten metres); the row is the strip with most of them, and its
+//! points are converted to positions along and beside it.
 
 use super::codewords::{Alphabet, Code, ReadSettings, Reader, Reading, RowPoint, Zone};
 use super::map::{MapSettings, Pose, ScanPoint, SignatureMap};
@@ -8,36 +9,37 @@ use crate::error::{self, LaneError};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-/// Which row, and how it is written.
+/// Settings of a marker row and of how it is read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RowOptions {
     /// Name of the row, which readings state.
     pub name: String,
-    /// Where the row's line passes beside the vehicle, positive left, m: from and to.
+    /// Least and largest lateral position of the row's line beside the vehicle, m, positive to the left.
     pub beside_m: [f64; 2],
     /// The code of the row's words.
     pub code: Code,
-    /// How the bits stand in the row.
+    /// How bits are written in the row.
     pub alphabet: Alphabet,
     /// How words are read.
     pub read: ReadSettings,
-    /// Points nearer or farther than this are not taken, m.
+    /// Least and largest range of points that are used, m.
     pub range_m: [f64; 2],
-    /// Half the width of the strip, m, beyond what the alphabet takes.
+    /// Half the width of the strip beyond what the alphabet takes, m.
     pub half_m: f64,
-    /// Scans in which a point was seen, at least.
+    /// Least number of scans in which a point was seen.
     pub least_hits: u32,
-    /// Way that is remembered, m.
+    /// Length of path that is remembered, m.
     pub memory_m: f64,
-    /// Of each point of the row beyond its own uncertainty: dead reckoning, and markers not quite in place, m.
+    /// Standard deviation of each point of the row beyond its own uncertainty, m: dead reckoning, and markers
+    /// slightly out of place.
     pub floor_std_m: f64,
-    /// Of the angle of what lies ahead, rad: a pair of markers in one cell draws its angle aside over many scans, and does not
-    /// average out.
+    /// Standard deviation of the angle of points ahead, rad: a pair of markers in one cell biases its angle
+    /// over many scans, which does not average out.
     pub angle_floor_rad: f64,
 }
 
 impl RowOptions {
-    /// Usual settings for a row of this name, place, code and alphabet.
+    /// Makes default settings for a row of this name, lateral position, code and alphabet.
     pub fn new(name: &str, beside_m: [f64; 2], code: Code, alphabet: Alphabet) -> RowOptions {
         RowOptions {
             name: name.into(),
@@ -62,24 +64,25 @@ impl RowOptions {
     }
 }
 
-/// A row as it was picked: its points, and where they lie in the frame of the points given.
+/// A row that was picked: its points and their origin.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Picked {
     /// The points of the row.
     pub points: Vec<RowPoint>,
-    /// Indices of what was given.
+    /// Indices of the points in the input.
     pub members: Vec<usize>,
 }
 
-/// Largest slope (rad) and curvature (1/m) of a row against the way that the vehicle takes.
+/// Largest slope (rad) and curvature (1/m) of a row relative to the vehicle's path.
 const MOST_SLOPE: f64 = 0.06;
 const MOST_BEND_PER_M: f64 = 0.01;
-/// A row has at least so many points.
+/// Least number of points of a row.
 const LEAST: usize = 5;
 
-/// Picks a row out of places given as (along, beside) the vehicle's way, with their standard deviations, the vehicle at (0, 0): of
-/// the lines that pass beside the vehicle within `options.beside_m` the one with most places near it. `bend_per_m`: curvature of the
-/// way, which makes lengths beside it longer or shorter. None where there are fewer than five.
+/// Picks a row from positions (along, beside) the vehicle's path, m, with their standard deviations; the
+/// vehicle is at (0, 0). Of the lines that pass beside the vehicle within `options.beside_m` it takes the one
+/// with most positions near it. `bend_per_m` is the curvature of the path, which stretches or shortens
+/// lengths beside it. None for fewer than five points.
 pub fn pick(places: &[(DVec2, [f64; 2])], options: &RowOptions, bend_per_m: f64) -> Option<Picked> {
     let side = options.side_m();
     let half = options.half_m + side;
@@ -112,7 +115,7 @@ pub fn pick(places: &[(DVec2, [f64; 2])], options: &RowOptions, bend_per_m: f64)
                 continue;
             }
             let n = inside(a, b, 0.0, half).len();
-            // The first of equals stays: the order of the places decides, not chance.
+            // The first of equals stays, so that the order of the positions decides, not chance.
             if n > best.0 {
                 best = (n, a, b, 0.0);
             }
@@ -165,7 +168,7 @@ pub fn pick(places: &[(DVec2, [f64; 2])], options: &RowOptions, bend_per_m: f64)
     Some(Picked { points, members })
 }
 
-/// Least squares of y = a + b x + c x²/2; a line where the points do not bear a bend.
+/// Least squares fit of y = a + b x + c x²/2, with priors that keep slope and curvature small.
 fn parabola(points: &[(DVec2, [f64; 2])]) -> Option<[f64; 3]> {
     use glam::{DMat3, DVec3};
     let (mut m, mut r) = (DMat3::ZERO, DVec3::ZERO);
@@ -175,15 +178,16 @@ fn parabola(points: &[(DVec2, [f64; 2])]) -> Option<[f64; 3]> {
         m += DMat3::from_cols(j * j.x, j * j.y, j * j.z) * w;
         r += j * (p.y * w);
     }
-    // A row of a lane is nearly parallel to the way: slopes and bends are small until points say otherwise.
+    // A row of a lane is nearly parallel to the path: slopes and curvatures are small unless points show
+    // otherwise.
     m.y_axis.y += 0.02f64.powi(-2);
     m.z_axis.z += 0.002f64.powi(-2);
     let out = m.inverse() * r;
     out.is_finite().then(|| out.to_array())
 }
 
-/// Where the middle between both sides of a zigzag lies against the line: of all places, the one that leaves its points least far
-/// from a side.
+/// Lateral position of the centre between both sides of a zigzag relative to the line: the one that leaves
+/// its points closest to a side.
 fn middle(members: &[usize], places: &[(DVec2, [f64; 2])], [a, b, c]: [f64; 3]) -> f64 {
     let off: Vec<f64> = members
         .iter()
@@ -206,34 +210,34 @@ fn middle(members: &[usize], places: &[(DVec2, [f64; 2])], [a, b, c]: [f64; 3]) 
     0.5 * (up + down)
 }
 
-/// What was read from one row.
+/// The word that was read from one row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ZoneReading {
-    /// As in [`RowOptions`].
+    /// Name of the row, as in [`RowOptions`].
     pub row: String,
     /// The word as it was read.
     pub reading: Reading,
-    /// What the word says, where it is sure and has a meaning.
+    /// Meaning of the word, where it is certain and has one.
     pub zone: Option<Zone>,
 }
 
-/// Gathers one row along the way of a vehicle and reads its word.
+/// Collects one row along the path of a vehicle and reads its word.
 #[derive(Debug, Clone)]
 pub struct RowReader {
     options: RowOptions,
     reader: Reader,
     map: SignatureMap,
-    /// Of the vehicle, by dead reckoning, one for each scan.
+    /// Poses of the vehicle by dead reckoning, one for each scan.
     way: Vec<Pose>,
     yaw_rate_rad_per_s: f64,
     speed_mps: f64,
 }
 
 impl RowReader {
-    /// A reader of rows with its options.
+    /// Makes a reader of one row.
     ///
     /// # Errors
-    /// A code or settings outside their ranges.
+    /// Returns an error for an option, code or setting outside its range.
     pub fn new(options: RowOptions) -> Result<RowReader, LaneError> {
         let [near, far] = options.range_m;
         let rules: [(&'static str, bool); 6] = [
@@ -268,7 +272,8 @@ impl RowReader {
         &self.reader
     }
 
-    /// Adds the standing points of a scan, taken `dt_s` after the one before, in which the vehicle went at a mean speed.
+    /// Adds the stationary points of a scan, taken `dt_s` after the one before, between which the vehicle
+    /// moved at a mean speed.
     pub fn add(
         &mut self,
         dt_s: f64,
@@ -282,7 +287,7 @@ impl RowReader {
             return;
         }
         let way_m = speed.value * dt_s;
-        // A jump in time or place: what was gathered is elsewhere.
+        // A jump in time or position: what was collected is elsewhere.
         if dt_s < 0.0 || way_m.abs() > 0.5 * self.options.memory_m.max(1.0) {
             self.forget();
         }
@@ -300,7 +305,7 @@ impl RowReader {
             return;
         }
         self.way.push(now);
-        // What lies far behind is forgotten.
+        // Landmarks far behind are dropped.
         let most = self.options.memory_m + self.options.range_m[1];
         let near = |l: &super::map::Landmark| DVec2::from_array(l.position_m).distance(now.place()) <= most;
         if self.map.landmarks().iter().any(|l| !near(l)) {
@@ -313,7 +318,7 @@ impl RowReader {
         self.way.drain(..excess);
     }
 
-    /// Begins anew.
+    /// Drops everything that was collected.
     pub fn forget(&mut self) {
         self.way.clear();
         if let Ok(map) = SignatureMap::new(RowReader::settings(&self.options)) {
@@ -321,13 +326,13 @@ impl RowReader {
         }
     }
 
-    /// The row as gathered so far.
+    /// The row as collected so far; None without enough points.
     pub fn picked(&self) -> Option<Picked> {
         let now = *self.way.last()?;
         let mut map = self.map.clone();
         map.prune(self.options.least_hits, 0.0);
         let bend = if self.speed_mps.abs() > 0.5 { self.yaw_rate_rad_per_s / self.speed_mps } else { 0.0 };
-        // Yaw rates are noisy: of the way itself, where there is enough of it.
+        // Yaw rates are noisy: the curvature is that of the path itself where that is long enough.
         let bend = self.bend_per_m().unwrap_or(bend);
         let places: Vec<(DVec2, [f64; 2])> = map
             .landmarks()
@@ -336,7 +341,7 @@ impl RowReader {
                 let q =
                     DVec2::from_angle(-now.heading_rad).rotate(DVec2::from_array(l.position_m) - now.place());
                 let [xx, xy, yy] = l.covariance_m2;
-                // Along and beside the way where the place is.
+                // Positions along and beside the path at each landmark.
                 let (along, beside) = along_arc(q, bend)?;
                 let u = DVec2::from_angle(now.heading_rad + bend * along);
                 let spread =
@@ -349,26 +354,26 @@ impl RowReader {
         pick(&places, &self.options, bend)
     }
 
-    /// Of the way over the last twenty metres.
+    /// Curvature of the path over the last twenty metres, 1/m.
     fn bend_per_m(&self) -> Option<f64> {
         let last = self.way.last()?;
         let first = self.way.iter().rev().find(|p| p.place().distance(last.place()) > 20.0)?;
         Some((last.heading_rad - first.heading_rad) / last.place().distance(first.place()))
     }
 
-    /// The word, of all that was gathered.
+    /// Reads the word from all that was collected.
     ///
     /// # Errors
-    /// No row, or no word in it.
+    /// Returns an error if there is no row or no word in it.
     pub fn read(&self) -> Result<Reading, LaneError> {
         let picked = self.picked().ok_or(LaneError::too_few("usable points", 0, LEAST))?;
         self.reader.read(&[picked.points])
     }
 
-    /// The word with what it says.
+    /// Reads the word together with its meaning.
     ///
     /// # Errors
-    /// No row, or no word in it.
+    /// Returns an error if there is no row or no word in it.
     pub fn zone(&self) -> Result<ZoneReading, LaneError> {
         let reading = self.read()?;
         let has_zones = self.options.code == Code::Bch15x7 && reading.sure;
@@ -377,7 +382,7 @@ impl RowReader {
     }
 }
 
-/// Along and to the left of a circle through the origin that starts along x; None beyond half of it.
+/// Position along and to the left of a circle through the origin that starts along x; None beyond half of it.
 fn along_arc(p: DVec2, bend_per_m: f64) -> Option<(f64, f64)> {
     if bend_per_m.abs() < 1e-6 {
         return Some((p.x, p.y));

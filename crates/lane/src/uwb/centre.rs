@@ -1,9 +1,9 @@
-//! Where along the road the middle of a marker pass lies.
+//! Finds the centre of a marker pass along the road.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What counts as the centre of a marker pass.
+/// Definition of the centre of a marker pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Centre {
@@ -14,12 +14,13 @@ pub enum Centre {
     Centroid,
     /// Midway between the rise and the fall through the release level.
     Edges,
-    /// Where a window of one plate length with sloping ends holds the most energy: a matched filter between
-    /// those of a mirror (a box) and of a rough plate (a hump). Least spacing error over both shapes.
+    /// The position where a window of one plate length with sloping ends holds the most energy: a matched
+    /// filter between those of a mirror (a box) and of a rough plate (a hump). It has the least spacing error
+    /// over both shapes.
     Matched,
-    /// As [`Centre::Matched`] on the energy between the release level and the threshold, what is above or below cut off. A smooth
-    /// plate's echo has side lobes to the side: a radar that drifts by centimetres along a plate sees its energy rise or fall
-    /// several times over, which draws the centre of the energy to the brighter end.
+    /// As [`Centre::Matched`], on the energy clipped to between the release level and the threshold. A smooth
+    /// plate's echo has sidelobes to the side: a radar that drifts by centimetres along a plate sees its
+    /// energy rise or fall several times over, which draws the centre of the energy to the brighter end.
     Level,
 }
 
@@ -33,7 +34,7 @@ pub(super) struct Sample {
 }
 
 /// Centroid of the energy above `release` in the samples from `first` to `last`, which rise and fall at
-/// `ends_m`.
+/// `ends_m`, m along the road.
 pub(super) fn centroid_m(
     samples: &[Sample],
     first: usize,
@@ -48,7 +49,7 @@ pub(super) fn centroid_m(
         let to = if i < last { samples[i + 1].distance_m } else { ends_m[1] };
         let w = (s.energy - release).max(0.0) * (to - from);
         weight += w;
-        // From the start on, which keeps the digits on long drives.
+        // Measured from the start, which keeps precision on long drives.
         moment += w * (s.distance_m - ends_m[0]);
     }
     let centre = ends_m[0] + moment / weight;
@@ -58,13 +59,13 @@ pub(super) fn centroid_m(
 /// Share of the window's length by which each end slopes inwards and outwards. Of 0, 0.1, 0.2, 0.3 and 0.4 on
 /// mirror and rough plates with speckle, 0.2 beats the centroid on both.
 const WINDOW_SLOPE: f64 = 0.2;
-/// Windows of which the sloping one is the mean.
+/// Number of windows whose mean is the sloping one.
 const WINDOWS: usize = 5;
-/// Places tried along a pass.
+/// Number of places tried along a pass.
 const WINDOW_PLACES: usize = 256;
 
-/// Centre, within the pass, of the sloping window of `length_m` that holds the most energy; energies run
-/// straight from sample to sample. Windows that share the maximum give their middle.
+/// Centre, within the pass, of the sloping window of `length_m` that holds the most energy; energies are
+/// linear between samples. Windows that share the maximum give their middle.
 pub(super) fn matched_m(samples: &[Sample], ends_m: [f64; 2], length_m: f64) -> f64 {
     let middle_m = (ends_m[0] + ends_m[1]) / 2.0;
     // Integral of the energy from the first sample on.
@@ -85,7 +86,7 @@ pub(super) fn matched_m(samples: &[Sample], ends_m: [f64; 2], length_m: f64) -> 
                 let slope = (b.energy - a.energy) / (b.distance_m - a.distance_m);
                 integral[i - 1] + d * (a.energy + slope * d / 2.0)
             }
-            // Beyond the samples the outermost energy goes on.
+            // Beyond the samples the outermost energy continues.
             (Some(a), None) => total + (x_m - a.distance_m) * a.energy,
             (None, Some(b)) => (x_m - b.distance_m) * b.energy,
             (None, None) => 0.0,
@@ -112,7 +113,8 @@ pub(super) fn matched_m(samples: &[Sample], ends_m: [f64; 2], length_m: f64) -> 
     ends_m[0] + sum / count as f64
 }
 
-/// [`matched_m`] on the energy cut off below `release` and above `threshold`; on the energy itself where these are one.
+/// [`matched_m`] on the energy clipped below `release` and above `threshold`; on the energy itself where
+/// these are equal.
 pub(super) fn level_m(
     samples: &[Sample],
     [release, threshold]: [f64; 2],
@@ -127,7 +129,7 @@ pub(super) fn level_m(
     matched_m(&levels, ends_m, length_m)
 }
 
-/// Time at which the radar was at this distance.
+/// Time at which the radar was at this distance, s.
 pub(super) fn time_at(samples: &[Sample], distance_m: f64) -> f64 {
     let i = samples.partition_point(|s| s.distance_m <= distance_m);
     match (i.checked_sub(1).map(|k| samples[k]), samples.get(i)) {

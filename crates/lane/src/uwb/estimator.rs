@@ -1,5 +1,5 @@
-//! The method behind the interface of all lane estimators: scans of one radar ([`UwbLanes`]) or of a left and a right one
-//! ([`UwbLanes::pair`]), from any source.
+//! The UWB method behind the interface of all lane estimators, with scans of one radar ([`UwbLanes`]) or of a
+//! left and a right one ([`UwbLanes::pair`]), from any source.
 
 use crate::curve::{Clothoid, Fitted, Shape};
 use crate::error::{LaneError, checked, finite};
@@ -7,23 +7,24 @@ use crate::side::Side;
 use crate::uwb::{Event, EventKind, GateEcho, RangeAxis, RangeGate, Uwb, UwbConfig, Verdict};
 use crate::{LaneEstimate, LaneEstimator, Line, Measured, SensorInput};
 
-/// As on the command line.
+/// The method's name, as on the command line.
 pub const METHOD: &str = "uwb";
 
-/// The mean scan of a road without markers. Taken from each scan it leaves what is not always there: the mirror reflection of a
-/// flat road under the radar is, and may be hundreds of times as strong as a marker beside it.
+/// The mean scan of a road without markers. Subtracted from each scan, it removes what is always there: the
+/// mirror reflection of a flat road under the radar, which may be hundreds of times as strong as a marker
+/// beside it.
 ///
-/// It holds while radar, height and road stay as they were.
+/// It is valid as long as radar, height and road stay the same.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Background {
     mean: Vec<f64>,
 }
 
 impl Background {
-    /// Of scans of equal length.
+    /// Averages scans of equal length.
     ///
     /// # Errors
-    /// No scans, other lengths, samples that are not finite.
+    /// Returns an error if there is no scan, if lengths differ, or if a sample is non-finite.
     pub fn of<'a>(scans: impl IntoIterator<Item = &'a [f64]>) -> Result<Background, LaneError> {
         let mut mean: Vec<f64> = Vec::new();
         let mut count = 0.0;
@@ -47,15 +48,15 @@ impl Background {
         }
     }
 
-    /// The mean scan, one value a sample.
+    /// Mean scan, one value per sample.
     pub fn mean(&self) -> &[f64] {
         &self.mean
     }
 
-    /// The scan without the background.
+    /// Subtracts the background from a scan.
     ///
     /// # Errors
-    /// A scan of another length.
+    /// Returns an error if the scan has another length.
     pub fn taken_from(&self, scan: &[f64]) -> Result<Vec<f64>, LaneError> {
         if scan.len() != self.mean.len() {
             let (found, expected) = (scan.len(), self.mean.len());
@@ -65,24 +66,24 @@ impl Background {
     }
 }
 
-/// What one radar's scans mean.
+/// Options of one radar for [`UwbLanes`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct UwbOptions {
-    /// Of the samples of [`SensorInput::pulse`].
+    /// Range axis of the samples of [`SensorInput::pulse`].
     pub axis: RangeAxis,
-    /// The ranges from which echoes are summed.
+    /// Ranges over which echoes are summed.
     pub gate: RangeGate,
-    /// Taken from each scan first; None takes the scans as they are, as Kim does.
+    /// Background that is subtracted from each scan first; None takes the scans as they are, as Kim does.
     pub background: Option<Background>,
     /// Settings of the search for markers.
     pub config: UwbConfig,
-    /// Of the line that the radar looks at.
+    /// Side of the line that the radar observes.
     pub side: Side,
-    /// Of the radar in the vehicle's level frame, m.
+    /// Position of the radar in the vehicle's level frame, m.
     pub at_m: [f64; 2],
     /// Standard deviation of the lateral distance that [`UwbConfig::offset`] gives, m.
     pub offset_std_m: f64,
-    /// Without it a single line does not tell where the vehicle is in its lane.
+    /// Width of the lane, m. Without it a single line does not tell the vehicle's position in its lane.
     pub lane_width_m: Option<f64>,
 }
 
@@ -99,7 +100,8 @@ impl UwbOptions {
     /// Energy and strongest range of a scan, Kim (6).
     ///
     /// # Errors
-    /// An empty scan, samples that are not finite, samples that do not cover the gate.
+    /// Returns an error for an empty scan, non-finite samples, a scan of another length than the background,
+    /// or samples that do not cover the gate.
     pub fn echo(&self, scan: &[f64]) -> Result<GateEcho, LaneError> {
         if scan.is_empty() {
             return Err(LaneError::Empty);
@@ -114,7 +116,7 @@ impl UwbOptions {
         }
     }
 
-    /// What the last markers tell of the line; None where they told no offset.
+    /// The course of the line by the last markers; None where they gave no offset.
     fn course(&self, uwb: &Uwb) -> Option<Course> {
         let mut last = uwb.offsets_since();
         let (since_m, offset_m) = last.next()?;
@@ -122,8 +124,9 @@ impl UwbOptions {
         Some(Course::of(offset_m, since_m, before, self.offset_std_m, self.config.spacing_m))
     }
 
-    /// The line that the radar has seen: from the marker before the last one to where the next one is due, or to the radar if that is
-    /// farther. Nothing is known beyond; from the last marker on the deviation grows.
+    /// The line that the radar has seen: from the marker before the last one to where the next one is due, or
+    /// to the radar if that is farther. Nothing is known beyond; after the last marker the standard deviation
+    /// grows.
     fn line(&self, course: &Course, confidence: f64) -> Line {
         let y_m = self.at_m[1] + self.side.sign() * course.at_radar_m();
         let heading_rad = self.side.sign() * course.slope.atan();
@@ -144,13 +147,13 @@ impl UwbOptions {
         Line { fitted, confidence, members: Vec::new() }
     }
 
-    /// Of the vehicle against the line, positive left; None before two markers told it.
+    /// Heading of the vehicle relative to the line, rad, positive to the left; None before two markers.
     fn heading(&self, course: &Course) -> Option<Measured> {
         let value = -self.side.sign() * course.slope.atan();
         course.two.then(|| Measured { value, std: course.slope_variance.sqrt() })
     }
 
-    /// Of the line from the vehicle's reference point, towards the radar's side.
+    /// Distance of the line from the vehicle's reference point towards the radar's side, m.
     fn beside_vehicle(&self, course: &Course) -> Measured {
         let turn = course.slope.atan();
         let from_radar_m = course.at_radar_m() + self.side.sign() * self.at_m[1];
@@ -159,22 +162,23 @@ impl UwbOptions {
     }
 }
 
-/// Standard deviation of a vehicle's heading against its lane, before markers tell it: a degree, at 50 km/h 0.24 m/s to the side.
+/// Standard deviation of a vehicle's heading relative to its lane before markers tell it, rad: a degree,
+/// which is 0.24 m/s to the side at 50 km/h.
 const HEADING_STD_RAD: f64 = 0.0175;
 
-/// A straight line by the last two markers and by how far vehicles head away from their lane; more markers lie too far back for one that
-/// sways. Offsets are towards the line.
+/// A straight line by the last two markers and the prior of vehicles' headings; more markers lie too far back
+/// for a vehicle that sways. Offsets are towards the line.
 #[derive(Debug, Clone, Copy)]
 struct Course {
-    /// At the last marker.
+    /// Offset at the last marker, m.
     offset_m: f64,
-    /// Road since then.
+    /// Road since the last marker, m.
     since_m: f64,
-    /// From the marker before, or from where it would be.
+    /// Distance from the marker before, or from where it would be, m.
     apart_m: f64,
-    /// Metres of offset per metre of road.
+    /// Slope, metres of offset per metre of road.
     slope: f64,
-    /// Two markers told it.
+    /// Whether two markers determined it.
     two: bool,
     offset_variance: f64,
     slope_variance: f64,
@@ -182,8 +186,9 @@ struct Course {
 }
 
 impl Course {
-    /// From the offset at the last marker, the road since, and the road from the marker before with the offset there: the most probable
-    /// line when each offset has the deviation `std_m`.
+    /// Makes the course from the offset at the last marker, the road since, and the offset at the marker
+    /// before with the road from there: the most probable line when each offset has the standard deviation
+    /// `std_m`.
     fn of(last_m: f64, since_m: f64, before: Option<(f64, f64)>, std_m: f64, spacing_m: f64) -> Course {
         let (variance, turn) = (std_m * std_m, HEADING_STD_RAD * HEADING_STD_RAD);
         let alone = Course {
@@ -197,7 +202,7 @@ impl Course {
             covariance: 0.0,
         };
         let Some((apart_m, before_m)) = before else { return alone };
-        // The marker before says what last - slope x apart is, with the variances of both.
+        // The marker before measures last - slope x apart, with the variances of both.
         let surprise = last_m - before_m;
         let spread = 2.0 * variance + apart_m * apart_m * turn;
         let (gain, slope_gain) = (variance / spread, apart_m * turn / spread);
@@ -217,16 +222,16 @@ impl Course {
         self.offset_m + self.slope * self.since_m
     }
 
-    /// Of the offset so far beyond the last marker.
+    /// Variance of the offset at `beyond_m` after the last marker, m².
     fn variance(&self, beyond_m: f64) -> f64 {
         self.offset_variance + beyond_m * (2.0 * self.covariance + beyond_m * self.slope_variance)
     }
 }
 
-/// No vehicle is faster, m/s: a larger speed is a broken one.
+/// Largest speed of a vehicle, m/s; a larger one is an error.
 const FASTEST_MPS: f64 = 150.0;
 
-/// The bus speed of a look. Errors: none; one that no vehicle has.
+/// Bus speed of a look, m/s. Fails if there is none or if it is larger than any vehicle's.
 fn speed(input: &SensorInput<'_>) -> Result<f64, LaneError> {
     let value = input.speed_mps.ok_or(LaneError::NoSpeed)?.value;
     match value > FASTEST_MPS {
@@ -235,12 +240,12 @@ fn speed(input: &SensorInput<'_>) -> Result<f64, LaneError> {
     }
 }
 
-/// Samples of all scans of a look.
+/// Number of samples in all scans of a look.
 fn given(input: &SensorInput<'_>) -> usize {
     input.scans.iter().map(|s| s.samples.len()).sum::<usize>() + input.pulse.map_or(0, <[f64]>::len)
 }
 
-/// What the last scan of a look leaves, those before it taken first.
+/// Processes all scans of a look in order and returns the result of the last.
 fn all_scans(
     input: &SensorInput<'_>,
     mut take: impl FnMut(&SensorInput<'_>) -> Result<LaneEstimate, LaneError>,
@@ -265,15 +270,15 @@ fn all_scans(
     estimate
 }
 
-/// Why there is no lane at present, from what has come so far.
+/// History of passes, which tells why there is no lane at present.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct PassHistory {
     passes: usize,
-    /// Right spacings in a row that the lane stands on.
+    /// Number of successive right spacings on which the lane rests.
     chain: usize,
-    /// Distance at which the missing marker was due.
+    /// Distance at which the missing marker was due, m.
     left_at_m: Option<f64>,
-    /// Passes that did not end within a spacing, since the last that did.
+    /// Number of passes that did not end within a spacing, since the last that did.
     endless: usize,
 }
 
@@ -318,7 +323,7 @@ impl PassHistory {
     }
 }
 
-/// A radar and what its scans have told so far.
+/// A radar and the state from its scans so far.
 #[derive(Debug, Clone)]
 struct Radar {
     options: UwbOptions,
@@ -333,30 +338,32 @@ impl Radar {
     }
 }
 
-/// One radar and one line, or a left and a right radar of the same kind. [`SensorInput::pulse`] and each of [`SensorInput::scans`] holds a scan of it,
-/// or the left one's scan and then the right one's, equally long.
+/// Finds the lane by one radar and one line, or by a left and a right radar of the same kind.
+/// [`SensorInput::pulse`] and each of [`SensorInput::scans`] hold one scan, or the left scan followed by the
+/// right one, equally long.
 #[derive(Debug, Clone)]
 pub struct UwbLanes {
-    /// One, or left and right.
+    /// One radar, or left and right.
     radars: Vec<Radar>,
     lane_width_m: Option<f64>,
     event: Option<Event>,
 }
 
 impl UwbLanes {
-    /// Refuses options that contradict each other.
+    /// Makes the estimator for one radar.
     ///
     /// # Errors
-    /// The options that contradict each other.
+    /// Returns an error for the first option that is out of range or contradicts another.
     pub fn new(options: UwbOptions) -> Result<UwbLanes, LaneError> {
         let lane_width_m = options.lane_width_m;
         Ok(UwbLanes { radars: vec![Radar::new(options)?], lane_width_m, event: None })
     }
 
-    /// Refuses options that contradict each other, a right radar that is left of the left one, and a missing lane width.
+    /// Makes the estimator for a left and a right radar.
     ///
     /// # Errors
-    /// The options that contradict each other.
+    /// Returns an error for an option out of range or in contradiction to another, for a right radar that is
+    /// left of the left one, or for a missing lane width.
     pub fn pair(left: UwbOptions, right: UwbOptions) -> Result<UwbLanes, LaneError> {
         let width_m = left.lane_width_m.or(right.lane_width_m);
         let width_m = width_m.ok_or(LaneError::Missing { what: "lane width" })?;
@@ -374,12 +381,12 @@ impl UwbLanes {
         Ok(UwbLanes { radars, lane_width_m: Some(width_m), event: None })
     }
 
-    /// What the last scan brought, of two radars the right one's; None when it was refused.
+    /// Event of the last scan, of two radars the right one's; None when the scan was refused.
     pub fn event(&self) -> Option<&Event> {
         self.event.as_ref()
     }
 
-    /// The first radar's passes: odometer, trend, distance.
+    /// The first radar's state: passes, odometer, trend, distance.
     pub fn core(&self) -> &Uwb {
         &self.radars[0].uwb
     }
@@ -399,7 +406,7 @@ impl UwbLanes {
         let echoes: Vec<GateEcho> =
             self.radars.iter().zip(scans).map(|(r, scan)| r.options.echo(scan)).collect::<Result<_, _>>()?;
         let speed_mps = speed(input)?;
-        // When either scan is refused neither is taken.
+        // If either scan is refused, neither is taken.
         for (r, e) in self.radars.iter().zip(&echoes) {
             r.uwb.check_scan(e.energy, e.strongest_range_m, input.time_s, speed_mps)?;
         }
@@ -414,7 +421,7 @@ impl UwbLanes {
         if there.is_empty() {
             return Err(LaneError::refused(last.story.why_not(last.options.config.spacing_m)));
         }
-        // Without an offset the lane is there, and nobody knows where.
+        // Without an offset the lane is present, but its position is unknown.
         let (mut lines, mut headings, mut asides) = (Vec::new(), Vec::new(), [None; 2]);
         for r in &there {
             let Some(course) = r.options.course(&r.uwb) else { continue };
@@ -552,8 +559,8 @@ mod tests {
         assert!(why[why.len() - 1].contains("something else than plates"), "{}", why[why.len() - 1]);
     }
 
-    /// Of a line that comes nearer by 2 % the two last markers tell the slope as far as their deviations let them; it ends where the next
-    /// one is due.
+    /// The slope of a line that comes nearer by 2 % follows from the two last markers as far as their
+    /// standard deviations allow; the line ends where the next one is due.
     #[test]
     fn a_line_is_stated_as_far_as_it_was_seen() {
         let mut uwb = lanes();

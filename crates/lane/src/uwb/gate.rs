@@ -6,23 +6,23 @@ use serde::{Deserialize, Serialize};
 
 const SPEED_OF_LIGHT_MPS: f64 = 299_792_458.0;
 
-/// What the range gate follows from: the mounting and the markers. Metres.
+/// The mounting and the markers that determine the range gate; all lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MarkedLane {
-    /// Height of the radar above the road, H_r.
+    /// Height of the radar above the road, H_r, m.
     pub height_m: f64,
-    /// Width of the lane, W_l.
+    /// Width of the lane, W_l, m.
     pub lane_width_m: f64,
-    /// Width of the car, W_c.
+    /// Width of the car, W_c, m.
     pub car_width_m: f64,
-    /// From one plate's start to the next one's, L_s.
+    /// Distance from one plate's start to the next one's, L_s, m.
     pub spacing_m: f64,
-    /// Length of a plate, L_l.
+    /// Length of a plate, L_l, m.
     pub plate_length_m: f64,
 }
 
-/// The ranges from which echoes are summed. One-way, metres.
+/// The one-way ranges over which echoes are summed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RangeGate {
@@ -32,31 +32,31 @@ pub struct RangeGate {
     pub max_m: f64,
 }
 
-/// Ranges of the samples of a scan: sample i lies at `start_m + i step_m` (one-way).
+/// One-way ranges of the samples of a scan: sample i lies at `start_m + i step_m`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RangeAxis {
     /// Range of the first sample, m.
     pub start_m: f64,
-    /// Distance of samples in range, m.
+    /// Spacing of samples in range, m.
     pub step_m: f64,
 }
 
 /// Energy of one scan in the gate and the range of its strongest sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GateEcho {
-    /// E_k of Kim (6).
+    /// Energy E_k of Kim (6).
     pub energy: f64,
-    /// Range of the largest |r|² in the gate, between samples by a parabola; `None` when all are zero.
+    /// Range of the largest |r|² in the gate, m, interpolated by a parabola; `None` when all are zero.
     pub strongest_range_m: Option<f64>,
 }
 
 impl RangeAxis {
-    /// Axis of samples taken `1 / sample_rate_hz` apart, the first `start_s` after the pulse: range = c t /
-    /// 2.
+    /// Makes the axis of samples `1 / sample_rate_hz` apart, the first `start_s` after the pulse: range = c t
+    /// / 2.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error if a value is non-finite, `start_s` is negative or `sample_rate_hz` is not positive.
     pub fn from_time(start_s: f64, sample_rate_hz: f64) -> Result<Self, LaneError> {
         checked("start of the samples", start_s, start_s >= 0.0, "0 s or more")?;
         checked("sample rate", sample_rate_hz, sample_rate_hz > 0.0, "above 0 Hz")?;
@@ -76,21 +76,21 @@ impl RangeAxis {
 }
 
 impl RangeGate {
-    /// Gate from `min_m` to `max_m`, both taken in.
+    /// Makes a gate from `min_m` to `max_m`, both included.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error if a value is non-finite, `min_m` is negative or `max_m` is not above `min_m`.
     pub fn new(min_m: f64, max_m: f64) -> Result<Self, LaneError> {
         checked("nearest range of the gate", min_m, min_m >= 0.0, "0 m or more")?;
         checked("farthest range of the gate", max_m, max_m > min_m, "above the nearest range")?;
         Ok(RangeGate { min_m, max_m })
     }
 
-    /// Kim (2) and (3): d_min = H_r, d_max² = (W_c − W_l)² + ((L_s − L_l)/2)² + H_r². Refuses lengths that are
-    /// not above zero, a car wider than the lane and plates longer than their spacing.
+    /// Makes the gate of Kim (2) and (3): d_min = H_r, d_max² = (W_c − W_l)² + ((L_s − L_l)/2)² + H_r².
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error if a length is non-finite or not positive, the car is wider than the lane, or plates
+    /// are not shorter than their spacing.
     pub fn from_marked_lane(lane: &MarkedLane) -> Result<Self, LaneError> {
         checked("height of the radar", lane.height_m, lane.height_m > 0.0, "above 0 m")?;
         checked("lane width", lane.lane_width_m, lane.lane_width_m > 0.0, "above 0 m")?;
@@ -104,20 +104,21 @@ impl RangeGate {
         RangeGate::new(lane.height_m, across_m.hypot(along_m).hypot(lane.height_m))
     }
 
-    /// The gate with both ends moved out by `margin_m`, the near one not below zero: room for the pulse's own
-    /// length, c / 2B, which Kim (2) and (3) leave out.
+    /// The gate with both ends moved outwards by `margin_m`, the near one not below zero: room for the
+    /// pulse's own length, c / 2B, which Kim (2) and (3) leave out.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error if `margin_m` is negative or non-finite.
     pub fn widened(&self, margin_m: f64) -> Result<Self, LaneError> {
         checked("margin of the gate", margin_m, margin_m >= 0.0, "0 m or more")?;
         RangeGate::new((self.min_m - margin_m).max(0.0), self.max_m + margin_m)
     }
 
-    /// Kim (6) for a scan of real samples (the wave itself).
+    /// Energy of Kim (6) for a scan of real samples (the wave itself).
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error for an invalid gate or axis, an empty scan, samples that do not cover the gate, or
+    /// non-finite power.
     pub fn echo(&self, scan: &[f64], axis: &RangeAxis) -> Result<GateEcho, LaneError> {
         let (len, power) = (scan.len(), |i: usize| scan[i] * scan[i]);
         RangeGate::new(self.min_m, self.max_m)?;
@@ -126,7 +127,7 @@ impl RangeGate {
             return Err(LaneError::Missing { what: "range samples" });
         }
         let last_m = axis.start_m + (len - 1) as f64 * axis.step_m;
-        // Half a step of play, so that a gate cut to the samples' own ends passes.
+        // Half a step of tolerance, so that a gate cut to the samples' own ends passes.
         if self.min_m < axis.start_m - axis.step_m / 2.0 || self.max_m > last_m + axis.step_m / 2.0 {
             return Err(LaneError::refused(format!(
                 "the range samples from {} m to {last_m} m do not cover the gate from {} m to {} m",

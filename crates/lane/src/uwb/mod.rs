@@ -1,12 +1,13 @@
 //! Lane detection with an impulse ultra-wideband radar that looks down at metal plates laid along the lane
 //! line (Kim 2020).
 //!
-//! Scans go through the range gate to an energy ([`RangeGate`], Kim (2)-(6)); a drive without markers gives the
-//! threshold ([`Threshold`], Kim figure 7); energies over it form marker passes, and passes one spacing apart
-//! are a lane ([`Uwb`], Kim (12)). Passes without a partner, such as manhole covers, are rejected for want of a
-//! period. Beyond that: the lateral offset and its trend ([`OffsetTrend`]), the distance by counted markers ([`MarkerOdometer`]) and
-//! the figures to compare with the document ([`score_run`]). [`UwbLanes`] is the method behind the interface of all lane estimators,
-//! for one radar or for a left and a right one.
+//! The range gate turns scans into energies ([`RangeGate`], Kim (2)-(6)), and a drive without markers gives
+//! the threshold ([`Threshold`], Kim figure 7). Energies above it form marker passes, and passes one spacing
+//! apart are a lane ([`Uwb`], Kim (12)). Passes without a partner, such as manhole covers, are rejected for
+//! lack of a period. In addition there are the lateral offset and its trend ([`OffsetTrend`]), the distance
+//! by counted markers ([`MarkerOdometer`]) and the values to compare with the document ([`score_run`]).
+//! [`UwbLanes`] is the method behind the interface of all lane estimators, for one radar or for a left and a
+//! right one.
 //!
 //! Energies are in watts or any other linear unit, the same everywhere. Distances along the road come from
 //! the speed input alone and start at zero with the first scan.

@@ -1,12 +1,13 @@
-//! Distance by counted markers: markers times spacing, with the speed input for the part since the last one.
+//! Distance by counted markers: number of markers times spacing, plus the distance by the speed input since
+//! the last one.
 
 use crate::error::{LaneError, checked};
 use serde::Serialize;
 use std::collections::VecDeque;
 
-/// Markers over which the ratio of road to speed distance is measured.
+/// Number of markers over which the ratio of road to speed distance is measured.
 const SCALE_MARKERS: usize = 16;
-/// Spacings needed before that ratio is used.
+/// Number of spacings needed before that ratio is used.
 const SCALE_SPACINGS: u64 = 4;
 
 /// Counts markers along a drive.
@@ -14,7 +15,7 @@ const SCALE_SPACINGS: u64 = 4;
 pub struct MarkerOdometer {
     spacing_m: f64,
     tolerance_m: f64,
-    /// (spacings since the first marker, speed distance) of the last markers.
+    /// Pairs (spacings since the first marker, speed distance in m) of the last markers.
     recent: VecDeque<(u64, f64)>,
     start_m: f64,
     certain: bool,
@@ -23,28 +24,30 @@ pub struct MarkerOdometer {
 /// State of the odometer at one speed distance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OdometerReading {
-    /// Whole spacings from the first to the last marker.
+    /// Number of whole spacings from the first to the last marker.
     pub spacings: u64,
-    /// Road since the last marker, by the speed input times `scale`.
+    /// Road since the last marker, m, by the speed input times `scale`.
     pub phase_m: f64,
-    /// Road since the first marker: spacings times their length, plus the phase.
+    /// Road since the first marker, m: spacings times their length, plus the phase.
     pub distance_m: f64,
-    /// The speed input's own distance since the first marker.
+    /// Distance since the first marker by the speed input alone, m.
     pub speed_distance_m: f64,
-    /// Speed distance less marker distance.
+    /// Speed distance minus marker distance, m.
     pub drift_m: f64,
-    /// Road per speed distance over the last markers; 1 until four spacings have passed.
+    /// Road divided by speed distance over the last markers; 1 until four spacings have passed.
     pub scale: f64,
-    /// False once a gap between markers was no whole number of spacings, or so long that its number is a
-    /// guess.
+    /// Whether all gaps between markers were whole numbers of spacings, and short enough that their number is
+    /// no guess.
     pub certain: bool,
 }
 
 impl MarkerOdometer {
-    /// Markers `spacing_m` apart; a marker within `tolerance_m` of a whole number of spacings is counted.
+    /// Makes an odometer for markers `spacing_m` apart; a marker within `tolerance_m` of a whole number of
+    /// spacings is counted.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error if `spacing_m` is not positive, or `tolerance_m` is not positive or above half the
+    /// spacing.
     pub fn new(spacing_m: f64, tolerance_m: f64) -> Result<Self, LaneError> {
         checked("marker spacing", spacing_m, spacing_m > 0.0, "above 0 m")?;
         let fits = tolerance_m > 0.0 && tolerance_m <= spacing_m / 2.0;
@@ -52,12 +55,12 @@ impl MarkerOdometer {
         Ok(MarkerOdometer { spacing_m, tolerance_m, recent: VecDeque::new(), start_m: 0.0, certain: true })
     }
 
-    /// A marker's centre at this speed distance. True when it was counted. One that is no whole number of
-    /// spacings after the last is not, except when it follows a gap of more spacings than the tolerance can
-    /// bridge: then the nearest number is taken and readings turn uncertain.
+    /// Adds a marker's centre at this speed distance and returns whether it was counted. A marker that is no
+    /// whole number of spacings after the last is not counted, unless it follows a gap of more spacings than
+    /// the tolerance can bridge: then the nearest number is taken and readings become uncertain.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error if the distance is non-finite or not beyond the last marker.
     pub fn mark(&mut self, speed_distance_m: f64) -> Result<bool, LaneError> {
         let at_m = checked("distance of the marker", speed_distance_m, true, "")?;
         let Some(&(count, last_m)) = self.recent.back() else {
@@ -69,7 +72,7 @@ impl MarkerOdometer {
         let spacings = (at_m - last_m) * self.scale() / self.spacing_m;
         let whole = spacings.round();
         let near = (spacings - whole).abs() * self.spacing_m <= self.tolerance_m;
-        // Over this many spacings a scale that is wrong by tolerance / spacing shifts the count by one half.
+        // Over this many spacings a scale error of tolerance / spacing shifts the count by one half.
         let reach = 0.5 * self.spacing_m / self.tolerance_m;
         let far = spacings > reach.max(1.5);
         if whole < 1.0 || !(near || far) {
@@ -87,7 +90,7 @@ impl MarkerOdometer {
         Ok(true)
     }
 
-    /// The distance now; `None` before the first marker or for a distance that is not finite.
+    /// Reading at this distance; `None` before the first marker or for a non-finite distance.
     pub fn reading(&self, speed_distance_m: f64) -> Option<OdometerReading> {
         let &(spacings, last_m) = self.recent.back()?;
         if !speed_distance_m.is_finite() {

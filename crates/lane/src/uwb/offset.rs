@@ -1,21 +1,21 @@
-//! Lateral offset from a marker line, its trend, and the place between two lines.
+//! Lateral offset from a marker line, its trend, and the conversion of marker energy to offset.
 
 use crate::error::{LaneError, all_finite, checked};
 use serde::{Deserialize, Serialize};
 
-/// Lateral distance between radar and marker line from the slant range: x² = d² − H_r². A range below the
-/// height, as noise gives it near the line, counts as zero. Unsigned: one radar cannot tell on which side of
-/// the line it is.
+/// Lateral distance between radar and marker line from the slant range, m: x² = d² − H_r². A range below the
+/// height, as noise gives it near the line, counts as zero. The result is unsigned: one radar cannot tell on
+/// which side of the line it is.
 ///
 /// # Errors
-/// Values that are not finite or outside their ranges; too few of them.
+/// Returns an error if a value is non-finite or not positive.
 pub fn offset_from_range_m(range_m: f64, height_m: f64) -> Result<f64, LaneError> {
     checked("range of the marker", range_m, range_m > 0.0, "above 0 m")?;
     checked("height of the radar", height_m, height_m > 0.0, "above 0 m")?;
     Ok(((range_m - height_m) * (range_m + height_m)).max(0.0).sqrt())
 }
 
-/// Measured marker energy against lateral offset; energy falls as offset grows.
+/// Measured marker energy as a function of lateral offset; energy falls as offset grows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
 pub struct OffsetCurve {
@@ -23,10 +23,11 @@ pub struct OffsetCurve {
 }
 
 impl OffsetCurve {
-    /// Points `[offset_m, energy]`, at least two, offsets rising from 0 or more and energies falling.
+    /// Makes a curve from points `[offset_m, energy]`: at least two, offsets rising from 0 or more and
+    /// energies falling.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error for fewer than two points, non-finite values, or points out of order.
     pub fn new(points: Vec<[f64; 2]>) -> Result<Self, LaneError> {
         if points.len() < 2 {
             return Err(LaneError::too_few("points of the offset curve", points.len(), 2));
@@ -41,11 +42,11 @@ impl OffsetCurve {
         Ok(OffsetCurve { points })
     }
 
-    /// The offset at which markers have this mean energy; energies beyond the curve's ends give the end's
+    /// Lateral offset at which markers have this mean energy, m; beyond the curve's ends it is the end's
     /// offset.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error if `energy` is non-finite or the curve is empty.
     pub fn offset_m(&self, energy: f64) -> Result<f64, LaneError> {
         checked("marker energy", energy, true, "")?;
         let after = self.points.partition_point(|p| p[1] > energy);
@@ -71,13 +72,13 @@ impl From<OffsetCurve> for Vec<[f64; 2]> {
     }
 }
 
-/// Straight line through the offsets of the last markers.
+/// A straight line through the offsets of the last markers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OffsetTrend {
-    /// Offset on the line at the last marker.
+    /// Offset of the line at the last marker, m.
     pub offset_m: f64,
-    /// Metres of offset per metre of road, the tangent of the heading against the line; positive away from
-    /// it.
+    /// Metres of offset per metre of road, which is the tangent of the heading relative to the line; positive
+    /// away from it.
     pub slope: f64,
     /// Standard error of the slope; `None` with two markers.
     pub slope_error: Option<f64>,
@@ -86,10 +87,10 @@ pub struct OffsetTrend {
 }
 
 impl OffsetTrend {
-    /// Least-squares line through `(distance_m, offset_m)`, distances rising, at least two.
+    /// Fits a least-squares line to `(distance_m, offset_m)`: at least two points, distances rising.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error for fewer than two points, non-finite values, or distances that do not rise.
     pub fn fit(points: &[(f64, f64)]) -> Result<Self, LaneError> {
         let n = points.len();
         if n < 2 {

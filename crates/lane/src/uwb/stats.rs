@@ -1,28 +1,28 @@
-//! Figures to compare with the document: detection rates and spacing errors.
+//! Values to compare with the document: detection rates and spacing errors.
 
 use super::LaneEstimate;
 use crate::error::{LaneError, all_finite, checked};
 use serde::Serialize;
 
-/// Size of spacing errors. Metres.
+/// Statistics of spacing errors.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SpacingErrors {
     /// Number of errors.
     pub count: usize,
-    /// Mean of the absolute errors.
+    /// Mean of the absolute errors, m.
     pub mean_m: f64,
     /// Root mean square of the errors, m.
     pub rms_m: f64,
-    /// Largest absolute error.
+    /// Largest absolute error, m.
     pub worst_m: f64,
-    /// Mean of the signed errors, estimate less truth.
+    /// Mean of the signed errors (estimate minus truth), m.
     pub bias_m: f64,
 }
 
-/// Sizes of signed errors.
+/// Computes the statistics of signed errors, m.
 ///
 /// # Errors
-/// Values that are not finite or outside their ranges; too few of them.
+/// Returns an error for an empty list or a non-finite value.
 pub fn spacing_errors(errors_m: &[f64]) -> Result<SpacingErrors, LaneError> {
     all_finite("spacing errors", errors_m)?;
     let n = errors_m.len() as f64;
@@ -36,39 +36,42 @@ pub fn spacing_errors(errors_m: &[f64]) -> Result<SpacingErrors, LaneError> {
     })
 }
 
-/// A drive against the times at which the radar passed each marker's centre.
+/// Score of a drive against the times at which the radar passed each marker's centre.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunScore {
-    /// Markers that were passed.
+    /// Number of markers that were passed.
     pub markers: usize,
-    /// Markers with a pass in time.
+    /// Number of markers with a pass in time.
     pub detected: usize,
-    /// Passes without a marker.
+    /// Number of passes without a marker.
     pub false_passes: usize,
-    /// Neighbouring markers, both detected, whose passes lie within the largest error of one spacing.
+    /// Number of neighbouring markers, both detected, whose passes are one spacing apart within the largest
+    /// error.
     pub spacings_right: usize,
-    /// Marker to marker: one less than markers.
+    /// Number of spacings between markers: one less than markers.
     pub spacings: usize,
-    /// Estimate less true spacing for neighbouring markers that were both detected.
+    /// Estimated minus true spacing of neighbouring markers that were both detected, m.
     pub spacing_errors_m: Vec<f64>,
 }
 
 impl RunScore {
-    /// Markers seen; `None` when none was passed.
+    /// Share of markers that were detected; `None` when none was passed.
     pub fn marker_rate(&self) -> Option<f64> {
         (self.markers > 0).then(|| self.detected as f64 / self.markers as f64)
     }
 
-    /// Spacings found right; `None` when fewer than two markers were passed.
+    /// Share of spacings that were right; `None` when fewer than two markers were passed.
     pub fn spacing_rate(&self) -> Option<f64> {
         (self.spacings > 0).then(|| self.spacings_right as f64 / self.spacings as f64)
     }
 }
 
-/// Matches each marker with the pass nearest in time within `match_s`, no pass twice. `marker_times_s` rise.
+/// Matches each marker with the pass nearest in time within `match_s`; no pass is used twice.
+/// `marker_times_s` must rise.
 ///
 /// # Errors
-/// Values that are not finite or outside their ranges; too few of them.
+/// Returns an error for marker times that are missing, non-finite or do not rise, or for a setting that is
+/// not positive.
 pub fn score_run(
     run: &LaneEstimate,
     marker_times_s: &[f64],

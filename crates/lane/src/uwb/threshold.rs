@@ -1,24 +1,25 @@
-//! Energies of a drive without markers: histogram and threshold (Kim section 4, figure 7).
+//! Energies of a drive without markers: their histogram and the threshold (Kim section 4, figure 7).
 
 use crate::error::{LaneError, all_finite, checked, within};
 use serde::Serialize;
 
-/// Counts of energies in bins, ready to plot.
+/// Counts of energies in bins, for plots.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Histogram {
-    /// Bin edges, one more than bins, rising.
+    /// Rising bin edges, one more than bins.
     pub edges: Vec<f64>,
-    /// Bin i holds values from `edges[i]` up to below `edges[i + 1]`; the last bin holds its upper edge too.
+    /// Number of values in each bin. Bin i holds values from `edges[i]` up to below `edges[i + 1]`; the last
+    /// bin includes its upper edge.
     pub counts: Vec<u64>,
-    /// Values below the first and above the last edge.
+    /// Number of values below the first and above the last edge.
     pub outside: [u64; 2],
 }
 
 impl Histogram {
-    /// Bins of the given edges, so that drives with and without markers share one axis.
+    /// Counts values in bins of the given edges, so that drives with and without markers share one axis.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error for an empty or non-finite list, fewer than two edges, or edges that do not rise.
     pub fn with_edges(values: &[f64], edges: Vec<f64>) -> Result<Self, LaneError> {
         all_finite("energies", values)?;
         all_finite("bin edges", &edges)?;
@@ -45,16 +46,16 @@ impl Histogram {
     }
 }
 
-/// How a threshold was found.
+/// Method by which a threshold was found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum ThresholdMethod {
-    /// The greatest energy seen.
+    /// The greatest energy of the scans.
     Maximum,
-    /// The quantile of a generalised Pareto tail of this shape fitted to the highest `excesses` energies.
+    /// The quantile of a generalised Pareto tail of this shape, fitted to the highest `excesses` energies.
     ExtremeValue {
         /// Shape of the tail.
         shape: f64,
-        /// Number of the highest energies that the tail was fitted to.
+        /// Number of the highest energies to which the tail was fitted.
         excesses: usize,
     },
 }
@@ -62,24 +63,25 @@ pub enum ThresholdMethod {
 /// Energy above which a scan may show a marker.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Threshold {
-    /// A scan shows a marker when its energy is above this.
+    /// Energy above which a scan shows a marker.
     pub energy: f64,
-    /// Expected share of scans without markers above it, on new scans of the same road.
+    /// Expected share of new scans of the same road without markers that lie above it.
     pub false_alarm_probability: f64,
     /// Mean energy of the scans without markers.
     pub floor_energy: f64,
-    /// Scans without markers that it came from.
+    /// Number of scans without markers from which it was found.
     pub samples: usize,
     /// How the threshold was found.
     pub method: ThresholdMethod,
 }
 
 impl Threshold {
-    /// The greatest energy without markers (the document's choice): no false alarm on these scans. On new
-    /// scans of the same road one scan in `samples + 1` exceeds it on average, whatever the distribution.
+    /// Threshold at the greatest energy without markers (the document's choice): no false alarm on these
+    /// scans. On new scans of the same road one scan in `samples + 1` exceeds it on average, whatever the
+    /// distribution.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error for an empty list, or an energy that is non-finite or negative.
     pub fn maximum(energies: &[f64]) -> Result<Self, LaneError> {
         check_energies(energies)?;
         let samples = energies.len();
@@ -94,10 +96,11 @@ impl Threshold {
 
     /// Threshold for a probability beyond what the scans show: a generalised Pareto tail fitted by
     /// probability-weighted moments (Hosking and Wallis 1987) to the highest twentieth of the energies, at
-    /// least 50. Holds as far as the scans are independent and the tail goes on as it begins.
+    /// least 50. It is valid as far as the scans are independent and the tail continues as it begins.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error for fewer than 100 energies, an invalid energy or probability, or highest energies
+    /// without spread.
     pub fn extreme_value(energies: &[f64], false_alarm_probability: f64) -> Result<Self, LaneError> {
         check_energies(energies)?;
         let n = energies.len();
@@ -142,21 +145,21 @@ impl Threshold {
         })
     }
 
-    /// Level below which a marker pass ends: `fraction` of the way from the floor to the threshold, 0 to 1.
+    /// Energy below which a marker pass ends: `fraction` of the way from the floor to the threshold, 0 to 1.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error if `fraction` is outside 0 to 1.
     pub fn release_energy(&self, fraction: f64) -> Result<f64, LaneError> {
         within("release fraction", fraction, 0.0..=1.0)?;
         Ok(self.floor_energy + fraction * (self.energy - self.floor_energy))
     }
 }
 
-/// Share of the energies above the threshold: the detection rate of a histogram with markers, the false-alarm
+/// Share of the energies above the threshold: the detection rate of a drive with markers, the false-alarm
 /// rate of one without.
 ///
 /// # Errors
-/// Values that are not finite or outside their ranges; too few of them.
+/// Returns an error for an empty list or a non-finite value.
 pub fn exceedance_rate(energies: &[f64], threshold: f64) -> Result<f64, LaneError> {
     all_finite("energies", energies)?;
     checked("threshold", threshold, true, "")?;
@@ -175,7 +178,7 @@ fn extent(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)))
 }
 
-/// Sum of shares, so that huge values do not overflow.
+/// Computed as a sum of shares, so that huge values do not overflow.
 fn mean(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     values.iter().map(|v| v / n).sum()

@@ -1,4 +1,4 @@
-//! Marker passes, their period, and the lane: Kim section 3.2, scan by scan.
+//! Marker passes, their period, and the lane, scan by scan: Kim section 3.2.
 
 use super::centre::{Centre, Sample, centroid_m, level_m, matched_m, time_at};
 use super::{MarkerOdometer, OdometerReading, OffsetCurve, OffsetTrend, Threshold, offset_from_range_m};
@@ -6,18 +6,18 @@ use crate::error::{LaneError, checked};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// Where the lateral offset of a pass comes from.
+/// Source of the lateral offset of a pass.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OffsetSource {
-    /// No offset is told.
+    /// No offset is estimated.
     None,
-    /// Slant range of the strongest echo, for a radar at this height.
+    /// The slant range of the strongest echo, for a radar at this height.
     Range {
         /// Height of the radar above the road, m.
         height_m: f64,
     },
-    /// Mean energy of the pass.
+    /// The mean energy of the pass, converted by this curve.
     Energy(OffsetCurve),
 }
 
@@ -25,40 +25,41 @@ pub enum OffsetSource {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UwbConfig {
-    /// From one plate's start to the next one's, L_s.
+    /// Distance from one plate's start to the next one's, L_s, m.
     pub spacing_m: f64,
-    /// Length of a plate, L_l.
+    /// Length of a plate, L_l, m.
     pub plate_length_m: f64,
-    /// A scan above this shows a marker.
+    /// Energy above which a scan shows a marker.
     pub threshold_energy: f64,
-    /// A pass ends once energies stay at or below this for `hold_m`.
+    /// Energy at or below which scans must stay for `hold_m` to end a pass.
     pub release_energy: f64,
-    /// Passes belong together when their distance differs from the spacing by less than this, or by what scans far apart leave open
-    /// beyond it. Best the largest error of drives past known markers, with a margin.
+    /// Largest difference of the distance of two passes from the spacing, m, at which they belong together;
+    /// scans far apart widen it. It is best set to the largest error of drives past known markers, with a
+    /// margin.
     pub max_spacing_error_m: f64,
-    /// Road at or below the release level that ends a pass; shorter dips are bridged.
+    /// Road at or below the release level that ends a pass, m; shorter dips are bridged.
     pub hold_m: f64,
-    /// A pass nearer than this to the last marker of the lane is no marker.
+    /// Least distance from the last marker of the lane at which a pass is a marker, m.
     pub least_distance_m: f64,
-    /// What counts as the centre of a pass.
+    /// Definition of the centre of a pass.
     pub centre: Centre,
-    /// Right spacings in a row that make a lane.
+    /// Number of successive right spacings that make a lane.
     pub confirm_spacings: usize,
-    /// Markers missed in a row that raise the departure warning.
+    /// Number of successive missed markers that raise the departure warning.
     pub misses_to_warn: usize,
-    /// Markers in the offset trend.
+    /// Number of markers in the offset trend.
     pub trend_markers: usize,
-    /// Where the lateral offset of a pass comes from.
+    /// Source of the lateral offset of a pass.
     pub offset: OffsetSource,
 }
 
 impl UwbConfig {
-    /// Settings for plates of this spacing and length. The release level lies midway between floor and
-    /// threshold, the largest spacing error is a third of a plate, dips up to half a plate (or half a gap)
-    /// are bridged, one right spacing makes a lane and one missed marker raises the warning.
+    /// Default settings for plates of this spacing and length. The release level lies midway between floor
+    /// and threshold, the largest spacing error is a third of a plate, dips up to half a plate (or half a
+    /// gap) are bridged, one right spacing makes a lane and one missed marker raises the warning.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error if a setting is non-finite or outside its range.
     pub fn new(spacing_m: f64, plate_length_m: f64, threshold: &Threshold) -> Result<Self, LaneError> {
         let config = UwbConfig {
             spacing_m,
@@ -106,15 +107,16 @@ impl UwbConfig {
         Ok(())
     }
 
-    /// The largest spacing error where scans lie `step_m` apart. Rise and fall of a pass are known to a scan, which a spacing inherits
-    /// from both its ends (3.5 standard deviations are a scan); steps up to [`WITHIN_ERROR`] of a plate are part of the error given.
+    /// Largest spacing error where scans lie `step_m` apart. Rise and fall of a pass are known to within a
+    /// scan, which a spacing inherits from both its ends (3.5 standard deviations are a scan); steps up to
+    /// [`WITHIN_ERROR`] of a plate are included in the given error.
     fn largest_error_m(&self, step_m: f64) -> f64 {
         let within_m = WITHIN_ERROR * self.plate_length_m;
         let more = (step_m * step_m - within_m * within_m).max(0.0);
         more.sqrt().hypot(self.max_spacing_error_m).min(0.5 * self.spacing_m)
     }
 
-    /// Scans nearer than this to the one before show no new road.
+    /// Distance to the scan before below which a scan shows no new road, m.
     fn least_step_m(&self) -> f64 {
         self.plate_length_m / 1024.0
     }
@@ -123,14 +125,14 @@ impl UwbConfig {
 /// Share of a plate: 20 scans a second at 30 km/h past plates of 3 m, the fastest of Kim.
 const WITHIN_ERROR: f64 = 0.15;
 
-/// One stretch of energies over the threshold.
+/// One stretch of energies above the threshold.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MarkerPass {
-    /// When the radar passed the centre.
+    /// Time at which the radar passed the centre, s.
     pub time_s: f64,
-    /// The centre, by the speed input's distance.
+    /// Position of the centre along the road by the speed input, m.
     pub distance_m: f64,
-    /// Rise and fall through the release level.
+    /// Rise through the release level, m along the road.
     pub start_m: f64,
     /// Fall through the release level, m along the road.
     pub end_m: f64,
@@ -138,59 +140,60 @@ pub struct MarkerPass {
     pub peak_energy: f64,
     /// Mean energy over the plate's middle two thirds, around the centre.
     pub mean_energy: f64,
-    /// Scans above the threshold.
+    /// Number of scans above the threshold.
     pub scans: usize,
-    /// Root mean square of the strongest echo's range over those scans, when ranges were given.
+    /// Root mean square of the strongest echo's range over those scans, m, when ranges were given.
     pub range_m: Option<f64>,
-    /// Lateral distance to the marker, from [`UwbConfig::offset`].
+    /// Lateral distance to the marker, m, from [`UwbConfig::offset`].
     pub lateral_offset_m: Option<f64>,
 }
 
-/// From an earlier marker to this one.
+/// The distance from an earlier marker to this one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spacing {
-    /// Distance to the earlier marker, L~_s of Kim (12) summed over the scans; over `intervals` spacings.
+    /// Estimated distance to the earlier marker, m: L~_s of Kim (12) summed over the scans; it spans
+    /// `intervals` spacings.
     pub estimate_m: f64,
-    /// Spacings it spans: above 1 when markers were missed.
+    /// Number of spacings that it spans: above 1 when markers were missed.
     pub intervals: usize,
-    /// Estimate less true distance.
+    /// Estimated minus true distance, m.
     pub error_m: f64,
 }
 
-/// What the period check says of a pass.
+/// Result of the period check of a pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Verdict {
     /// No earlier pass lies one spacing back. It may still start a lane.
     Unpaired,
-    /// One spacing after an earlier pass, too few of them yet for a lane.
+    /// The pass is one spacing after an earlier pass, but these are too few for a lane yet.
     Paired,
-    /// A marker of the lane.
+    /// The pass is a marker of the lane.
     Lane,
-    /// Too near to the lane's last marker.
+    /// The pass is too close to the lane's last marker.
     TooNear,
 }
 
-/// A pass with what the period check says of it.
+/// A pass with the result of its period check.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MarkerReport {
     /// The pass.
     pub pass: MarkerPass,
-    /// What the period check says.
+    /// Result of the period check.
     pub verdict: Verdict,
-    /// To the marker it was paired with.
+    /// Spacing to the marker with which it was paired.
     pub spacing: Option<Spacing>,
-    /// Distance to the pass just before, whatever it was.
+    /// Distance to the pass just before, m, whatever it was.
     pub from_previous_m: Option<f64>,
 }
 
-/// The lane was there and its next marker is missing.
+/// A lane whose next marker is missing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Departure {
     /// Distance along the road of the lane's last marker, m.
     pub last_marker_m: f64,
-    /// Where the last of the missing markers should have been.
+    /// Position along the road where the last of the missing markers was due, m.
     pub expected_m: f64,
-    /// From there to this warning.
+    /// Distance from there to this warning, m.
     pub delay_m: f64,
     /// Highest energy since the last marker's pass ended.
     pub peak_energy: f64,
@@ -198,60 +201,60 @@ pub struct Departure {
     pub trend: Option<OffsetTrend>,
 }
 
-/// What one scan brought.
+/// Kind of event of one scan.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum EventKind {
-    /// Nothing new.
+    /// Nothing new happened.
     Quiet,
     /// A pass is complete.
     Marker(MarkerReport),
     /// A pass found no partner one spacing before or after it: a manhole cover or the like.
     Isolated(MarkerPass),
-    /// The lane departure warning.
+    /// The lane departure warning is raised.
     Departure(Departure),
-    /// Energies stayed above the release level for a whole spacing from here: no plate. Passes start again
-    /// below it.
+    /// Energies stayed above the release level for a whole spacing from `start_m`: no plate. Passes start
+    /// again below that level.
     TooLong {
         /// Where the energies rose, m along the road.
         start_m: f64,
     },
-    /// Two scans lay further apart than a plate is long; the search starts anew.
+    /// Two scans lay farther apart than a plate is long; the search restarts.
     Gap {
         /// Road between the two scans, m.
         step_m: f64,
     },
 }
 
-/// What one scan brought.
+/// The event of one scan.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Event {
-    /// Time and distance of the scan at which it was known.
+    /// Time of the scan at which it was known, s.
     pub time_s: f64,
     /// Distance along the road of that scan, m.
     pub distance_m: f64,
-    /// State after this scan.
+    /// Whether the lane is present after this scan.
     pub lane_present: bool,
-    /// What was found.
+    /// Kind of the event.
     pub kind: EventKind,
 }
 
-/// A whole drive.
+/// Results of a whole drive.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LaneEstimate {
-    /// All passes in order.
+    /// Reports of all passes in order.
     pub markers: Vec<MarkerReport>,
     /// All events but [`EventKind::Quiet`] and [`EventKind::Marker`], in order.
     pub events: Vec<Event>,
     /// For each scan whether the lane was known to be present after it.
     pub lane_present: Vec<bool>,
-    /// Distance by the speed input at each scan.
+    /// Distance by the speed input at each scan, m.
     pub distance_m: Vec<f64>,
     /// Distance by counted markers at the end of the drive.
     pub odometer: Option<OdometerReading>,
 }
 
 impl LaneEstimate {
-    /// The departure warnings.
+    /// The departure warnings of the drive.
     pub fn departures(&self) -> impl Iterator<Item = (&Event, &Departure)> {
         self.events.iter().filter_map(|e| match &e.kind {
             EventKind::Departure(d) => Some((e, d)),
@@ -262,18 +265,18 @@ impl LaneEstimate {
 
 #[derive(Debug, Clone, Copy)]
 struct OpenPass {
-    /// First scan above the threshold.
+    /// Position of the first scan above the threshold, m.
     first_m: f64,
-    /// Last scan above the release level.
+    /// Position of the last scan above the release level, m.
     last_m: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     pass: MarkerPass,
-    /// Spacings in a row that end here.
+    /// Number of successive spacings that end here.
     chain: usize,
-    /// Where that row began.
+    /// Position where that row began, m.
     chain_start_m: f64,
     has_next: bool,
 }
@@ -282,19 +285,19 @@ struct Candidate {
 #[derive(Debug, Clone)]
 pub struct Uwb {
     config: UwbConfig,
-    /// Time, speed and distance of the last scan.
+    /// Time, speed and distance of the last scan, in s, m/s and m.
     last: Option<(f64, f64, f64)>,
     samples: VecDeque<Sample>,
     open: Option<OpenPass>,
-    /// Too long a pass is going on.
+    /// Whether a pass that is too long is going on.
     blocked: bool,
     candidates: Vec<Candidate>,
     previous_m: Option<f64>,
-    /// Last marker of the lane while it is present.
+    /// Position of the last marker of the lane while it is present, m.
     lane_marker_m: Option<f64>,
-    /// Last marker of a lane that the last warning ended.
+    /// Position of the last marker of a lane that the last warning ended, m.
     left_marker_m: Option<f64>,
-    /// Road from the scan before to the last one.
+    /// Distance between the last two scans, m.
     step_m: f64,
     quiet_peak: f64,
     offsets: VecDeque<(f64, f64)>,
@@ -303,10 +306,10 @@ pub struct Uwb {
 }
 
 impl Uwb {
-    /// Refuses settings that contradict each other.
+    /// Makes a detector that has taken no scan yet.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error if a setting is non-finite, outside its range or in contradiction to another.
     pub fn new(config: UwbConfig) -> Result<Self, LaneError> {
         config.check()?;
         let odometer = MarkerOdometer::new(config.spacing_m, config.max_spacing_error_m)?;
@@ -328,12 +331,13 @@ impl Uwb {
         })
     }
 
-    /// True from the scan that completes the first right spacings until the departure warning.
+    /// Whether the lane is present: from the scan that completes the first right spacings until the departure
+    /// warning.
     pub fn lane_present(&self) -> bool {
         self.lane_marker_m.is_some()
     }
 
-    /// Road by the speed input since the first scan.
+    /// Road since the first scan by the speed input, m.
     pub fn distance_m(&self) -> f64 {
         self.last.map_or(0.0, |l| l.2)
     }
@@ -343,30 +347,31 @@ impl Uwb {
         self.odometer.reading(self.distance_m())
     }
 
-    /// Trend over the offsets of the lane's last markers; `None` with fewer than two.
+    /// Trend of the offsets of the lane's last markers; `None` with fewer than two.
     pub fn offset_trend(&self) -> Option<OffsetTrend> {
         OffsetTrend::fit(&self.offsets.iter().copied().collect::<Vec<_>>()).ok()
     }
 
-    /// Road since each of the lane's last markers and the offset there, the last one first.
+    /// Pairs of road since each of the lane's last markers and the offset there, m, the last marker first.
     pub fn offsets_since(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.offsets.iter().rev().map(|o| (self.distance_m() - o.0, o.1))
     }
 
-    /// Takes one scan: its gate energy, its time and the vehicle's speed then. Times rise; speeds are not
-    /// negative. A refused scan leaves the state as it was. When one scan brings two events the second comes
-    /// with the next scan.
+    /// Takes one scan: its energy in the gate, its time (s) and the vehicle's speed (m/s). Times must rise
+    /// and speeds must not be negative. A refused scan leaves the state unchanged. When one scan brings two
+    /// events, the second is returned with the next scan.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error if a value is non-finite or negative, or if the time does not rise.
     pub fn push(&mut self, scan_energy: f64, time_s: f64, speed_mps: f64) -> Result<Event, LaneError> {
         self.push_with_range(scan_energy, None, time_s, speed_mps)
     }
 
-    /// Like [`Uwb::push`] with the range of the gate's strongest echo, for [`OffsetSource::Range`].
+    /// Takes a scan as [`Uwb::push`] does, with the range (m) of the gate's strongest echo for
+    /// [`OffsetSource::Range`].
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error as [`Uwb::push`] does, or if the range is not positive.
     pub fn push_with_range(
         &mut self,
         scan_energy: f64,
@@ -389,7 +394,7 @@ impl Uwb {
         Ok(Event { time_s, distance_m, lane_present: self.lane_present(), kind })
     }
 
-    /// Step and distance to this scan, or why it is refused.
+    /// Step and distance to this scan (m), or the reason why it is refused.
     pub(super) fn check_scan(
         &self,
         scan_energy: f64,
@@ -408,7 +413,8 @@ impl Uwb {
         Ok((step_m, distance_m))
     }
 
-    /// Events that no scan has carried yet. A pass that the record cuts off is dropped.
+    /// Returns the events that no scan has returned yet. A pass that the end of the record cuts off is
+    /// dropped.
     pub fn finish(&mut self) -> Vec<Event> {
         let Some((time_s, _, distance_m)) = self.last else {
             return Vec::new();
@@ -423,11 +429,12 @@ impl Uwb {
         pending.into_iter().map(|kind| Event { time_s, distance_m, lane_present, kind }).collect()
     }
 
-    /// The whole drive at once: what [`Uwb::push_with_range`] gives scan by scan. `ranges_m` is empty or one
-    /// per scan; NaN in it means no range.
+    /// Processes a whole drive at once, as [`Uwb::push_with_range`] does scan by scan. `ranges_m` is empty or
+    /// holds one value per scan; NaN means no range.
     ///
     /// # Errors
-    /// Values that are not finite or outside their ranges; too few of them.
+    /// Returns an error for an invalid setting, no scan, lists of different lengths, or the first invalid
+    /// scan.
     pub fn estimate(
         config: UwbConfig,
         energies: &[f64],
@@ -476,7 +483,7 @@ impl Uwb {
         Ok(result)
     }
 
-    /// Things kept in memory.
+    /// Number of items kept in memory.
     #[cfg(test)]
     pub(super) fn held(&self) -> usize {
         self.samples.len() + self.candidates.len() + self.pending.len() + self.offsets.len()
@@ -534,7 +541,7 @@ impl Uwb {
     fn close(&mut self, open: OpenPass) {
         let release = self.config.release_energy;
         let samples = self.samples.make_contiguous();
-        // Back from the first scan over the threshold to the rise through the release level.
+        // Back from the first scan above the threshold to the rise through the release level.
         let mut first = samples.partition_point(|s| s.distance_m < open.first_m);
         while first > 0 && samples[first - 1].energy > release {
             first -= 1;
@@ -577,7 +584,7 @@ impl Uwb {
                 level_m(samples, levels, ends_m, self.config.plate_length_m)
             }
         };
-        // All scans there, also those below the threshold: choosing by energy would raise the mean.
+        // All scans there, also those below the threshold: a selection by energy would raise the mean.
         let (mut count, mut mean_energy) = (0_u32, 0.0);
         for s in
             samples.iter().filter(|s| (s.distance_m - distance_m).abs() <= self.config.plate_length_m / 3.0)
@@ -609,7 +616,7 @@ impl Uwb {
         self.judge(pass);
     }
 
-    /// The period check.
+    /// Checks the period of a pass.
     fn judge(&mut self, pass: MarkerPass) {
         let at_m = pass.distance_m;
         let spacing_m = self.config.spacing_m;
@@ -623,8 +630,8 @@ impl Uwb {
 
         let mut report = MarkerReport { pass, verdict: Verdict::Unpaired, spacing: None, from_previous_m };
         let mut candidate = Candidate { pass, chain: 0, chain_start_m: at_m, has_next: false };
-        // A marker that was missed is no evidence against those after it: where the next one stands in the row of a lane that a warning
-        // ended, it is the lane again.
+        // A missed marker is no evidence against those after it: where the next one stands in the row of a
+        // lane that a warning ended, the lane is present again.
         let most = self.config.misses_to_warn + usize::from(self.lane_marker_m.is_none());
         let on_lane = self.lane_marker_m.or(self.left_marker_m).and_then(|m| {
             let intervals = ((at_m - m) / spacing_m).round().max(1.0);
@@ -637,7 +644,7 @@ impl Uwb {
             if let Some(c) = self.candidates.iter_mut().find(|c| c.pass.distance_m == marker_m) {
                 c.has_next = true;
             }
-            // Enough for a lane, so that the chain goes on should this marker be lost.
+            // Enough for a lane, so that the chain continues if this marker is lost.
             candidate.chain = self.config.confirm_spacings;
             self.join_lane(&pass);
         } else if self.lane_marker_m.is_some_and(|m| at_m - m < self.config.least_distance_m) {
@@ -655,8 +662,7 @@ impl Uwb {
                 if self.lane_marker_m.is_none() && candidate.chain >= self.config.confirm_spacings {
                     report.verdict = Verdict::Lane;
                     self.offsets.clear();
-                    // The row's first marker gives the odometer its start; those between follow from the
-                    // count.
+                    // The row's first marker starts the odometer; those in between follow from the count.
                     let _ = self.odometer.mark(candidate.chain_start_m);
                     self.join_lane(&start);
                     self.join_lane(&pass);
@@ -669,8 +675,8 @@ impl Uwb {
 
     fn join_lane(&mut self, pass: &MarkerPass) {
         (self.lane_marker_m, self.left_marker_m) = (Some(pass.distance_m), None);
-        // A marker the odometer knows already, or one off its count, is left out there; the lane stands by
-        // itself.
+        // A marker that the odometer already knows or that does not fit its count is left out there; the lane
+        // is independent of it.
         let _ = self.odometer.mark(pass.distance_m);
         if let Some(offset_m) = pass.lateral_offset_m {
             self.offsets.push_back((pass.distance_m, offset_m));
@@ -680,8 +686,7 @@ impl Uwb {
         }
     }
 
-    /// Warns when the radar is the largest error past the place of the marker that should have come, and no
-    /// pass is going on.
+    /// Warns when the radar is the largest error past the place of a missing marker, and no pass is going on.
     fn check_departure(&mut self, now_m: f64) {
         let Some(last_marker_m) = self.lane_marker_m else { return };
         let expected_m = last_marker_m + self.config.misses_to_warn as f64 * self.config.spacing_m;

@@ -1,4 +1,4 @@
-//! How far a frame's map is off that of the same frame at a stricter accuracy with all echoes kept.
+//! Compares a frame's map with that of the same frame at a stricter accuracy and with all echoes kept.
 
 use super::frame::Frame;
 use super::sheet::{Sheet, median, relative_l2};
@@ -18,25 +18,28 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-/// The reference allows a sixteenth of the error: phases across a stretch of a quarter.
+/// Factor between the accuracy of the frame and that of the reference: a sixteenth of the error, that is a
+/// quarter of the phase across a patch.
 const FINER: f64 = 16.0;
-/// Largest relative L2 between the maps, and largest change of an object's level, dB: against the stricter run.
+/// Largest relative L2 error between the maps, and largest change of an object's level, dB, relative to the
+/// stricter run.
 const STRICTER: [f64; 2] = [1e-2, 0.1];
-/// The same against every single echo at the same accuracy.
+/// The same limits relative to all echoes, none left out, at the same accuracy.
 const EXACT: [f64; 2] = [1e-3, 0.2];
-/// Largest error of samples against the direct sum in f64, dB of the sum of squares of all amplitudes.
+/// Largest error of samples against the direct sum in f64, dB relative to the sum of squares of all
+/// amplitudes.
 const SYNTHESIS_DB: f64 = -80.0;
 
-/// Samples of each of three channels that are summed directly.
+/// Number of samples of each of three channels that are summed directly.
 const SAMPLES: usize = 101;
 
-/// How much of a frame is compared.
+/// Extent of the comparison of a frame.
 pub(super) struct Limits {
-    /// Loops of the frames that are compared, so that the comparison takes no longer than the frame itself.
+    /// Number of loops of the compared frames, so that the comparison takes no longer than the frame itself.
     pub loops: usize,
 }
 
-/// Level in channel 0 (W) and cell of an object's strongest echo.
+/// Level in channel 0 (W) and map cell of an object's strongest echo.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Strongest {
     power_w: f64,
@@ -44,11 +47,11 @@ struct Strongest {
     range: usize,
 }
 
-/// Compares the map of these echoes with that of every single echo of the frame, and with that at a stricter accuracy, and some
-/// samples with the direct sum; and notes the gates.
+/// Compares the map of these echoes with that of all echoes of the frame and with that at a stricter
+/// accuracy, and some samples with the direct sum; notes the gates.
 ///
 /// # Errors
-/// What the engine reports.
+/// Returns the errors of the scene's geometry and of the engine.
 pub(super) fn compare(
     frame: &Frame,
     echoes: &Echoes,
@@ -67,7 +70,8 @@ pub(super) fn compare(
         Ok(engine.range_doppler(&radar, &cube)?.map)
     };
     let got = map(echoes)?;
-    // How well facets stand for the surfaces of their bodies goes by the mesh, and is not what the frame's own accuracy says.
+    // How well facets represent the surfaces of bodies depends on the mesh and not on the frame's own
+    // accuracy.
     let sized = frame.refined(accuracy_db)?;
     let geometry = frame.geometry(&sized)?;
     let all = |accuracy_db: f64| -> Result<Echoes> {
@@ -126,7 +130,7 @@ pub(super) fn compare(
     Ok(())
 }
 
-/// Error of some samples all over the cube against the direct sum in f64, dB of Σ|A|².
+/// Error of samples spread over the cube against the direct sum in f64, dB relative to Σ|A|².
 fn synthesis_error_db(engine: &Engine, radar: &Radar, echoes: &Echoes) -> Result<f64> {
     // The waveforms of the workloads have samples that are lines, one for each way.
     let quiet = Radar { thermal_noise: false, ..radar.clone() };
@@ -154,13 +158,14 @@ fn synthesis_error_db(engine: &Engine, radar: &Radar, echoes: &Echoes) -> Result
     Ok(10.0 * (sum / f64::from(count)).log10())
 }
 
-/// Noise of a whole frame's cell, W. A peak under it is none: single precision alone may move it.
+/// Noise power in one cell of a whole frame, W. Peaks below it do not count: single precision alone may move
+/// them.
 fn noise_w(radar: &Radar) -> f64 {
     Noise::thermal(radar, 0, 0)
         .map_or(0.0, |n| 2.0 * n.sigma * n.sigma / (radar.samples * radar.chirps) as f64)
 }
 
-/// (row, column) of an echo.
+/// Cell (row, column) of an echo in the map.
 fn cell(radar: &Radar, r: &Echo) -> (usize, usize) {
     let rows = radar.processing.doppler_fft as f64;
     let bin = beat_frequency_hz(radar, r).abs() / radar.sample_rate_hz * radar.processing.range_fft as f64;
@@ -175,7 +180,7 @@ struct Change {
     range_bin: usize,
 }
 
-/// Level changes of the cells of all objects that stand above the noise, by class.
+/// Level changes of the cells of all objects above the noise, by class.
 fn objects(
     scene: &Scene,
     radar: &Radar,
@@ -205,7 +210,7 @@ fn objects(
     classes
 }
 
-/// Cells of the reference above the noise, and how many of them agree within 0.1 dB.
+/// Number of cells of the reference above the noise, and how many of them agree within 0.1 dB.
 fn cells(got: &PowerMap<f64>, want: &PowerMap<f64>, noise_w: f64) -> (usize, usize) {
     let over = got.data.iter().zip(&want.data).filter(|(_, w)| **w > noise_w);
     over.fold((0, 0), |(n, near), (g, w)| (n + 1, near + usize::from(db_from_power(g / w).abs() <= 0.1)))

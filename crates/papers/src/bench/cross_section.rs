@@ -1,4 +1,5 @@
-//! W1 and W2: sweeps of a reflector by exact beams, against beams in f64 and a dense grid of rays.
+//! W1 and W2: sweeps of a reflector's cross section by exact beams, compared with beams in f64 and a dense
+//! grid of rays.
 
 use super::sheet::{Outcome, Settings, Sheet};
 use catseye::base::error::Result;
@@ -9,18 +10,18 @@ use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, RcsOptions, Scatte
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
 
-/// Errors are looked at where the cross section is within this many dB of the sweep's peak.
+/// Levels below the sweep's peak down to which errors are examined, dB.
 pub const BELOW_PEAK_DB: f64 = 30.0;
 
-/// A reflector and the directions it is seen from.
+/// A reflector and the directions from which it is seen.
 pub struct Sweep {
-    /// The reflector with its parameters.
+    /// Text that names the reflector and its parameters.
     pub spec: &'static str,
     /// Directions to the radar.
     pub aspects: Vec<Aspect>,
-    /// Rays per wavelength of the grid, and of a denser one.
+    /// Rays per wavelength of the reference grid, and of a denser one.
     reference: [f64; 2],
-    /// Every how many directions each of the two is taken.
+    /// Step in directions at which each of the two references is computed.
     every: [usize; 2],
 }
 
@@ -33,12 +34,12 @@ fn aspects(elevation_deg: &[f64], azimuth_deg: &[f64]) -> Vec<Aspect> {
         .collect()
 }
 
-/// `first`, `first + step`, ..., `count` values.
+/// The `count` values `first`, `first + step`, ....
 fn steps(first: f64, step: f64, count: usize) -> Vec<f64> {
     (0..count).map(|i| first + step * i as f64).collect()
 }
 
-/// 451 directions; 46 when `quick`.
+/// The sweep of W1: 451 directions, 46 when `quick`.
 pub fn trihedral(quick: bool) -> Sweep {
     let azimuth = if quick { steps(-45.0, 1.0, 46) } else { steps(-45.0, 0.1, 451) };
     Sweep {
@@ -49,7 +50,7 @@ pub fn trihedral(quick: bool) -> Sweep {
     }
 }
 
-/// 8,211 directions; 231 when `quick`.
+/// The sweep of W2: 8,211 directions, 231 when `quick`.
 pub fn type1(quick: bool) -> Sweep {
     let (elevation, azimuth) = match quick {
         true => (steps(0.0, 0.5, 11), steps(-40.0, 4.0, 21)),
@@ -65,20 +66,20 @@ pub fn type1(quick: bool) -> Sweep {
 }
 
 impl Sweep {
-    /// The reflector.
+    /// Builds the scene of the reflector.
     ///
     /// # Errors
-    /// What the engine reports.
+    /// Returns an error if the text names no reflector or has an invalid parameter.
     pub fn scene(&self) -> Result<Scene> {
         Reflector::parse(self.spec)?.to_scene(&material::by_name)
     }
 
-    /// The directions, sending and receiving in one.
+    /// The directions for a transmitter and receiver at one place.
     pub fn looks(&self) -> Vec<BistaticAspect> {
         self.aspects.iter().map(|a| BistaticAspect::monostatic(*a)).collect()
     }
 
-    /// The convention "every" alone.
+    /// Options of the solver: only the convention "every".
     pub fn options() -> RcsOptions {
         RcsOptions { last: false, ..Default::default() }
     }
@@ -88,7 +89,8 @@ fn vv_db(s: &Scattering) -> f64 {
     dbsm_from_amplitude(s.every[0][0].norm())
 }
 
-/// Worst and mean difference of the levels in dB where the reference is above `floor`, and how many are.
+/// Worst and mean difference of the levels where the reference is above `floor_db`, dB, and the number of
+/// such levels.
 fn compare(got: &[Scattering], reference: &[Scattering], floor_db: f64) -> (f64, f64, usize) {
     let strong = got.iter().zip(reference).filter(|(_, r)| vv_db(r) >= floor_db);
     let errors: Vec<f64> = strong.map(|(g, r)| (vv_db(g) - vv_db(r)).abs()).collect();
@@ -107,7 +109,7 @@ pub(super) fn w2(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Resu
 fn run(sweep: &Sweep, engine: &Engine, mut sheet: Sheet<'_>) -> Result<Outcome> {
     let scene = sheet.stage("scene", || sweep.scene())?;
     let (looks, options) = (sweep.looks(), Sweep::options());
-    // Device start and compilation of shaders are no part of a sweep.
+    // Device start and compilation of shaders are not part of a sweep.
     sheet.stage("warm-up", || engine.rcs(&scene, &[DEFAULT_FREQUENCY_HZ], &looks[..1], &options))?;
     sheet.count("directions", looks.len());
     sheet.count("triangles", scene.triangle_count());
@@ -115,7 +117,7 @@ fn run(sweep: &Sweep, engine: &Engine, mut sheet: Sheet<'_>) -> Result<Outcome> 
 
     // Two references: the beams in f64, and a dense grid of rays, which shares nothing with them.
     let thin = |every: usize| -> (Vec<Aspect>, Vec<Scattering>) {
-        // From the middle of the first stretch: neither end of the sweep is special.
+        // From the middle of the first stretch, so that neither end of the sweep is special.
         sweep.aspects.iter().copied().zip(found.iter().copied()).skip(every / 2).step_by(every).unzip()
     };
     let peak = found.iter().map(vv_db).fold(f64::NEG_INFINITY, f64::max);

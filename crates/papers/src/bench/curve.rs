@@ -17,20 +17,20 @@ const SIZES: [(&str, u32, bool); 6] = [
     ("frame_2e6", 1000, false),
 ];
 
-/// The exponent is taken from this many triangles upwards, where what does not depend on them is small.
+/// Least number of triangles from which the exponent is taken: what does not depend on them is then small.
 const FROM_TRIANGLES: usize = 100_000;
 
 /// One size of the curve.
 struct Point {
     triangles: usize,
-    /// Its stages one after the other.
+    /// Its stages in order.
     stages: Vec<Stage>,
     echoes: usize,
     peak_bytes: Option<u64>,
 }
 
 impl Point {
-    /// Runs the stages of one frame once; all that they make is gone when they are done.
+    /// Runs the stages of one frame once; all that they allocate is released at the end.
     fn of(quads: u32, engine: &Engine, seed: u64) -> Result<Point> {
         let frame = scenario::terrain(quads)?;
         let (geometry, placing) = once("geometry", || frame.geometry(&frame.scene))?;
@@ -50,7 +50,7 @@ impl Point {
         })
     }
 
-    /// All stages together.
+    /// The sum of all stages.
     fn sum(&self, name: &'static str) -> Stage {
         let cores = self.stages.iter().map(|s| s.core_seconds);
         let seconds = self.stages.iter().map(|s| s.seconds).sum();
@@ -69,7 +69,7 @@ impl Point {
     }
 }
 
-/// Slope of log(y) over log(x) from one (x, y) to another; None where there is none.
+/// Slope of log(y) over log(x) between two points (x, y); None where it is non-finite.
 fn slope(from: (f64, f64), to: (f64, f64)) -> Option<f64> {
     let slope = (to.1 / from.1).ln() / (to.0 / from.0).ln();
     slope.is_finite().then_some(slope)

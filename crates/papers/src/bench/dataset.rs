@@ -1,4 +1,4 @@
-//! Many frames of drawn scenes into shards, as `catseye dataset` makes them: W10 and W11.
+//! W10 and W11: many frames of drawn scenes written to shards, as `catseye dataset` does.
 
 use super::agreement::{self, Limits};
 use super::frame::Frame;
@@ -18,16 +18,16 @@ const SMALL_RADAR: (&str, &str) =
 /// Name of a recipe in its temporary folder.
 const RECIPE: &str = "recipe.toml";
 
-/// How many scenes are drawn, and how many frames are made of each.
+/// Number of scenes that are drawn, and of frames of each.
 struct Size {
     scenes: u32,
     frames_per_scene: u32,
 }
 
-/// The text of a recipe with these numbers in place of its own, and with frames as folders, which every build can write.
+/// Replaces these numbers in the text of a recipe, and stores frames as folders, which every build can write.
 ///
 /// # Errors
-/// A recipe that does not give these keys at the beginning of a line.
+/// Returns an error if the recipe does not have these keys at the beginning of a line.
 fn resized(text: &str, size: &Size) -> Result<String> {
     let mut missing = vec!["scenes", "frames_per_scene", "[store]"];
     let mut out = String::new();
@@ -62,7 +62,7 @@ fn run(
     let cancel = AtomicBool::new(false);
     let mut runs = 0;
     let report = sheet.stage("produced", || {
-        // A folder that is complete would be found and kept.
+        // A complete folder would be found and kept.
         runs += 1;
         let options = Options {
             jobs: None,

@@ -1,4 +1,4 @@
-//! What one frame is made of, as W3, W7, W8, W8-curve, W9, W12 and W13 time it.
+//! One frame and its inputs, as timed by W3, W7, W8, W8-curve, W9, W12 and W13.
 
 use catseye::adc::budget::{Budget, trim};
 use catseye::base::error::Result;
@@ -15,9 +15,9 @@ use catseye::trace::{Echoes, TraceOptions};
 use glam::{DQuat, DVec3};
 use std::borrow::Cow;
 
-/// What a frame is made of.
+/// The inputs of one frame.
 pub struct Frame {
-    /// What stands there, as it is given.
+    /// The scene as given, before curved surfaces are cut.
     pub scene: Scene,
     /// The radar.
     pub radar: Radar,
@@ -25,23 +25,23 @@ pub struct Frame {
     pub pose: Pose<Sensor, World>,
     /// Velocity of the radar in the world, m/s.
     pub ego_mps: DVec3,
-    /// How waves are followed.
+    /// Options of ray tracing.
     pub options: TraceOptions,
-    /// Which echoes are left out.
+    /// Rules by which weak echoes are left out.
     pub budget: Budget,
-    /// Middle of the frame, s.
+    /// Time of the middle of the frame, s.
     pub time_s: f64,
-    /// Half the time over which paths may bend, s; 0 where all of them change at a steady rate.
+    /// Half the time over which path lengths may curve, s; 0 where all of them change at a steady rate.
     pub reach_s: f64,
-    /// Most triangles that curved surfaces are cut into.
+    /// Largest number of triangles into which curved surfaces are cut.
     pub facets: usize,
 }
 
 impl Frame {
-    /// W3 at rest or moving; its paths change at steady rates.
+    /// The frame of W3, at rest or moving; its path lengths change at steady rates.
     ///
     /// # Errors
-    /// A scene or radar that cannot be made.
+    /// Returns an error if the scene or the radar cannot be made.
     pub fn w3(moving: bool) -> Result<Frame> {
         let mut radar = radar_toml::preset("front77")?;
         let at = DVec3::new(0.0, 0.0, RADAR_HEIGHT_M);
@@ -59,10 +59,10 @@ impl Frame {
         })
     }
 
-    /// The first frame of a scenario's first radar in this scene, as `catseye simulate` makes it.
+    /// The first frame of a scenario's first radar in `scene`, as `catseye simulate` makes it.
     ///
     /// # Errors
-    /// Weather at a frequency for which it is not known.
+    /// Returns an error for weather at a frequency for which it is not known.
     pub fn of(scenario: &SitedScenario, scene: Scene) -> Result<Frame> {
         let radar = scenario.radars[0].clone();
         let time_s = scenario.frames.time_s(0);
@@ -79,23 +79,23 @@ impl Frame {
         Ok(Frame { scene, radar, pose, ego_mps, options, budget, time_s, reach_s, facets })
     }
 
-    /// The scene with its curved surfaces cut as finely as an accuracy in dB asks for.
+    /// The scene with its curved surfaces cut as finely as `accuracy_db` requires.
     ///
     /// # Errors
-    /// Surfaces that cannot be cut.
+    /// Returns an error if a surface cannot be cut.
     pub fn refined(&self, accuracy_db: f64) -> Result<Cow<'_, Scene>> {
         curved::sized_within(&self.scene, accuracy_db, wavenumber(self.radar.carrier_hz), self.facets)
     }
 
-    /// A scene placed as it is at the time of the frame.
+    /// The geometry of `scene` at the time of the frame.
     ///
     /// # Errors
-    /// A scene that cannot be placed.
+    /// Returns an error if the scene cannot be placed.
     pub fn geometry(&self, scene: &Scene) -> Result<Geometry> {
         Geometry::of_frame(scene, self.time_s, self.radar.carrier_hz, self.reach_s)
     }
 
-    /// The echoes of the frame.
+    /// Traces the echoes of the frame.
     pub fn echoes(
         &self,
         engine: &Engine,

@@ -1,9 +1,10 @@
-//! The standard workloads: timed on any engine, counted, and checked against a better computation.
+//! The standard workloads: timed on any engine, counted, and compared with a more accurate computation.
 //!
-//! W1, W2: cross sections. W3: one frame of a road, at rest and moving. W4: processing of one cube,
-//! W4s: of one that is larger than buffers are. W5: many frames in a row. W6: closest hits on a million triangles.
-//! W7, W8, W9, W12, W13: one frame of a road that bends, of a terrain, of a street with cars, with 192 virtual channels,
-//! and of a recipe for a small radar. W8-curve: how the time of W8's frame grows with its triangles. W10, W11: datasets of small frames and of curved cars.
+//! W1, W2: cross sections. W3: one frame of a road, at rest and moving. W4: processing of one cube; W4s: of
+//! one that is larger than buffers are. W5: a sequence of frames. W6: closest hits on a million triangles.
+//! W7, W8, W9, W12, W13: one frame of a road with bends, of a terrain, of a street with cars, with 192
+//! virtual channels, and of a recipe for a small radar. W8-curve: time of W8's frame over its number of
+//! triangles. W10, W11: datasets of small frames and of curved cars.
 
 mod agreement;
 pub mod cross_section;
@@ -24,10 +25,10 @@ use catseye::engine::Engine;
 use sheet::Sheet;
 pub use sheet::{LONG_S, Outcome, RUNS, Settings, Stage, WORKLOADS};
 
-/// Runs the workloads of these names, all when there are none, in the order of [`WORKLOADS`].
+/// Runs the workloads of these names, all if there are no names, in the order of [`WORKLOADS`].
 ///
 /// # Errors
-/// An unknown name; whatever a stage reports.
+/// Returns an error for an unknown name, and the errors of the stages.
 pub fn run(
     engine: &Engine,
     only: &[String],
@@ -52,7 +53,7 @@ pub fn run(
 
 type Work = fn(&Engine, &Settings, Sheet<'_>) -> Result<Outcome>;
 
-/// What runs the workload of a name.
+/// The function that runs the workload of a name.
 fn workload(name: &str) -> Option<Work> {
     Some(match name {
         "W1" => cross_section::w1,

@@ -1,4 +1,4 @@
-//! W4: from a cube of noise and targets to beams, against the same in f64.
+//! W4: from a cube of noise and targets to beams, compared with the same in f64.
 
 use super::sheet::{Outcome, Settings, Sheet, relative_l2};
 use catseye::adc::Cube;
@@ -15,19 +15,19 @@ use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Cells for which beams are formed.
+/// Number of cells for which beams are formed.
 pub const CELLS: usize = 2000;
-/// Chirps and samples of the cube; it has twelve channels.
+/// Number of chirps and samples of the cube; it has twelve channels.
 pub const SHAPE: [usize; 2] = [512, 1024];
-/// A threshold so low that more than [`CELLS`] peaks of the noise pass.
+/// Probability of false alarm so high that more than [`CELLS`] peaks of the noise pass.
 const PFA: f64 = 1e-2;
-/// A cell whose power is within this share of its threshold may fall on either side in f32.
+/// Relative distance of a cell's power from its threshold within which it may fall on either side in f32.
 const TIE: f64 = 1e-5;
 
-/// The preset `front77` with W4's cube and detector.
+/// The radar preset `front77` with W4's cube and detector.
 ///
 /// # Errors
-/// What the engine reports.
+/// Returns an error if the preset cannot be read.
 pub fn radar() -> Result<Radar> {
     let mut radar = radar_toml::preset("front77")?;
     [radar.chirps, radar.samples] = SHAPE;
@@ -40,7 +40,8 @@ pub fn radar() -> Result<Radar> {
     Ok(radar)
 }
 
-/// Noise of power 1 W and sixteen targets, 20 dB under it and more, in range, Doppler and azimuth.
+/// Makes a cube of noise of power 1 W and sixteen targets, 20 dB and more below it, at various ranges,
+/// Dopplers and azimuths.
 pub fn cube(radar: &Radar, seed: u64) -> Cube<f32> {
     let noise = Noise { sigma: 0.5f64.sqrt(), sampling: radar.sampling, seed, frame: 0 };
     let mut cube = Cube::<f32>::zeros(radar.chirps, radar.channels(), radar.samples);

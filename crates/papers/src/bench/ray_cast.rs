@@ -1,4 +1,4 @@
-//! W6: closest hits on a terrain of a million triangles, against f64.
+//! W6: closest hits on a terrain of a million triangles, compared with f64.
 
 use super::sheet::{Outcome, RUNS, Settings, Sheet, Stage, cpu_seconds, median};
 use catseye::base::error::Result;
@@ -16,18 +16,18 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-/// Pixels of the coherent rays.
+/// Number of pixels of the coherent rays.
 pub const SCREEN: [usize; 2] = [1920, 1080];
 const SCREEN_QUICK: [usize; 2] = [480, 270];
-/// Every how many rays one is looked at in f64: a prime.
+/// Step in rays at which one is checked in f64: a prime.
 const SAMPLE: usize = 97;
-/// Distances that differ by more, relatively, are wrong.
+/// Largest relative difference of a distance that counts as right.
 const TOLERANCE: f64 = 1e-4;
 
-/// The terrain with its tree.
+/// Builds the terrain with its acceleration tree.
 ///
 /// # Errors
-/// What the engine reports.
+/// Returns an error if the material or the geometry cannot be made.
 pub fn geometry() -> Result<Geometry> {
     let mut scene = Scene::default();
     let asphalt = scene.material_index(&material::by_name("asphalt")?);
@@ -44,7 +44,7 @@ fn ray(geometry: &Geometry, origin: DVec3, dir: DVec3) -> Ray {
     }
 }
 
-/// One ray for each pixel, row by row, of a camera that looks over the terrain and a little down.
+/// One ray for each pixel, row by row, of a camera that looks over the terrain and slightly down.
 pub fn coherent(geometry: &Geometry, screen: [usize; 2]) -> Vec<Ray> {
     let half = 0.5 * f64::from(W6_QUADS) * W6_CELL_M;
     let eye = DVec3::new(-half, 0.0, 5.0 * W6_RELIEF_M);
@@ -59,7 +59,7 @@ pub fn coherent(geometry: &Geometry, screen: [usize; 2]) -> Vec<Ray> {
         .collect()
 }
 
-/// Rays from random places over the terrain in random directions.
+/// Rays from random places above the terrain in random directions.
 pub fn random(geometry: &Geometry, count: usize, seed: u64) -> Vec<Ray> {
     let half = 0.5 * f64::from(W6_QUADS) * W6_CELL_M;
     (0..count)
@@ -80,7 +80,7 @@ pub fn random(geometry: &Geometry, count: usize, seed: u64) -> Vec<Ray> {
         .collect()
 }
 
-/// The terrain where an engine can cast rays at it.
+/// The terrain uploaded to where an engine can cast rays at it.
 pub struct Caster<'a> {
     engine: &'a Engine,
     geometry: &'a Geometry,
@@ -89,10 +89,10 @@ pub struct Caster<'a> {
 }
 
 impl<'a> Caster<'a> {
-    /// A caster on an engine.
+    /// Uploads the terrain to an engine.
     ///
     /// # Errors
-    /// A GPU that cannot hold the terrain.
+    /// Returns an error if the GPU cannot hold the terrain.
     pub fn new(engine: &'a Engine, geometry: &'a Geometry) -> Result<Caster<'a>> {
         let arrays = GeometryArrays::new(geometry)?;
         let tree = match engine {
@@ -110,10 +110,10 @@ impl<'a> Caster<'a> {
         Ok(Caster { engine, geometry, arrays, tree })
     }
 
-    /// Hits and the seconds for them, those of the upload of the rays apart.
+    /// Casts rays; returns the hits and the time they took, s, without the upload of the rays.
     ///
     /// # Errors
-    /// What the engine reports.
+    /// Returns the errors of the engine.
     pub fn cast(&self, rays: &[Ray]) -> Result<(Vec<Hit>, f64)> {
         let skip = vec![NO_PATCH; rays.len()];
         if let (Engine::Gpu(gpu), Some(tree)) = (self.engine, &self.tree) {
@@ -167,7 +167,7 @@ struct Check {
     sample: usize,
     other_triangle: usize,
     wrong: usize,
-    /// Of the hits that are not wrong.
+    /// Worst relative error of the hits that are not wrong.
     worst: f64,
 }
 

@@ -22,7 +22,7 @@ use std::path::Path;
 
 /// The road of W7 and W12.
 const EVERYTHING: &str = include_str!("../../../../scenes/road/road_everything.toml");
-/// The ego of W7 and W12, whose road is in no file here.
+/// The ego vehicle of W7 and W12; their road is the text above, not a file.
 const ON_EVERYTHING: &str = "name = \"W7\"\nradar = \"front77\"\nscene = { road = \"road.toml\" }\n\
     ego = { speed_mps = 20, on_road = { lane = 1, s_m = 10 } }\n";
 /// The radar of W8 stands where that of W3 does.
@@ -54,7 +54,7 @@ const AWR1843: [(&str, &str); 2] = [
     ("awr1843_radar.toml", include_str!("../../../../scenes/recipes/awr1843_radar.toml")),
 ];
 
-/// A scenario whose road is not on the disk.
+/// Parses a scenario whose road is not on the disk.
 fn on_road(text: &str) -> Result<Scenario> {
     scenario::parse_with_road(Path::new("scenario.toml"), text, Some("road.toml"))
 }
@@ -68,8 +68,8 @@ fn everything() -> Result<Frame> {
     frame_on(&on_road(ON_EVERYTHING)?, EVERYTHING)
 }
 
-/// A filled row of 192 virtual elements half a wavelength apart: 16 receivers, and 12 transmitters as far apart as all
-/// of them together.
+/// Makes a filled row of 192 virtual elements half a wavelength apart: 16 receivers, and 12 transmitters
+/// spaced by the length of that row of receivers.
 fn imaging(radar: &mut Radar) {
     let half_m = 0.5 * radar.wavelength_m();
     let row = |n: usize, step: f64| (0..n).map(move |i| (i as f64 - 0.5 * (n - 1) as f64) * step * half_m);
@@ -100,7 +100,7 @@ fn street() -> Result<Frame> {
     frame_on(&on_road(IN_STREET)?, STREET)
 }
 
-/// Scene 0 of the recipe for a radar like an AWR1843 board.
+/// The frame of scene 0 of the recipe for a radar like an AWR1843 board.
 fn awr1843() -> Result<Frame> {
     let scratch = Scratch::with("w13", &AWR1843)?;
     let recipe = Recipe::load(&scratch.path().join(AWR1843[0].0), None)?;

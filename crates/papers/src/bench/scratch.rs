@@ -1,22 +1,22 @@
-//! A temporary folder for what a workload writes.
+//! A temporary folder for the files that a workload writes.
 
 use catseye::base::error::{Error, Result};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A folder that is removed when the work ends.
+/// A folder that is removed when this value is dropped.
 pub(super) struct Scratch(PathBuf);
 
 impl Scratch {
-    /// Names the folder of a workload, which does not exist yet, below the system's folder for temporary files.
+    /// Names a workload's folder below the system's temporary folder, without creating it.
     pub(super) fn new(workload: &str) -> Scratch {
         Scratch(std::env::temp_dir().join(format!("catseye-{workload}-{}", std::process::id())))
     }
 
-    /// Makes the folder and writes these files into it, each a name and a text.
+    /// Creates the folder and writes these files into it, given as (name, text).
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if the folder or a file cannot be written.
     pub(super) fn with(workload: &str, files: &[(&str, &str)]) -> Result<Scratch> {
         let scratch = Scratch::new(workload);
         fs::create_dir_all(&scratch.0).map_err(|e| Error::io(&scratch.0, e))?;

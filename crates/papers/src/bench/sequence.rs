@@ -1,4 +1,4 @@
-//! W5: many frames of W3 in a row, written while the next is computed.
+//! W5: a sequence of frames of W3, each written while the next is computed.
 
 use super::scratch::Scratch;
 use super::sheet::{Outcome, Settings, Sheet};
@@ -15,7 +15,7 @@ use glam::{DQuat, DVec3};
 use std::path::Path;
 use std::sync::mpsc::sync_channel;
 
-/// The ego drives 0.1 m from frame to frame.
+/// The ego vehicle advances 0.1 m from frame to frame.
 const SCENARIO: &str = "name = \"W5\"\nradar = \"front77\"\nscene = { builtin = \"w3-moving\" }\n\
     ego = { speed_mps = 10 }\nframes = { count = 100, interval_s = 0.01 }\n";
 
@@ -26,7 +26,7 @@ fn scenario(seed: u64) -> Result<Scenario> {
     Ok(s)
 }
 
-/// Samples and points, as a dataset stores them.
+/// A record of samples and points, as a dataset stores them.
 fn record(number: u64, frame: Frame) -> Record {
     let of = |f: fn(&catseye::detect::Point) -> f64| Column::F64(frame.points.iter().map(f).collect());
     let points = vec![
@@ -83,7 +83,7 @@ pub(super) fn w5(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
             for index in 0..frames {
                 match of(index).map(|frame| to.send(record(index.into(), frame))) {
                     Ok(Ok(())) => {}
-                    // A writer that is gone says why itself.
+                    // A writer that has ended reports its own error.
                     Ok(Err(_)) => break,
                     Err(e) => {
                         computed = Err(e);

@@ -1,4 +1,4 @@
-//! What a workload is run with and what it notes.
+//! Settings and results of a workload.
 
 use catseye::base::error::Result;
 use catseye::engine::{Engine, EngineReport};
@@ -26,60 +26,60 @@ pub const WORKLOADS: [(&str, &str); 16] = [
     ("W13", "one frame of the recipe awr1843_street: cars, cyclists and people for a small radar"),
 ];
 
-/// What a run may vary.
+/// Settings of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
-    /// Fewer directions, rays and frames.
+    /// Whether to use fewer directions, rays and frames.
     pub quick: bool,
     /// Seed of all draws.
     pub seed: u64,
 }
 
-/// Seconds of one stage: of the only run when that takes longer than [`LONG_S`], otherwise the median of
-/// [`RUNS`] after one that warms up.
+/// Time of one stage: of the only run when that takes longer than [`LONG_S`], otherwise the median of
+/// [`RUNS`] runs after a warm-up.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stage {
     /// Name of the stage.
     pub name: &'static str,
-    /// Median of the runs, s.
+    /// Median time of the runs, s.
     pub seconds: f64,
-    /// CPU time of all threads of this process, s, a run; None where the system does not say.
+    /// CPU time of all threads of this process per run, s; None where the system does not report it.
     pub core_seconds: Option<f64>,
     /// Number of runs.
     pub runs: usize,
 }
 
-/// A run that takes longer is not repeated.
+/// Duration above which a run is not repeated, s.
 pub const LONG_S: f64 = 2.0;
 
-/// Runs of shorter ones.
+/// Number of runs of a shorter stage.
 pub const RUNS: usize = 3;
 
-/// What one workload took and how good its result is.
+/// The time that one workload took and the accuracy of its result.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
     /// Name of the workload.
     pub workload: &'static str,
-    /// What it is.
+    /// Description of the workload.
     pub title: &'static str,
     /// The engine that ran it.
     pub device: EngineReport,
-    /// Seconds of its stages.
+    /// Times of its stages.
     pub stages: Vec<Stage>,
-    /// Of the stages that make up the workload.
+    /// Total time of the stages that make up the workload, s.
     pub total_seconds: f64,
-    /// CPU time of all threads of this process in those stages, s; None where the system does not say. A GPU's time is not
-    /// in it.
+    /// CPU time of all threads of this process in those stages, s; None where the system does not report it.
+    /// It does not include GPU time.
     pub core_seconds: Option<f64>,
     /// Counts, by name.
     pub counts: Map<String, Value>,
-    /// How good the result is, by name.
+    /// Measures of accuracy, by name.
     pub accuracy: Map<String, Value>,
     /// Remarks, one a line.
     pub notes: Vec<String>,
 }
 
-/// One workload on its way.
+/// Results of one workload while it runs.
 pub(super) struct Sheet<'a> {
     pub(super) outcome: Outcome,
     pub(super) say: &'a dyn Fn(&str),
@@ -110,7 +110,7 @@ impl<'a> Sheet<'a> {
         Ok(out)
     }
 
-    /// Puts down a stage of the workload that was timed elsewhere.
+    /// Adds a stage of the workload that was timed elsewhere.
     pub(super) fn add(&mut self, stage: Stage) {
         let o = &mut self.outcome;
         o.total_seconds += stage.seconds;
@@ -154,7 +154,7 @@ fn timed<T>(name: &'static str, mut f: impl FnMut() -> Result<T>) -> Result<(T, 
     }
     let (mut all, mut cores) = (Vec::with_capacity(RUNS), Vec::with_capacity(RUNS));
     for _ in 0..RUNS {
-        // The previous result goes first, so that two never lie in memory together.
+        // The previous result is dropped first, so that two never are in memory together.
         drop(out);
         let (o, stage) = once(name, &mut f)?;
         out = o;
@@ -173,14 +173,14 @@ pub(super) fn once<T>(name: &'static str, f: impl FnOnce() -> Result<T>) -> Resu
     Ok((out, Stage { name, seconds: start.elapsed().as_secs_f64(), core_seconds, runs: 1 }))
 }
 
-/// Largest resident memory of the process so far, bytes; None where the system does not say.
+/// Peak resident memory of the process, bytes; None where the system does not report it.
 pub(super) fn peak_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find(|l| l.starts_with("VmHWM:"))?;
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|k| k << 10)
 }
 
-/// CPU time that all threads of this process have taken so far, s; None where the system does not say.
+/// CPU time of all threads of this process so far, s; None where the system does not report it.
 pub(super) fn cpu_seconds() -> Option<f64> {
     #[cfg(unix)]
     {
@@ -192,13 +192,13 @@ pub(super) fn cpu_seconds() -> Option<f64> {
     None
 }
 
-/// The middle of the values, the upper one of two; NaN for none.
+/// Median of the values, the upper one of two; NaN for none.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// sqrt(sum |got - want|² / sum |want|²).
+/// Relative L2 error sqrt(sum |got - want|² / sum |want|²).
 pub(super) fn relative_l2(got: impl IntoIterator<Item = f64>, want: impl IntoIterator<Item = f64>) -> f64 {
     let (mut error, mut norm) = (0.0, 0.0);
     for (g, w) in got.into_iter().zip(want) {

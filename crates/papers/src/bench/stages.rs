@@ -1,4 +1,4 @@
-//! One frame from the scene to points, stage by stage, then compared with better ones.
+//! One frame from the scene to points, stage by stage, then compared with more accurate ones.
 
 use super::agreement::{self, Limits};
 use super::frame::Frame;

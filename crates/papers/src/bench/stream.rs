@@ -13,9 +13,9 @@ use std::ops::Range;
 
 /// Chirps, samples, channels.
 const SHAPE: [usize; 3] = [2048, 2048, 16];
-/// (Doppler row, range bin) of the targets, on whole cells.
+/// Cells (Doppler row, range bin) of the targets, at cell centres.
 const TARGETS: [[usize; 2]; 4] = [[1024, 100], [1100, 640], [300, 1500], [1900, 1999]];
-/// Amplitude of a target over the noise of a sample, of power one: 20 dB under it.
+/// Amplitude of a target relative to the noise of a sample, which has power one: 20 dB below it.
 const AMPLITUDE: f64 = 0.1;
 
 fn radar() -> Result<Radar> {
@@ -38,7 +38,8 @@ fn radar() -> Result<Radar> {
     Ok(radar)
 }
 
-/// Samples of some channels, `[chirp, channel, sample]`: a recorder's stand-in, cheap beside what is measured.
+/// Samples of some channels, `[chirp, channel, sample]`: a stand-in for a recorder, cheap compared with what
+/// is measured.
 fn fill(seed: u64, channels: Range<usize>, out: &mut [Complex32]) {
     let [chirps, samples, all] = SHAPE;
     let count = channels.len();

@@ -1,4 +1,4 @@
-//! Statements of a document beside what a study gives.
+//! Takes the numbers of a study that are compared with a document's statements.
 
 use super::outcome::Outcome;
 use super::parameter::Value;
@@ -6,10 +6,11 @@ use super::spec::{Fact, FactKind, Sweep};
 use catseye::base::error::BadInput;
 
 impl Fact {
-    /// Whether the fact makes sense over so many axes.
+    /// Checks whether the fact is meaningful for a study with `axes` axes.
     ///
     /// # Errors
-    /// Too many or too few axes are chosen; a level is missing.
+    /// Returns an error if too many or too few axes are chosen, if a level is missing, or if `at` and `minus`
+    /// choose different axes.
     pub fn check(&self, axes: usize) -> Result<(), BadInput> {
         let left = axes - self.at.len();
         match self.kind {
@@ -35,7 +36,7 @@ impl Fact {
         }
     }
 
-    /// Our number; NaN where there is none (nothing crosses, no point in the window).
+    /// This study's number for the fact; NaN where there is none (nothing crosses, no point in the window).
     pub fn ours(&self, outcome: &Outcome) -> f64 {
         let at = self.taken(outcome, &self.at);
         if self.minus.is_empty() { at } else { at - self.taken(outcome, &self.minus) }
@@ -90,7 +91,7 @@ impl Fact {
         }
     }
 
-    /// The places along the last axis that is left, and the values of all points chosen.
+    /// The places along the last remaining axis, and the values of all chosen points.
     fn chosen(&self, outcome: &Outcome, at: &[(usize, Value)]) -> (Vec<f64>, Vec<f64>) {
         let mut shape = outcome.shape();
         let mut y = outcome.fields[self.quantity].values.clone();
@@ -124,7 +125,7 @@ impl Fact {
     }
 }
 
-/// Which entries of an axis make up the place `value`, and with which weights.
+/// Entries of an axis, with weights, that interpolate the place `value`.
 fn weights(outcome: &Outcome, axis: usize, value: &Value) -> Vec<(usize, f64)> {
     let a = &outcome.axes[axis];
     if let Some(i) = a.names.iter().position(|n| *n == value.to_string()) {

@@ -21,48 +21,48 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// A study: quantities over sweeps. Lengths are in metres, angles in degrees.
+/// A study file: quantities over sweeps of parameters. Lengths are in metres, angles in degrees.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "catseye study")]
 pub struct StudyFile {
-    /// Names the files that are written: letters, digits, '-', '_', '.'.
+    /// Name of the study, which names its files: letters, digits, '-', '_', '.'.
     pub name: At<String>,
-    /// Heading of picture and report.
+    /// Title of picture and report.
     pub title: String,
-    /// What it is set beside, as "Feng 2019, figure 3.9".
+    /// Source that the study is compared with, as in "Feng 2019, figure 3.9".
     #[serde(default)]
     pub reference: String,
-    /// For the report.
+    /// Note for the report.
     #[serde(default)]
     pub note: String,
-    /// What is computed (default rcs_dbsm).
+    /// Quantities that are computed (default rcs_dbsm).
     #[serde(default)]
     pub quantities: Vec<At<String>>,
-    /// Parameters that stay as they are.
+    /// Parameters with fixed values.
     #[serde(default)]
     pub set: BTreeMap<String, At<Value>>,
-    /// Parameters that vary: the first is the axis to the right, the second makes curves (or the axis upwards of a
-    /// map), the third makes panels.
+    /// Parameters that vary: the first is the horizontal axis, the second makes curves (or the vertical axis
+    /// of a map), the third makes panels.
     #[serde(default)]
     pub sweep: Vec<SweepTable>,
-    /// How cross sections are solved.
+    /// Settings of the solver of cross sections.
     #[serde(default)]
     pub solver: SolverTable,
-    /// How targets that are files are read.
+    /// Settings for reading targets from files.
     pub import: Option<ImportKeys>,
-    /// What sigma_min_dbsm and margin_db need.
+    /// Data for sigma_min_dbsm and margin_db.
     pub detection: Option<DetectionTable>,
-    /// Radars on the vehicle; a marker counts as seen when one of them sees it. Default: one.
+    /// Radars on the vehicle (default: one). A marker counts as seen when one of them sees it.
     #[serde(default)]
     pub mount: Vec<MountTable>,
-    /// What is drawn.
+    /// Settings of the picture.
     #[serde(default)]
     pub picture: PictureTable,
-    /// Statements to compare with.
+    /// Statements of a document to compare with.
     #[serde(default)]
     pub fact: Vec<FactTable>,
-    /// Search the best parameters instead of tabulating the sweeps.
+    /// Search for the best parameters in place of a table of the sweeps.
     pub search: Option<SearchTable>,
 }
 
@@ -70,39 +70,39 @@ pub struct StudyFile {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepTable {
-    /// A parameter, or target.NAME for one of the reflector's own.
+    /// Name of the parameter, or target.NAME for one of the reflector's own.
     pub parameter: At<String>,
-    /// First value of a grid; the last is `stop`.
+    /// First value of a grid that ends at `stop`.
     pub start: Option<At<f64>>,
-    /// Last value.
+    /// Last value of the grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop: Option<At<f64>>,
-    /// Distance from value to value.
+    /// Step of the grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<At<f64>>,
-    /// Instead of a grid: the values.
+    /// List of values, in place of a grid.
     pub values: Option<At<Vec<Value>>>,
     /// Names of the values in legend, facts and CSV.
     pub names: Option<At<Vec<String>>>,
     /// Label of the axis.
     pub label: Option<String>,
-    /// Makes one number of the sweep instead of an axis.
+    /// Reduces the sweep to one number instead of making an axis of it.
     pub reduce: Option<At<Reduce>>,
 }
 
-/// How files of meshes are read.
+/// Settings for reading mesh files.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ImportKeys {
-    /// m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
+    /// Unit of length: m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
     pub unit: Option<At<String>>,
-    /// y (default of glTF; STL and OBJ need it) or z.
+    /// Upward axis: y (default of glTF; STL and OBJ need it) or z.
     pub up: Option<At<String>>,
-    /// all (default), none, or the name of one.
+    /// Animation: all (default), none, or the name of one.
     pub animation: Option<At<String>>,
-    /// For surfaces whose material is missing or unknown; STL needs it.
+    /// Material of surfaces whose own is missing or unknown; STL needs it.
     pub default_material: Option<At<String>>,
-    /// Material of the file = material of the table.
+    /// Map from materials of the file to materials of the table.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<String, At<String>>,
 }
@@ -119,17 +119,17 @@ impl<'a> From<&'a ImportKeys> for ImportTable<'a> {
     }
 }
 
-/// How cross sections are solved.
+/// Settings of the solver of cross sections.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverTable {
-    /// Facets met by one beam (default 3).
+    /// Largest number of facets met by one beam (default 3).
     pub bounces: At<usize>,
-    /// Error that curved bodies and finite ranges may have (default 0.1).
+    /// Error allowed for curved bodies and finite ranges, dB (default 0.1).
     pub accuracy_db: At<f64>,
-    /// "every" (default) or "last": which bounces radiate.
+    /// Bounces that radiate: "every" (default) or "last".
     pub convention: Convention,
-    /// "none" (default) or "ptd".
+    /// Edge diffraction: "none" (default) or "ptd".
     pub diffraction: DiffractionName,
 }
 
@@ -140,46 +140,46 @@ impl Default for SolverTable {
     }
 }
 
-/// What is added at edges.
+/// Contribution that is added at edges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum DiffractionName {
-    /// Nothing.
+    /// No edge diffraction.
     None,
     /// The physical theory of diffraction.
     Ptd,
 }
 
-/// sigma_min = sigma_ref - (M_ref - max(M_ground, M_noise + SNR)) + antenna compensation.
+/// Data for sigma_min = sigma_ref - (M_ref - max(M_ground, M_noise + SNR)) + antenna compensation.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DetectionTable {
-    /// Preset or radar file: antenna patterns, and for the radar equation everything else.
+    /// Preset or radar file, which gives the antenna patterns, and for the radar equation everything else.
     pub radar: At<String>,
-    /// How magnitudes at the receiver are obtained.
+    /// Source of the magnitudes at the receiver.
     pub method: MethodName,
-    /// Cross section of the reference.
+    /// Cross section of the reference, dBsm.
     pub reference_rcs_dbsm: At<f64>,
-    /// Height of the reference above the radar that recorded it.
+    /// Height of the reference above the radar that recorded it, m.
     #[serde(default)]
     pub reference_rise_m: At<f64>,
     /// Measured: [q1, q2] of 20 lg(1/R^q1) + q2 through the peaks of the reference's magnitude.
     pub peaks_fit: Option<At<[f64; 2]>>,
-    /// Measured: the same through its troughs.
+    /// Measured: [q1, q2] of the same curve through its troughs.
     pub troughs_fit: Option<At<[f64; 2]>>,
-    /// Measured: instead of the fits, [range in m, magnitude in dB].
+    /// Measured: curve of [range in m, magnitude in dB] in place of the fits.
     pub reference_db: Option<At<Vec<[f64; 2]>>>,
-    /// Measured: magnitude of the noise.
+    /// Measured: magnitude of the noise, dB.
     pub noise_db: Option<At<f64>>,
-    /// Measured: magnitude of the ground, [range in m, magnitude in dB].
+    /// Measured: magnitude of the ground as a curve of [range in m, magnitude in dB].
     pub ground_db: Option<At<Vec<[f64; 2]>>>,
-    /// Radar equation: cross section of the ground per area.
+    /// Radar equation: cross section of the ground per area, dB.
     pub ground_sigma0_db: Option<At<f64>>,
-    /// Radar equation: width of the patch of ground in one cell.
+    /// Radar equation: width of the patch of ground in one cell, degrees.
     pub ground_beam_deg: Option<At<f64>>,
 }
 
-/// How the magnitudes of sigma_min are had.
+/// Source of the magnitudes for sigma_min.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodName {
@@ -189,22 +189,22 @@ pub enum MethodName {
     RadarEquation,
 }
 
-/// A radar beside the others on the vehicle.
+/// One of several radars on the vehicle.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MountTable {
-    /// From the place that the parameters name.
+    /// Distance forward of the place that the parameters name, m.
     pub forward_m: At<f64>,
-    /// To the left of the vehicle's middle, m.
+    /// Distance to the left of that place, m.
     #[serde(default)]
     pub left_m: At<f64>,
-    /// Added to radar_azimuth_deg; positive left.
+    /// Angle that is added to radar_azimuth_deg, degrees, positive to the left.
     pub azimuth_deg: At<f64>,
-    /// Added to radar_elevation_deg; positive up.
+    /// Angle that is added to radar_elevation_deg, degrees, positive upwards.
     pub elevation_deg: At<f64>,
 }
 
-/// A statement of a document beside what this study gives.
+/// A statement of a document that is compared with the result of this study.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FactTable {
@@ -217,28 +217,28 @@ pub struct FactTable {
     pub unit: String,
     /// How this study's number is taken from the points that the fact chooses.
     pub of: FactKind,
-    /// The quantity that the number is taken from; without it the first that the study computes.
+    /// Quantity from which the number is taken (default: the first that the study computes).
     pub quantity: Option<At<String>>,
-    /// Where on the axes: a number (interpolated) or a value's name.
+    /// Place on the axes: a number (interpolated) or a value's name.
     #[serde(default)]
     pub at: BTreeMap<String, At<Value>>,
-    /// Other places on the axes: the number that is found there is subtracted.
+    /// Second place on the axes; the number found there is subtracted.
     #[serde(default)]
     pub minus: BTreeMap<String, At<Value>>,
-    /// Parts of axes, each as [lowest, highest]; points outside are left out.
+    /// Ranges of axes, each as [lowest, highest]; points outside are left out.
     #[serde(default)]
     pub within: BTreeMap<String, At<[f64; 2]>>,
-    /// For `width` the dB below the maximum; for `crossing` and `share` the level.
+    /// Level: for `width` the dB below the maximum, for `crossing` and `share` the value itself.
     pub level: Option<At<f64>>,
     /// The reason why the two numbers differ, for the report.
     #[serde(default)]
     pub why: String,
 }
 
-/// More points than this are refused.
+/// Largest number of points of a study.
 pub const MOST_POINTS: usize = 4_000_000;
 
-/// A grid in `--quick`: a quarter of the steps, evenly between the same ends.
+/// Thins a grid for `--quick`: a quarter of the steps, evenly between the same ends.
 fn thinned(values: Vec<f64>) -> Vec<f64> {
     const LESS: usize = 4;
     let steps = values.len().saturating_sub(1);
@@ -250,18 +250,18 @@ fn thinned(values: Vec<f64>) -> Vec<f64> {
     (0..=n).map(|i| on_grain(first + step * i as f64, step)).collect()
 }
 
-/// The study of a TOML file. With `quick`, grids are four times as coarse.
+/// Loads the study of a TOML file. With `quick`, grids are four times as coarse.
 ///
 /// # Errors
-/// `BadInput` with line and key for anything that the study cannot run with.
+/// Returns `BadInput` with line and key for anything with which the study cannot run.
 pub fn load(path: &Path, quick: bool) -> Result<Study> {
     parse(path, &read_text(path)?, quick)
 }
 
-/// The same from text; `file` is named in errors, and files are looked for beside it.
+/// Parses a study from text. `file` is named in errors, and other files are looked for beside it.
 ///
 /// # Errors
-/// A key or value that no study has, with file, line and remedy.
+/// Returns `BadInput` with file, line and remedy for a key or value that is not valid in a study.
 pub fn parse(file: &Path, text: &str, quick: bool) -> Result<Study> {
     let doc = Document::parse(file, text)?;
     let table: StudyFile = doc.read()?;
@@ -275,27 +275,27 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// `b` with its place in the file.
+    /// Adds the place of `at` in the file to the error `b`.
     fn here<T>(&self, at: &At<T>, b: BadInput) -> Error {
         b.placed(self.doc.bad(&at.span, "")).into()
     }
 
-    /// A complaint about a value of the file.
+    /// Returns an error about a value of the file.
     fn refused<R, T>(&self, at: &At<T>, problem: &str, remedy: &str) -> Result<R> {
         Err(self.here(at, BadInput::new(problem).remedy(remedy)))
     }
 
-    /// A complaint about a key that may not be there.
+    /// Makes an error about a key that may be missing.
     fn about(&self, key: &str, problem: &str) -> BadInput {
         BadInput::new(problem).file(self.doc.file()).key(key)
     }
 
-    /// A complaint about a key that is not there.
+    /// Makes an error about a missing key.
     fn missing(&self, key: &str, remedy: &str) -> Error {
         self.about(key, "is missing").remedy(remedy).into()
     }
 
-    /// A complaint about a value of the file, and what it may be.
+    /// Returns an error about a value of the file, with the allowed values.
     fn only<R, T>(&self, at: &At<T>, problem: impl Into<String>, allowed: impl Into<String>) -> Result<R> {
         Err(self.here(at, BadInput::new(problem).allowed(allowed)))
     }
@@ -426,13 +426,13 @@ impl Reader<'_> {
         Ok(out)
     }
 
-    /// What the table says of files.
+    /// Options for reading mesh files, from the table.
     fn import(&self) -> Result<ImportOptions> {
         let table = self.table.import.as_ref();
         table.map_or_else(|| Ok(ImportOptions::default()), |t| ImportTable::from(t).options(self.doc))
     }
 
-    /// Errors: the target is a file, and it is not there, or states no unit.
+    /// Returns an error if the target is a file that is missing or that states no unit.
     fn target(&self, target: &str, span: &std::ops::Range<usize>) -> Result<()> {
         if !is_file(target) {
             return Ok(());
@@ -762,7 +762,7 @@ impl Reader<'_> {
     }
 }
 
-/// `start`, `start + step`, … up to and with `stop`.
+/// Values `start`, `start + step`, … up to and including `stop`.
 fn grid(start: f64, stop: f64, step: f64) -> Result<Vec<f64>, BadInput> {
     if ![start, stop, step].iter().all(|x| x.is_finite()) || step == 0.0 || (stop - start) / step < 0.0 {
         return Err(BadInput::new("the step does not lead from start to stop"));
@@ -781,7 +781,7 @@ fn on_grain(x: f64, step: f64) -> f64 {
     parameter::rounded_to(x, step.abs().log10().floor() as i32 - 9)
 }
 
-/// JSON schema of the study TOML.
+/// JSON schema of the study TOML, as text.
 pub fn schema() -> String {
     serde_json::to_string_pretty(&schemars::schema_for!(StudyFile)).unwrap_or_default() + "\n"
 }

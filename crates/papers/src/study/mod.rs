@@ -1,5 +1,5 @@
-//! Studies: a quantity (radar cross section, least detectable cross section, detection range) over sweeps of any
-//! parameter of reflector, ground, radar and road, set beside the facts of a document.
+//! Studies: a quantity (radar cross section, least detectable cross section, detection range) over sweeps of
+//! any parameter of reflector, ground, radar and road, compared with the facts of a document.
 //!
 //! A study file ([`file`]) fixes some parameters and sweeps others. Each point of the sweeps becomes a
 //! [`view::Setting`]; the cross sections that all of them need are solved in batches ([`solve`]), turned into

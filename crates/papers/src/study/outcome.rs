@@ -1,4 +1,4 @@
-//! What a study gives: quantities over the axes that are left after reducing.
+//! Results of a study: quantities over the axes that remain after reduction.
 
 use super::parameter::{Values, number_of, word_of};
 use super::sigma_min::snr_db;
@@ -13,7 +13,7 @@ use catseye::rcs::Aspect;
 use catseye::rcs::validity::{Faces, Validity};
 use std::collections::HashMap;
 
-/// One quantity over the axes, row-major, the last axis fastest. NaN where there is none.
+/// One quantity over the axes, row-major, the last axis fastest; NaN where there is no value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     /// Name of the quantity.
@@ -24,25 +24,25 @@ pub struct Field {
     pub values: Vec<f64>,
 }
 
-/// What a study gives.
+/// Results of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// The axes that are left.
+    /// The remaining axes.
     pub axes: Vec<Sweep>,
-    /// The quantities.
+    /// The quantities, one field each.
     pub fields: Vec<Field>,
-    /// Different cross sections that were solved.
+    /// Number of different cross sections that were solved.
     pub solved: usize,
-    /// Where physical optics ends among them.
+    /// Limits of physical optics that these reach, in words.
     pub remarks: Vec<String>,
-    /// The targets as text.
+    /// Descriptions of the targets.
     pub targets: Vec<String>,
 }
 
 /// Computes every quantity of `study`.
 ///
 /// # Errors
-/// The solver's errors; a quantity that is not a number.
+/// Returns the errors of the points and of the solver, and an error if a quantity is NaN.
 pub fn compute(
     solver: &dyn Solver,
     study: &Study,
@@ -71,10 +71,10 @@ pub fn compute(
     Ok(outcome)
 }
 
-/// All that one point needs.
+/// The data of one point.
 struct Point {
     views: Vec<View>,
-    /// For each view: the case, or the balls.
+    /// For each view the case to solve, or the marking of spheres.
     seen: Vec<PointCase>,
     polarisation: String,
     frequency_hz: f64,
@@ -90,17 +90,17 @@ enum PointCase {
 /// The points of a study and the different cases behind them.
 pub struct Work {
     points: Vec<Point>,
-    /// Different cases, each solved once.
+    /// The different cases, each solved once.
     pub cases: Vec<Case>,
-    /// What the cases look at.
+    /// The targets of the cases.
     pub sources: Sources,
 }
 
 impl Work {
-    /// Points `0..count` with the values that `values` gives.
+    /// Collects the points `0..count`, whose parameters `values` gives.
     ///
     /// # Errors
-    /// A point that has no meaning.
+    /// Returns an error for a point that is not valid.
     pub fn collect(study: &Study, count: usize, values: &dyn Fn(usize) -> Values) -> Result<Work> {
         let mut sources = Sources::new(&study.file, &study.import);
         let mut cases: Vec<Case> = Vec::new();
@@ -141,10 +141,10 @@ impl Work {
         Ok(Work { points, cases, sources })
     }
 
-    /// What is to be said of physical optics for these cases, the worst of each kind.
+    /// Limits of physical optics that these cases reach, the worst of each kind, in words.
     ///
     /// # Errors
-    /// A ground that no material is named after.
+    /// Returns an error if a ground names no material.
     pub fn remarks(&self, study: &Study) -> Result<Vec<String>> {
         let mut all = Validity::default();
         let faces: Vec<Faces> = self.sources.scenes.iter().map(|s| s.faces()).collect();
@@ -156,10 +156,10 @@ impl Work {
         Ok(all.lines())
     }
 
-    /// Each quantity at each point.
+    /// Computes each quantity at each point.
     ///
     /// # Errors
-    /// The solver's errors; NaN.
+    /// Returns the errors of the solver, and an error if a value is NaN.
     pub fn fields(
         &mut self,
         solver: &dyn Solver,
@@ -247,12 +247,12 @@ impl Point {
 }
 
 impl Outcome {
-    /// Lengths of the axes.
+    /// Number of values on each axis.
     pub fn shape(&self) -> Vec<usize> {
         self.axes.iter().map(|a| a.values.len()).collect()
     }
 
-    /// Replaces axis `i` by one number.
+    /// Reduces axis `i` to one number.
     fn reduce(&mut self, i: usize, how: Reduce) {
         let axis = self.axes.remove(i);
         let n = axis.values.len();
@@ -275,7 +275,8 @@ impl Outcome {
     }
 }
 
-/// The values along an axis of `n` places, for every place on the others in their order; `inner` places lie on the axes behind it.
+/// Values along an axis of `n` places, for every place on the other axes in order; `inner` is the number of
+/// places on the axes after it.
 pub fn lines_along(values: &[f64], n: usize, inner: usize) -> impl Iterator<Item = Vec<f64>> {
     let outer = values.len() / (n * inner);
     let starts = (0..outer).flat_map(move |o| (0..inner).map(move |k| o * n * inner + k));
@@ -294,8 +295,8 @@ fn one(how: Reduce, x: &[f64], y: &[f64]) -> f64 {
     }
 }
 
-/// The largest distance at which the margin is not negative: NaN when it always is, the last distance when it is
-/// not there ("at least"), else interpolated.
+/// Largest distance at which the margin is not negative: NaN if it always is negative, the last distance if
+/// it still is not there ("at least"), otherwise interpolated.
 pub fn detection_range(x: &[f64], margin: &[f64]) -> f64 {
     match margin.iter().rposition(|m| *m >= 0.0) {
         None => f64::NAN,
@@ -303,14 +304,14 @@ pub fn detection_range(x: &[f64], margin: &[f64]) -> f64 {
     }
 }
 
-/// Where the margin first turns negative after it was not.
+/// Distance at which the margin first turns negative after it was not; NaN if it never was non-negative.
 pub fn unbroken_range(x: &[f64], margin: &[f64]) -> f64 {
     let Some(first) = margin.iter().position(|m| *m >= 0.0) else { return f64::NAN };
     let run = margin[first..].iter().take_while(|m| **m >= 0.0).count();
     crossing(x, margin, first + run - 1)
 }
 
-/// Between point `i`, where the margin is not negative, and the next, where it is.
+/// Distance of the crossing between point `i`, where the margin is not negative, and the next.
 fn crossing(x: &[f64], margin: &[f64], i: usize) -> f64 {
     match (x.get(i + 1), margin.get(i + 1)) {
         (Some(next), Some(m)) if m.is_finite() && margin[i].is_finite() => {

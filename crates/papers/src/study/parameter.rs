@@ -1,4 +1,4 @@
-//! The parameters that a study may fix or sweep, by name.
+//! The parameters that a study may fix or sweep.
 
 use catseye::base::error::{BadInput, nearest};
 use serde::de::{self, Visitor};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// A parameter's value: a number, or a word such as a material's name.
+/// Value of a parameter: a number, or a word such as a material's name.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     /// A number.
@@ -16,7 +16,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// The number, None for a word.
+    /// The number; None for a word.
     pub fn number(&self) -> Option<f64> {
         match self {
             Value::Number(x) => Some(*x),
@@ -80,18 +80,19 @@ impl schemars::JsonSchema for Value {
     }
 }
 
-/// `x` to a power of ten, as the number that has the fewest digits: 0.3 and not 0.30000000000000004.
+/// Rounds `x` to a power of ten and returns the number with the fewest digits: 0.3 and not
+/// 0.30000000000000004.
 pub fn rounded_to(x: f64, exponent: i32) -> f64 {
     // Powers of ten with a positive exponent are exact, so what is divided by one is written shortly.
     let rounded = match exponent < 0 {
         true => (x * 10f64.powi(-exponent)).round() / 10f64.powi(-exponent),
         false => (x / 10f64.powi(exponent)).round() * 10f64.powi(exponent),
     };
-    // A grain that f64 does not hold rounds nothing.
+    // A power of ten outside the range of f64 rounds nothing.
     if rounded.is_finite() { rounded } else { x }
 }
 
-/// Name of a label's unit, and the label without it: "frequency (Hz)" is ("frequency", "Hz").
+/// Splits a label into name and unit: "frequency (Hz)" gives ("frequency", "Hz").
 fn parted(label: &str) -> (&str, &str) {
     match label.split_once(" (") {
         Some((what, rest)) => (what, rest.split(')').next().unwrap_or("")),
@@ -99,7 +100,7 @@ fn parted(label: &str) -> (&str, &str) {
     }
 }
 
-/// The SI prefix in which the largest of `largest` hertz or metres is short, with its factor: ("G", 1e-9).
+/// SI prefix that shortens the largest value in Hz or m, with its factor: ("G", 1e-9).
 fn prefix(unit: &str, largest: f64) -> (&'static str, f64) {
     match unit {
         "Hz" if largest >= 1e9 => ("G", 1e-9),
@@ -114,7 +115,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().map(|x| x.abs()).filter(|x| x.is_finite()).fold(0.0, f64::max)
 }
 
-/// `x` times the factor of a prefix, without what the product adds behind its twelfth digit.
+/// Multiplies `x` by the factor of a prefix and rounds to twelve digits.
 fn scaled(x: f64, factor: f64) -> f64 {
     let y = x * factor;
     match y == 0.0 || !y.is_finite() {
@@ -123,7 +124,8 @@ fn scaled(x: f64, factor: f64) -> f64 {
     }
 }
 
-/// An axis of frequencies in GHz, MHz or kHz: its label and the values; any other as it is.
+/// Converts an axis of frequencies to GHz, MHz or kHz: returns its label and values; any other axis is
+/// unchanged.
 pub fn axis_in_si(label: &str, values: &[f64]) -> (String, Vec<f64>) {
     let (_, unit) = parted(label);
     match (unit, prefix(unit, largest(values))) {
@@ -135,7 +137,8 @@ pub fn axis_in_si(label: &str, values: &[f64]) -> (String, Vec<f64>) {
     }
 }
 
-/// "frequency = 24 GHz": value `k` of `values` with the label's words and unit, in one prefix for all of them.
+/// Text "frequency = 24 GHz": value `k` of `values` with the label's words and unit, in one prefix for all of
+/// them.
 pub fn value_in_si(label: &str, values: &[f64], k: usize) -> String {
     let (what, unit) = parted(label);
     let (name, factor) = prefix(unit, largest(values));
@@ -148,19 +151,18 @@ pub fn value_in_si(label: &str, values: &[f64], k: usize) -> String {
 
 /// One row of [`PARAMETERS`].
 pub struct Parameter {
-    /// Name, with the unit at its end.
+    /// Name, which ends with the unit.
     pub name: &'static str,
-    /// For axes and the help text, with the unit.
+    /// Label for axes and the help text, with the unit.
     pub label: &'static str,
-    /// What values it takes.
+    /// Kind of its values.
     pub kind: Kind,
 }
 
-/// What values a parameter takes.
+/// Kind of values that a parameter takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// A number in `min..=max`.
-    /// Numbers.
     Number {
         /// Least value.
         min: f64,
@@ -169,7 +171,7 @@ pub enum Kind {
     },
     /// One of the words.
     Choice(&'static [&'static str]),
-    /// Any word; whoever takes it checks it.
+    /// Any word; it is checked where it is used.
     Word,
 }
 
@@ -177,11 +179,11 @@ const fn number(name: &'static str, min: f64, max: f64, label: &'static str) -> 
     Parameter { name, label, kind: Kind::Number { min, max } }
 }
 
-/// Received and sent polarisation: of S, or 45 degrees linear on both sides, or 45 degrees sent and the power of V
-/// and H received.
+/// Polarisations, received before transmitted: elements of S, 45 degrees linear on both sides, or 45 degrees
+/// transmitted and the sum of the powers in V and H received.
 pub const POLARISATIONS: [&str; 6] = ["vv", "hh", "45", "45-total", "vh", "hv"];
 
-/// All parameters but those of the target, which are `target.NAME` with the names of its kind.
+/// All parameters except those of the target, which are `target.NAME` with the parameter names of its kind.
 pub static PARAMETERS: [Parameter; 27] = [
     Parameter { name: "target", label: "target", kind: Kind::Word },
     Parameter { name: "ground", label: "ground", kind: Kind::Word },
@@ -216,15 +218,15 @@ pub static PARAMETERS: [Parameter; 27] = [
     number("range_cell_m", 1e-4, 1e3, "length of a range cell (m)"),
 ];
 
-/// `target.NAME`: the reflector's own parameter NAME.
+/// Prefix of the reflector's own parameters, as in `target.NAME`.
 pub const TARGET_PREFIX: &str = "target.";
 
-/// The parameter of this name.
+/// Finds the parameter of this name.
 pub fn find(name: &str) -> Option<&'static Parameter> {
     PARAMETERS.iter().find(|p| p.name == name)
 }
 
-/// The complaint about a name that is no parameter.
+/// Makes the error for a name that is no parameter.
 pub fn unknown(name: &str) -> BadInput {
     let names = || PARAMETERS.iter().map(|p| p.name);
     let b = BadInput::new("is not a parameter of a study")
@@ -235,10 +237,10 @@ pub fn unknown(name: &str) -> BadInput {
     }
 }
 
-/// Whether `value` is one that `name` may have.
+/// Checks whether a parameter may have this value.
 ///
 /// # Errors
-/// What is wrong with it, without its place in a file.
+/// Returns an error that says what is wrong, without its place in a file.
 pub fn check(name: &str, value: &Value) -> Result<(), BadInput> {
     if name.starts_with(TARGET_PREFIX) {
         return Ok(());
@@ -262,7 +264,7 @@ pub fn check(name: &str, value: &Value) -> Result<(), BadInput> {
     }
 }
 
-/// The label of an axis.
+/// Label of an axis.
 pub fn label(name: &str) -> String {
     match find(name) {
         Some(p) => p.label.to_string(),
@@ -280,12 +282,12 @@ pub fn label(name: &str) -> String {
 /// Values of the parameters at one point of a study.
 pub type Values = BTreeMap<String, Value>;
 
-/// The number that a parameter has, if it has one.
+/// The number of a parameter; None if it is not set or is a word.
 pub fn number_of(values: &Values, name: &str) -> Option<f64> {
     values.get(name).and_then(Value::number)
 }
 
-/// The word that a parameter has, if it has one.
+/// The word of a parameter; None if it is not set or is a number.
 pub fn word_of<'a>(values: &'a Values, name: &str) -> Option<&'a str> {
     match values.get(name) {
         Some(Value::Word(w)) => Some(w),

@@ -1,4 +1,4 @@
-//! The tables and the report that studies leave.
+//! The tables and the report of studies.
 
 use super::outcome::Outcome;
 use super::parameter::{Value, word_of};
@@ -10,17 +10,17 @@ use catseye::base::units::level_text;
 use catseye::formats::csv::Writer;
 use std::fmt::{Display, Write};
 
-/// What one study gave.
+/// Result of one study.
 #[derive(Debug, Clone)]
 pub enum StudyResult {
-    /// Quantities over axes.
+    /// A table of quantities over axes.
     Table(Outcome),
-    /// The best designs over what costs.
+    /// The best designs over cost.
     Front(Vec<Design>),
 }
 
 impl StudyResult {
-    /// Where physical optics ends, and which searches ended at a limit of their range: a line each.
+    /// Limits of physical optics, and searches that ended at a limit of their range, one line each.
     pub fn remarks(&self, study: &Study) -> Vec<String> {
         let mut out: Vec<String> = Vec::new();
         let designs = match self {
@@ -37,7 +37,7 @@ impl StudyResult {
     }
 }
 
-/// Our number of each fact of a study.
+/// Compares each fact of a study with this program's number.
 pub fn compare(study: &Study, given: &StudyResult) -> Vec<Comparison> {
     let StudyResult::Table(outcome) = given else { return Vec::new() };
     let row = |f: &Fact| Comparison {
@@ -51,7 +51,7 @@ pub fn compare(study: &Study, given: &StudyResult) -> Vec<Comparison> {
     study.facts.iter().map(row).collect()
 }
 
-/// The lines that a CSV and the report share.
+/// Header lines common to CSV and report.
 pub fn header(study: &Study, engine: &str) -> Vec<String> {
     let mut lines = vec![format!("study: {} ({})", study.name, study.title)];
     if !study.reference.is_empty() {
@@ -76,10 +76,10 @@ pub fn header(study: &Study, engine: &str) -> Vec<String> {
     lines
 }
 
-/// One row for each point: the axes, then the quantities; an empty cell where there is none.
+/// CSV of one row for each point: the axes, then the quantities; an empty cell where there is no value.
 ///
 /// # Errors
-/// Only when memory cannot be written.
+/// Returns an error if the table cannot be written to memory, or for a front of a study without a search.
 pub fn csv(study: &Study, given: &StudyResult, engine: &str) -> Result<Vec<u8>> {
     let failed = |e: std::io::Error| Error::Failed(format!("the table cannot be written: {e}"));
     let mut comments = header(study, engine);
@@ -129,20 +129,20 @@ pub fn csv(study: &Study, given: &StudyResult, engine: &str) -> Result<Vec<u8>> 
 /// The search of a study that has one.
 ///
 /// # Errors
-/// A study that seeks nothing.
+/// Returns an error if the study has no search.
 pub fn searched(study: &Study) -> Result<&SearchTable> {
     study.search.as_ref().ok_or_else(|| Error::Failed("a front without a search".into()))
 }
 
-/// To a millionth; empty where there is no number.
+/// Text of a number rounded to a millionth; empty for NaN.
 fn rounded(x: f64) -> String {
     if x.is_nan() { String::new() } else { ((x * 1e6).round() / 1e6 + 0.0).to_string() }
 }
 
-/// One section of the report.
+/// Section of the report on one study.
 ///
 /// # Errors
-/// A study whose result is of another kind.
+/// Returns an error if the result is a front and the study has no search.
 pub fn section(study: &Study, given: &StudyResult, facts: &[Comparison]) -> Result<String> {
     let mut t = format!("## {}\n\n", study.title);
     if !study.reference.is_empty() {
@@ -224,7 +224,7 @@ fn with_unit(x: f64, unit: &str) -> String {
     }
 }
 
-/// Three or four digits.
+/// Text of a number with three or four digits.
 pub fn short(x: f64) -> String {
     if x == 0.0 {
         return "0".into();

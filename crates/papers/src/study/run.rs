@@ -1,5 +1,5 @@
 //! Runs studies into a folder: a CSV and a picture of each, one report, a manifest. What was finished before
-//! an interruption is found again by its content.
+//! an interruption is recognised by its content and used again.
 
 use super::file::load;
 use super::outcome::compute;
@@ -16,57 +16,58 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Draws what a study gave as PNG bytes.
+/// Function that draws the result of a study as PNG bytes.
 pub type Picture<'a> = &'a dyn Fn(&Study, &StudyResult) -> Result<Vec<u8>>;
 
-/// How to run studies.
+/// Options of [`run`].
 pub struct RunOptions<'a> {
-    /// Whether results that stand are replaced.
+    /// Whether existing results are replaced.
     pub force: bool,
-    /// What draws a study's picture.
+    /// Function that draws a study's picture.
     pub picture: Picture<'a>,
-    /// Called with (study, newly done, of all); sizes are known once newly done is 0.
+    /// Called with (study, number newly done, total); the total is known from the call with 0 newly done.
     pub progress: &'a (dyn Fn(&Study, u64, u64) + Sync),
 }
 
-/// What one study left.
+/// Report on one study.
 #[derive(Debug, Clone, Default, serde::Serialize)]
 pub struct StudyReport {
     /// Name of the study.
     pub name: String,
     /// Title of the study.
     pub title: String,
-    /// What it is set beside.
+    /// Source that the study is compared with.
     pub reference: String,
-    /// Names in the folder.
+    /// Names of its files in the folder.
     pub files: Vec<String>,
-    /// Its facts with our numbers.
+    /// Its facts with this program's numbers.
     pub facts: Vec<Comparison>,
-    /// Where physical optics ends, and which searches ended at a limit of their range.
+    /// Limits of physical optics, and searches that ended at a limit of their range.
     pub remarks: Vec<String>,
-    /// The front of a design search.
+    /// Front of a design search.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub front: Option<Vec<Design>>,
-    /// Why it did not run.
+    /// The reason why it did not run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
 }
 
-/// What a run left.
+/// Report on a run.
 #[derive(Debug, serde::Serialize)]
 pub struct RunReport {
     /// Folder of the results.
     #[serde(serialize_with = "catseye::formats::path_text")]
     pub folder: PathBuf,
-    /// One report a study.
+    /// Reports of the studies.
     pub studies: Vec<StudyReport>,
-    /// The first study that did not run.
+    /// Error of the first study that did not run.
     #[serde(skip)]
     pub failed: Option<Error>,
 }
 
 impl RunReport {
-    /// Facts with a number of the document, and those of them whose number here does not agree, as `study: fact`.
+    /// Number of facts for which the document gives a number, and those among them that do not agree here, as
+    /// `study: fact`.
     pub fn disagreeing(&self) -> (usize, Vec<String>) {
         let facts = self.studies.iter().flat_map(|s| s.facts.iter().map(move |f| (s, f)));
         let judged: Vec<_> = facts.filter_map(|(s, f)| Some((s, f, f.agrees()?))).collect();
@@ -80,14 +81,14 @@ struct Manifest<'a> {
     catseye: &'static str,
     engine: EngineReport,
     studies: &'a [StudyReport],
-    /// The texts of the study files.
+    /// Texts of the study files.
     sources: BTreeMap<String, String>,
 }
 
-/// The study files that a path names: itself, or every .toml of a folder in the order of their names.
+/// The study files that a path names: the path itself, or every .toml of a folder in order of name.
 ///
 /// # Errors
-/// A folder without any.
+/// Returns an error for a folder that cannot be read or that has no study.
 pub fn files(path: &Path) -> Result<Vec<PathBuf>> {
     if !path.is_dir() {
         return Ok(vec![path.to_path_buf()]);
@@ -108,11 +109,11 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>> {
     }
 }
 
-/// The studies of `files`. With one file, its mistakes are the caller's; of several, those that cannot run are
-/// handed back beside the others.
+/// Loads the studies of `files`. The error of a single file is returned; of several files, those that cannot
+/// run are returned beside the others.
 ///
 /// # Errors
-/// One file that is wrong; two studies of one name.
+/// Returns the error of a single file, and an error if two studies have one name.
 pub fn load_all(files: &[PathBuf], quick: bool) -> Result<Vec<(PathBuf, Result<Study>)>> {
     if let [one] = files {
         return Ok(vec![(one.clone(), Ok(load(one, quick)?))]);
@@ -133,7 +134,7 @@ pub fn load_all(files: &[PathBuf], quick: bool) -> Result<Vec<(PathBuf, Result<S
 /// Runs `studies` by `solver` into the folder `out`.
 ///
 /// # Errors
-/// A folder that cannot be written; with a single study, what that study says.
+/// Returns an error if the folder cannot be written, and with a single study that study's error.
 pub fn run(
     solver: &dyn Solver,
     studies: Vec<(PathBuf, Result<Study>)>,
@@ -141,7 +142,7 @@ pub fn run(
     options: &RunOptions<'_>,
 ) -> Result<RunReport> {
     let single = studies.len() == 1;
-    // Finished work is known by its content, so any earlier start in this folder may be gone on with.
+    // Finished work is recognised by its content, so any earlier start in this folder may be continued.
     let (staged, cache) = StagedDir::resumable(out, options.force, "study", "catseye studies 1")?;
     for old in fs::read_dir(staged.path()).map_err(|e| Error::io(staged.path(), e))? {
         // Results of an earlier start; what stays is their cache.
@@ -193,7 +194,7 @@ pub fn run(
     Ok(RunReport { folder, studies: reports, failed })
 }
 
-/// Without the number of threads: equal results are equal bytes.
+/// Describes the engine without the number of threads: equal results are equal bytes.
 fn described(r: &EngineReport) -> String {
     match r.adapter == r.engine {
         true => format!("{} ({:?})", r.engine, r.precision).to_lowercase(),

@@ -1,9 +1,9 @@
-//! Design search: the best parameters of a reflector for each value of one that costs.
+//! Design search: the best parameters of a reflector for each value of a cost parameter.
 //!
 //! The front of cost against worth is found by the epsilon-constraint method (Haimes, Lasdon and Wismer
-//! 1971): the cost is held at each of its values, and the others are sought with the simplex of Nelder and
-//! Mead (1965) from several places, because a cross section has many local maxima. Points that another one
-//! beats in both are left out of the front. The same seed gives the same numbers.
+//! 1971): the cost is fixed at each of its values, and the other parameters are sought by the simplex of
+//! Nelder and Mead (1965) from several starts, because a cross section has many local maxima. Points that
+//! another one beats in both are not on the front. The same seed gives the same numbers.
 
 use super::outcome::{Work, detection_range, lines_along};
 use super::parameter::{Value, Values, rounded_to};
@@ -17,18 +17,18 @@ use catseye::engine::solver::Solver;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 
-/// The best design for one value of the parameter that costs.
+/// The best design for one value of the cost parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Design {
-    /// Value of the parameter that costs.
+    /// Value of the cost parameter.
     pub cost: f64,
-    /// One for each limit, in its order.
+    /// Values of the sought parameters, in the order of the search's limits.
     pub parameters: Vec<f64>,
-    /// The goal.
+    /// Value of the goal.
     pub worth: f64,
-    /// Designs tried.
+    /// Number of designs tried.
     pub tried: u64,
-    /// Where physical optics ends for this design.
+    /// Limits of physical optics for this design, in words.
     #[serde(default)]
     pub remarks: Vec<String>,
     /// Parameters that end at a limit of their range, in words.
@@ -46,14 +46,14 @@ impl Design {
     }
 }
 
-/// Goal and a smooth value that leads to it.
+/// The goal, and a smooth value that leads to it.
 #[derive(Debug, Clone, Copy)]
 struct Score {
     worth: f64,
     guide: f64,
 }
 
-/// What a search has found so far.
+/// Best result of a search so far.
 #[derive(Debug, Default)]
 struct Found {
     best: Option<(Vec<f64>, Score)>,
@@ -71,7 +71,7 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Parameters for a place in the unit cube; places outside are mirrored back into it.
+    /// Parameters for a point of the unit cube; points outside are mirrored back into it.
     fn parameters(&self, unit: &[f64]) -> Vec<f64> {
         unit.iter()
             .zip(&self.search.parameter)
@@ -141,7 +141,7 @@ impl Problem<'_> {
     }
 }
 
-/// In words, where the design is detected up to the end of the sweep, so that its range may be longer.
+/// A remark if the design is detected up to the end of the sweep, so that its range may be longer.
 fn sweep_end(study: &Study, goal: Goal, range_m: f64) -> Option<String> {
     let sweep = study.sweeps.iter().find(|s| s.parameter == "longitudinal_m")?;
     let last_m = sweep.values.iter().filter_map(|v| v.number()).fold(f64::NEG_INFINITY, f64::max);
@@ -153,7 +153,7 @@ fn sweep_end(study: &Study, goal: Goal, range_m: f64) -> Option<String> {
     })
 }
 
-/// Detection range along `longitudinal_m` in the worst of the other sweeps; 0 where nothing is detected.
+/// Detection range along `longitudinal_m` in the worst of the other sweeps, m; 0 where nothing is detected.
 fn worst_range(study: &Study, margin: &[f64]) -> f64 {
     let Some(axis) = study.sweeps.iter().position(|s| s.parameter == "longitudinal_m") else {
         return f64::NAN;
@@ -213,10 +213,10 @@ impl CostFunction for &Problem<'_> {
     }
 }
 
-/// The best design of `study` at `cost`.
+/// Finds the best design of `study` at `cost`.
 ///
 /// # Errors
-/// The solver's errors; no design that can be built.
+/// Returns the errors of the solver, and an error if no design can be built.
 pub fn best(
     solver: &dyn Solver,
     study: &Study,
@@ -259,7 +259,7 @@ pub fn best(
     Ok(Design { cost, parameters, worth: score.worth, tried, remarks, limits })
 }
 
-/// In 0..1, the same for the same seed and place.
+/// Uniform random number in 0..1, the same for the same seed and indices.
 fn uniform(seed: u64, front: u32, start: u32, parameter: u32) -> f64 {
     let word = philox4x32_10([front, start, parameter, 0x7365_6172], [seed as u32, (seed >> 32) as u32])[0];
     f64::from(word) / 4_294_967_296.0

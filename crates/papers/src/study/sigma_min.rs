@@ -2,17 +2,18 @@
 //!
 //! sigma_min = sigma_ref - (M_ref(R) - max(M_ground(R), M_noise + SNR)) + Comp,
 //!
-//! all in decibels. The magnitudes M are had in one of two ways, with the same formula behind them:
+//! All terms are in decibels. The magnitudes M come from one of two sources, with the same formula:
 //!
-//! * *measured*: M_ref is a curve over range that was recorded with a reference reflector (given as points, or as
-//!   the fits 20 lg(1/R^q1) + q2 of eq. 3.3 to its multipath peaks and troughs, whose mean is taken as the
+//! * *measured*: M_ref is a curve over range recorded with a reference reflector (given as points, or as the
+//!   fits 20 lg(1/R^q1) + q2 of eq. 3.3 to its multipath peaks and troughs, whose mean is taken as in the
+//!   document), M_noise is one number and M_ground a list of points on the same scale;
 //!   document does), M_noise one number and M_ground points on the same scale;
 //! * *radar equation*: M_ref is the received power of CONVENTIONS eq. (9) in dBm for the reference in free
-//!   space, M_noise the thermal noise of eq. (13) in a cell of the range-Doppler map, widened by the
-//!   windows, M_ground the power of a patch of road one range cell deep and as wide as the beam given,
-//!   with the scattering coefficient given.
+//!   space, M_noise the thermal noise of eq. (13) in a cell of the range-Doppler map, widened by the windows,
+//!   and M_ground the power of a patch of road one range cell deep and as wide as the given beam, with the
+//!   given scattering coefficient.
 //!
-//! Comp is the two-way antenna gain towards the reference less that towards the marker.
+//! Comp is the two-way antenna gain towards the reference minus that towards the marker.
 
 use super::parameter::{Values, number_of};
 use super::view::View;
@@ -22,23 +23,23 @@ use catseye::dsp::window;
 use catseye::scene::radar::{Radar, Window};
 use std::f64::consts::PI;
 
-/// How the magnitudes are had.
+/// Source of the magnitudes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Magnitudes {
-    /// From a measured curve.
+    /// Magnitudes from a measured curve.
     Measured {
         /// Magnitude of the reference over range.
         reference: Curve,
         /// Magnitude of the noise, dB.
         noise_db: f64,
-        /// (range in m, dB), ascending.
+        /// Magnitude of the ground as (range in m, dB), ascending in range.
         ground: Option<Vec<[f64; 2]>>,
     },
-    /// From the radar equation.
+    /// Magnitudes from the radar equation.
     RadarEquation {
         /// Noise in a cell of the map, dBm.
         noise_dbm: f64,
-        /// The ground's clutter, where it counts.
+        /// Clutter of the ground; None where it is not considered.
         ground: Option<GroundClutter>,
     },
 }
@@ -46,14 +47,14 @@ pub enum Magnitudes {
 /// A curve of magnitude over range.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Curve {
-    /// Mean of two fits M = 20 lg(1/R^q1) + q2, each (q1, q2).
+    /// Mean of two fits M = 20 lg(1/R^q1) + q2, each as (q1, q2).
     Fits([[f64; 2]; 2]),
-    /// (range in m, dB), ascending; linear in lg R between, held at the ends.
+    /// Points (range in m, dB), ascending; linear in lg R in between, constant beyond the ends.
     Points(Vec<[f64; 2]>),
 }
 
 impl Curve {
-    /// Value at a range, dB.
+    /// Magnitude at a range, dB.
     pub fn at(&self, range_m: f64) -> f64 {
         match self {
             Curve::Fits(f) => {
@@ -64,7 +65,7 @@ impl Curve {
     }
 }
 
-/// Linear in lg R between the points, held at the ends.
+/// Interpolates linearly in lg R between the points, constant beyond the ends.
 fn interpolated(points: &[[f64; 2]], range_m: f64) -> f64 {
     let i = points.partition_point(|p| p[0] <= range_m);
     match (i.checked_sub(1).map(|i| points[i]), points.get(i)) {
@@ -78,7 +79,7 @@ fn interpolated(points: &[[f64; 2]], range_m: f64) -> f64 {
     }
 }
 
-/// A patch of road: radar cross section per area times range times beam width times cell depth.
+/// Clutter of a patch of road: cross section per area times range, beam width and cell depth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroundClutter {
     /// Backscatter per area, dB.
@@ -89,21 +90,22 @@ pub struct GroundClutter {
     pub cell_m: f64,
 }
 
-/// Everything that sigma_min needs.
+/// All data for sigma_min.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detection {
-    /// The radar.
+    /// The radar whose antennas, and for the radar equation whose power, count.
     pub radar: Radar,
-    /// How the magnitudes are had.
+    /// Source of the magnitudes.
     pub magnitudes: Magnitudes,
     /// Cross section of the reference, dBsm.
     pub reference_dbsm: f64,
-    /// Height of the reference above the radar that saw it.
+    /// Height of the reference above the radar that recorded it, m.
     pub reference_rise_m: f64,
 }
 
 impl Detection {
-    /// sigma_min in dBsm for a marker in `view`, detected with the signal-to-noise ratio `snr_db`.
+    /// Least detectable cross section sigma_min, dBsm, for a marker in `view` and the signal-to-noise ratio
+    /// `snr_db`.
     pub fn sigma_min_dbsm(&self, view: &View, snr_db: f64) -> f64 {
         let range = view.range_m;
         let reference = (self.reference_rise_m / range).clamp(-1.0, 1.0).asin();
@@ -126,14 +128,14 @@ impl Detection {
         self.reference_dbsm - (magnitude - floor) + towards_reference - towards_marker
     }
 
-    /// The radar equation without the antennas' patterns.
+    /// Received power by the radar equation without antenna patterns, dBm.
     fn received_dbm(&self, rcs_dbsm: f64, range_m: f64) -> f64 {
         let r = &self.radar;
         let spread = r.wavelength_m().powi(2) / ((4.0 * PI).powi(3) * range_m.powi(4));
         r.tx_power_dbm + r.tx[0].gain_dbi + r.rx[0].gain_dbi + db_from_power(spread) + rcs_dbsm
     }
 
-    /// Of transmitter 0 and receiver 0, relative to their peaks.
+    /// Two-way gain of transmitter 0 and receiver 0 relative to their peaks, dB.
     fn two_way_gain_db(&self, azimuth: f64, elevation: f64) -> f64 {
         let gain = |a: &catseye::scene::radar::Antenna| a.pattern.power_gain(azimuth, elevation);
         db_from_power(gain(&self.radar.tx[0]) * gain(&self.radar.rx[0]))
@@ -144,7 +146,7 @@ impl Detection {
 /// two windows (CONVENTIONS eq. 13, 14; the same for real and complex sampling).
 ///
 /// # Errors
-/// A window that cannot be made.
+/// Returns an error if a window cannot be made.
 pub fn noise_dbm(radar: &Radar) -> Result<f64> {
     let spread = |w: Window, n: usize| -> Result<f64> {
         let c = window::coefficients(w, n)?;

@@ -1,4 +1,5 @@
-//! The cross sections that a study needs: each different one once, in batches, kept on disk as they are done.
+//! Solves the cross sections that a study needs: each different one once, in batches, kept on disk as they
+//! are finished.
 
 use super::parameter::{TARGET_PREFIX, Value, Values, number_of, word_of};
 use super::view::View;
@@ -22,7 +23,7 @@ use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
-/// What the radar looks at.
+/// A target that the radar looks at.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Source {
     /// Index into [`Sources::scenes`].
@@ -40,9 +41,10 @@ pub struct SphereMarking {
     pub width_m: f64,
     /// Length of the marking, m.
     pub length_m: f64,
-    /// Only the share sin(elevation) that does not stand in the shadow of others.
+    /// Whether only the share sin(elevation) that is not shadowed by other spheres counts.
     pub lit_only: bool,
-    /// Only what one range cell of this length in the middle of the marking collects.
+    /// Length of a range cell in the middle of the marking that limits the spheres that count, m; None: all
+    /// count.
     pub range_cell_m: Option<f64>,
 }
 
@@ -51,23 +53,25 @@ impl SphereMarking {
         Marking { width_m: self.width_m, length_m: self.length_m }
     }
 
-    /// As many as fit, one to a square of side 2 r.
+    /// Number of spheres: as many as fit, one to a square of side 2 r.
     pub fn count(&self) -> f64 {
         self.marking().balls(self.radius_m)
     }
 
-    /// Backscatter cross section of one in m^2: the Mie series of a conducting sphere.
+    /// Backscatter cross section of one sphere, m²: the Mie series of a conducting sphere.
     ///
     /// # Errors
-    /// A radius or frequency that the Mie series does not take.
+    /// Returns an error for a radius or frequency outside the range of the Mie series.
     pub fn one_m2(&self, frequency_hz: f64) -> Result<f64> {
         mie_m2(self.radius_m, frequency_hz)
     }
 
-    /// The unweighted range cell collects the share of its sinc^2 response over the marking.
+    /// Total cross section, m². An unweighted range cell collects the share of its sinc² response over the
+    /// marking.
     ///
     /// # Errors
-    /// A radius or frequency that the Mie series does not take.
+    /// Returns an error for a radius or frequency outside the range of the Mie series, or an invalid range
+    /// cell.
     pub fn total_m2(&self, frequency_hz: f64, elevation: f64) -> Result<f64> {
         let lit = if self.lit_only { elevation.sin().abs() } else { 1.0 };
         let share = match self.range_cell_m {
@@ -78,20 +82,20 @@ impl SphereMarking {
     }
 }
 
-/// One scene that a study looks at.
+/// One scene of a study's target.
 #[derive(Debug, Clone)]
 pub struct SceneSource {
-    /// The target as text, for tables.
+    /// Description of the target, for tables.
     pub spec: String,
-    /// Tilt that the scene was built with, rad.
+    /// Tilt with which the scene was built, rad.
     pub raise_rad: f64,
-    /// Decides on the scene: the spec, or the checksum of a file.
+    /// Identity of the scene: its description, or the checksum of a file.
     identity: String,
     scene: Scene,
 }
 
 impl SceneSource {
-    /// Its plane and curved parts.
+    /// Its plane and curved faces.
     pub fn faces(&self) -> Faces {
         Faces::of(&self.scene)
     }
@@ -102,22 +106,23 @@ impl SceneSource {
 pub struct Sources {
     folder: PathBuf,
     import: ImportOptions,
-    /// The scenes.
+    /// The scenes, in order of first use.
     pub scenes: Vec<SceneSource>,
     index: HashMap<String, usize>,
 }
 
 impl Sources {
-    /// Files are looked for beside the study's `file`.
+    /// Makes an empty set; target files are looked for beside the study's `file`.
     pub fn new(file: &Path, import: &ImportOptions) -> Self {
         let folder = file.parent().unwrap_or(Path::new("")).to_path_buf();
         Sources { folder, import: import.clone(), ..Default::default() }
     }
 
-    /// What the parameters name.
+    /// The target that the parameters name; builds its scene if it is new.
     ///
     /// # Errors
-    /// A target that is missing, or that is no reflector and no file.
+    /// Returns an error for a missing target or parameter, or a target that is neither a reflector nor a
+    /// readable file.
     pub fn of(&mut self, values: &Values) -> Result<Source> {
         let target = word_of(values, "target").ok_or_else(|| {
             BadInput::new("is missing")
@@ -188,7 +193,7 @@ fn with_parameters(spec: &str, changed: &[(&str, &Value)]) -> Result<Reflector> 
     Reflector::from_pairs(kind.trim(), &pairs)
 }
 
-/// Turns the target's far side up about its y axis and lets it stand on the same lowest height.
+/// Tilts the far side of the target upwards about its y axis and keeps its lowest height.
 fn raise(scene: &mut Scene, angle: f64) {
     if angle == 0.0 {
         return;
@@ -210,14 +215,14 @@ fn raise(scene: &mut Scene, angle: f64) {
     }
 }
 
-/// One cross section that is needed.
+/// One cross section to solve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// Index of the scene.
     pub scene: usize,
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Material of the ground, or empty.
+    /// Material of the ground; empty for none.
     pub ground: String,
     /// Azimuth of the radar seen from the target's foot, rad.
     pub azimuth: f64,
@@ -225,12 +230,12 @@ pub struct Case {
     pub elevation: f64,
     /// Distance of the radar from the target's foot, m; infinite for plane waves.
     pub range_m: f64,
-    /// Height of the target's origin over its foot, m.
+    /// Height of the target's origin above its foot, m.
     pub height_m: f64,
 }
 
 impl Case {
-    /// The case of a scene in a view.
+    /// Makes the case of a scene in a view.
     pub fn new(scene: usize, frequency_hz: f64, ground: &str, view: &View) -> Self {
         Case {
             scene,
@@ -243,7 +248,7 @@ impl Case {
         }
     }
 
-    /// Equal for cases that one call can hold.
+    /// Key that is equal for cases that one call can solve.
     fn batch(&self) -> Key {
         let place = [self.range_m.to_bits(), self.height_m.to_bits()];
         (self.scene, self.frequency_hz.to_bits(), self.ground.clone(), place)
@@ -253,27 +258,28 @@ impl Case {
 /// Scene, frequency, ground, range and height.
 type Key = (usize, u64, String, [u64; 2]);
 
-/// The cases that one call solves.
+/// Indices of the cases that one call solves.
 type Batch = Vec<usize>;
 
-/// Where finished work is kept, and what its identity starts with.
+/// Where finished work is kept, and how its identity begins.
 pub struct Cache<'a> {
-    /// Folder of what is kept.
+    /// Folder of the kept results.
     pub folder: &'a Path,
-    /// Program, engine and solver.
+    /// Text that names program, engine and solver.
     pub prefix: String,
 }
 
-/// Looks in one call, so that progress shows and an interruption loses little.
+/// Number of looks in one call, so that progress shows and an interruption loses little.
 const LOOKS: usize = 128;
-/// Calls between two writes to disk.
+/// Number of calls between two writes to disk.
 const CALLS: usize = 128;
 
-/// S of every case, in order. `options` gives the solver's options for a case; `progress` is called with
-/// the number of cases newly done.
+/// Solves the scattering matrix S of every case, in order. `options` returns the solver's options for a case;
+/// `progress` is called with the number of cases newly done.
 ///
 /// # Errors
-/// The solver's errors; a cache that cannot be written.
+/// Returns the errors of `options` and of the solver, an error for a radar inside its target, and an error if
+/// the cache cannot be written.
 pub fn solve(
     solver: &dyn Solver,
     sources: &Sources,
@@ -351,7 +357,7 @@ pub fn solve(
     Ok(out)
 }
 
-/// A radar inside the target has no aspect.
+/// Returns an error for a radar inside the target.
 fn outside(scene: &Scene, spec: &str, range_m: f64) -> Result<()> {
     let Some((lo, hi)) = scene.bounds_m(0.0) else { return Ok(()) };
     let farthest = lo.abs().max(hi.abs()).length();
@@ -385,7 +391,7 @@ fn identity(
     Ok(format!("{}.s", sha256_of_bytes(text.as_bytes())))
 }
 
-/// Eight little-endian f64 for each matrix.
+/// Serializes matrices as eight little-endian f64 each.
 fn bytes(s: &[Matrix2]) -> Vec<u8> {
     s.iter().flatten().flatten().flat_map(|z| [z.re, z.im]).flat_map(f64::to_le_bytes).collect()
 }
@@ -401,7 +407,7 @@ fn read(file: &Path, count: usize) -> Option<Vec<Matrix2>> {
     Some(x.chunks_exact(8).map(|m| [[z(m, 0), z(m, 1)], [z(m, 2), z(m, 3)]]).collect())
 }
 
-/// |p_r^T S p_t|^2 4 pi in m^2 for a row of [`POLARISATIONS`](super::parameter::POLARISATIONS).
+/// Cross section |p_rᵀ S p_t|² 4π, m², for an entry of [`POLARISATIONS`](super::parameter::POLARISATIONS).
 pub fn cross_section_m2(s: &Matrix2, polarisation: &str) -> f64 {
     let power = match polarisation {
         "vv" => s[0][0].norm_sqr(),

@@ -1,4 +1,5 @@
-//! A study: what varies, what is computed and drawn, what is set beside a document, what is sought.
+//! A checked study: what varies, what is computed and drawn, what is compared with a document, what is
+//! sought.
 
 use super::parameter::{self, Value, Values};
 use super::sigma_min::Detection;
@@ -14,7 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// How an axis is taken away.
+/// Method by which an axis is reduced to one number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reduce {
@@ -22,17 +23,17 @@ pub enum Reduce {
     MeanDb,
     /// Mean of the powers, in decibels.
     MeanPower,
-    /// By the largest value.
+    /// The largest value.
     Maximum,
-    /// By the smallest value.
+    /// The smallest value.
     Minimum,
-    /// Of margin_db over a distance: the largest at which it is not negative.
+    /// The largest distance at which margin_db is not negative.
     DetectionRange,
-    /// Of margin_db over a distance: where it first turns negative after it was not.
+    /// The distance at which margin_db first turns negative after it was not.
     UnbrokenRange,
 }
 
-/// What is drawn of a study.
+/// Kind of picture of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PictureKind {
@@ -50,11 +51,11 @@ pub struct Sweep {
     pub parameter: String,
     /// Label in pictures, with the unit.
     pub label: String,
-    /// Its values.
+    /// Values of the parameter.
     pub values: Vec<Value>,
-    /// One for each value.
+    /// Names of the values, one for each.
     pub names: Vec<String>,
-    /// How the axis is taken away; None where it stays.
+    /// Method of reducing the axis; None where it remains.
     pub reduce: Option<Reduce>,
 }
 
@@ -74,17 +75,17 @@ fn two() -> At<usize> {
     2.into()
 }
 
-/// What is drawn.
+/// Settings of the picture.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PictureTable {
-    /// Default: curves.
+    /// Kind of picture (default: curves).
     #[serde(default)]
     pub kind: PictureKind,
-    /// Limits of the quantity in dB or its own unit: of the upward axis, or of the colours.
+    /// Limits of the quantity in dB or its own unit, for the vertical axis or the colours.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limits: Option<At<[f64; 2]>>,
-    /// Panels side by side (default 2).
+    /// Number of panels side by side (default 2).
     #[serde(default = "two")]
     pub columns: At<usize>,
     /// Levels to outline on a map.
@@ -99,7 +100,7 @@ impl Default for PictureTable {
 }
 
 impl PictureTable {
-    /// Ends of the values' axis, where they are set.
+    /// Limits of the values' axis, where they are set.
     pub fn limits(&self) -> Option<[f64; 2]> {
         self.limits.as_ref().map(|l| l.value)
     }
@@ -112,41 +113,41 @@ pub struct Study {
     pub name: String,
     /// Title of the study.
     pub title: String,
-    /// What it is set beside.
+    /// Source that the study is compared with.
     pub reference: String,
     /// A remark for the report.
     pub note: String,
-    /// What is computed.
+    /// Quantities that are computed.
     pub quantities: Vec<Quantity>,
     /// Parameters that do not vary.
     pub fixed: Values,
     /// Parameters that vary.
     pub sweeps: Vec<Sweep>,
-    /// What distances are measured along.
+    /// Kind of place of radar and marker.
     pub place: ViewKind,
     /// Radars on the vehicle.
     pub mounts: Vec<Mount>,
-    /// Most facets met by one beam.
+    /// Largest number of facets met by one beam.
     pub bounces: usize,
-    /// Error that curved bodies and finite ranges may have, dB.
+    /// Error allowed for curved bodies and finite ranges, dB.
     pub accuracy_db: f64,
     /// Which bounces radiate.
     pub convention: Convention,
-    /// What is added at edges.
+    /// Diffraction that is added at edges.
     pub diffraction: Diffraction,
-    /// Of targets that are files.
+    /// Options for reading targets from files.
     pub import: ImportOptions,
-    /// What the least detectable cross section needs.
+    /// Data for the least detectable cross section.
     pub detection: Option<Detection>,
-    /// What is drawn.
+    /// Settings of the picture.
     pub picture: PictureTable,
-    /// Statements of a document.
+    /// Statements of a document to compare with.
     pub facts: Vec<Fact>,
     /// The search, where designs are sought.
     pub search: Option<SearchTable>,
-    /// Grids have a quarter of their steps.
+    /// Whether grids have a quarter of their steps.
     pub quick: bool,
-    /// The study's file.
+    /// Path of the study's file.
     pub file: PathBuf,
     /// The text of the file.
     pub source: String,
@@ -170,10 +171,11 @@ impl Study {
         self.sweeps.iter().map(|s| s.values.len()).product()
     }
 
-    /// Options of the solver for a ground, a distance from the marker's foot and its height.
+    /// Options of the solver for a ground, a distance from the marker's foot (m) and a height of its origin
+    /// (m).
     ///
     /// # Errors
-    /// A ground that no material is named after.
+    /// Returns an error if `ground` names no material.
     pub fn options(&self, ground: &str, range_m: f64, height_m: f64) -> Result<RcsOptions> {
         let ground = match ground {
             "none" => Ground::None,
@@ -195,7 +197,7 @@ impl Study {
         self.search.is_some() || self.quantities.iter().any(|q| q.needs_rcs())
     }
 
-    /// Looks at each point once, so that whatever is wrong comes before the work.
+    /// Checks each point once, so that errors come before the work.
     pub(super) fn check_points(&self) -> Result<()> {
         let mut sources = Sources::new(&self.file, &self.import);
         let mut base = self.clone();
@@ -225,29 +227,29 @@ impl Study {
     }
 }
 
-/// What a study may compute.
+/// A quantity that a study may compute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// Radar cross section in the chosen polarisation.
+    /// Radar cross section in the chosen polarisation, dBsm.
     Rcs,
-    /// The least that is detected, of the best radar.
+    /// Least detectable cross section of the best radar, dBsm.
     SigmaMin,
-    /// Cross section less the least detectable, of the best radar.
+    /// Cross section minus the least detectable one, of the best radar, dB.
     Margin,
-    /// Of the radar seen from the marker.
+    /// Azimuth of the radar seen from the marker.
     ViewAzimuth,
     /// Elevation of the radar seen from the marker.
     ViewElevation,
     /// Distance of the radar from the marker.
     ViewRange,
-    /// Of one metal ball.
+    /// Radar cross section of one metal sphere.
     BallRcs,
-    /// Number of metal balls.
+    /// Number of metal spheres.
     BallCount,
 }
 
 impl Quantity {
-    /// Each with its name in files and its label in pictures.
+    /// All quantities, each with its name in files and its label in pictures.
     const ALL: [(Quantity, &str, &str); 8] = [
         (Quantity::Rcs, "rcs_dbsm", "RCS (dBsm)"),
         (Quantity::SigmaMin, "sigma_min_dbsm", "least detectable RCS (dBsm)"),
@@ -259,12 +261,12 @@ impl Quantity {
         (Quantity::BallCount, "ball_count", "number of balls"),
     ];
 
-    /// The names of all.
+    /// Names of all quantities.
     pub fn names() -> [&'static str; 8] {
         Quantity::ALL.map(|q| q.1)
     }
 
-    /// In files.
+    /// Its name in files.
     pub fn name(self) -> &'static str {
         Quantity::ALL[self as usize].1
     }
@@ -274,23 +276,23 @@ impl Quantity {
         Quantity::ALL.into_iter().find(|q| q.1 == name).map(|q| q.0)
     }
 
-    /// In pictures.
+    /// Its label in pictures.
     pub fn label(self) -> &'static str {
         Quantity::ALL[self as usize].2
     }
 
-    /// Whether cross sections are needed for it.
+    /// Whether it needs cross sections.
     pub fn needs_rcs(self) -> bool {
         matches!(self, Quantity::Rcs | Quantity::Margin | Quantity::BallRcs | Quantity::BallCount)
     }
 
-    /// Whether a table `[detection]` is needed for it.
+    /// Whether it needs a table `[detection]`.
     pub fn needs_detection(self) -> bool {
         matches!(self, Quantity::SigmaMin | Quantity::Margin)
     }
 }
 
-/// What is to be large. The window is every point of the study's sweeps.
+/// Quantity that a search maximises. Its window is every point of the study's sweeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Goal {
@@ -305,12 +307,12 @@ pub enum Goal {
 }
 
 impl Goal {
-    /// Whether a table `[detection]` is needed for it.
+    /// Whether it needs a table `[detection]`.
     pub fn needs_detection(self) -> bool {
         self != Goal::LeastRcs
     }
 
-    /// The name in files, and the label in pictures.
+    /// Its name in files, and its label in pictures.
     fn words(self) -> (&'static str, &'static str) {
         match self {
             Goal::Coverage => {
@@ -357,18 +359,18 @@ fn forty() -> At<u64> {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SearchTable {
-    /// The figure that the search makes as large as it can.
+    /// Quantity that the search maximises.
     pub goal: Goal,
-    /// The parameter that costs; the best of the others is sought for each of its values.
+    /// Name of the cost parameter; the best other parameters are sought for each of its values.
     pub front: At<String>,
-    /// Values of the parameter that costs.
+    /// Values of the cost parameter.
     pub front_values: At<Vec<f64>>,
-    /// Parameters to search, each with its limits.
+    /// Parameters that are sought, each with its limits.
     pub parameter: Vec<LimitTable>,
-    /// Places from which to start (default 6).
+    /// Number of starts (default 6).
     #[serde(default = "six")]
     pub starts: At<usize>,
-    /// Steps of the simplex from each start (default 40).
+    /// Number of steps of the simplex from each start (default 40).
     #[serde(default = "forty")]
     pub steps: At<u64>,
     /// Seed of the starts.
@@ -380,7 +382,7 @@ pub struct SearchTable {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FactKind {
-    /// The one point.
+    /// The value at the one point.
     Value,
     /// The largest value.
     Maximum,
@@ -390,26 +392,26 @@ pub enum FactKind {
     Mean,
     /// The median.
     Median,
-    /// The greatest value less the least.
+    /// The largest value minus the smallest.
     Spread,
-    /// The place of the maximum along the one axis that is left.
+    /// The place of the maximum along the one remaining axis.
     Location,
-    /// The width along the axis around the maximum, until `level` dB below it.
+    /// The width along the axis around the maximum, down to `level` dB below it.
     Width,
     /// The largest place along the one axis at which the quantity crosses `level`.
     Crossing,
-    /// The smallest place of that kind.
+    /// The smallest place along the one axis at which the quantity crosses `level`.
     FirstCrossing,
     /// The percentage of the points that lie at or above `level`.
     Share,
 }
 
-/// One row of a report.
+/// A statement of a document and how this study's number for it is taken.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fact {
     /// What the document states.
     pub text: String,
-    /// Its number or words, where it gives any.
+    /// The document's number or words, where it gives any.
     pub document: Option<Value>,
     /// Unit of the number.
     pub unit: String,
@@ -417,14 +419,14 @@ pub struct Fact {
     pub kind: FactKind,
     /// Index into the outcome's fields.
     pub quantity: usize,
-    /// (axis, value or name).
+    /// Place on the axes as (axis, value or name).
     pub at: Vec<(usize, Value)>,
     /// Axes and values of a point whose value is subtracted.
     pub minus: Vec<(usize, Value)>,
-    /// (axis, limits).
+    /// Limits of axes as (axis, [lowest, highest]).
     pub within: Vec<(usize, [f64; 2])>,
-    /// The level that a width or a place is taken at.
+    /// Level for a width, a crossing or a share.
     pub level: Option<f64>,
-    /// Why ours differs, where it does.
+    /// The reason why the two numbers differ, where they do.
     pub why: String,
 }

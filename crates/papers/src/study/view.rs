@@ -1,10 +1,10 @@
-//! Where the radar stands when a marker is looked at, and what each sees of the other.
+//! Geometry of radar and marker: where each stands, and the direction in which it sees the other.
 //!
-//! Four kinds of place. *Direct*: direction and range in the marker's frame are given, as in
-//! `catseye rcs`: from the marker's foot, the point of the road below its origin. *Flat*: the marker lies `longitudinal_m` ahead of the radar and `lateral_m` to its left.
-//! *Vertical curve*: radar and marker stand on the parabola of [`VerticalCurve`]. *Horizontal curve*: both
-//! stand on a circle. On a road the marker's boresight looks back along the road, and the radar looks
-//! forward along it.
+//! There are four kinds of place. *Direct*: direction and range in the marker's frame are given, as in
+//! `catseye rcs`: from the marker's foot, which is the point of the road below its origin. *Flat*: the marker
+//! lies `longitudinal_m` ahead of the radar and `lateral_m` to its left. *Vertical curve*: radar and marker
+//! stand on the parabola of [`VerticalCurve`]. *Horizontal curve*: both stand on a circle. On a road the
+//! marker's boresight looks back along the road, and the radar looks forward along it.
 
 use super::parameter::{Values, number_of};
 use catseye::base::error::BadInput;
@@ -12,15 +12,15 @@ use catseye::base::frames::{Pose, Sensor, Target, World, angles_from_direction, 
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Which parameters make which kind of place.
+/// Parameters that determine each kind of place.
 const DIRECT: [&str; 3] = ["azimuth_deg", "elevation_deg", "range_m"];
 const FLAT: [&str; 2] = ["longitudinal_m", "lateral_m"];
 const VERTICAL: [&str; 4] = ["road_position_m", "grade_start_percent", "grade_end_percent", "curve_k_m"];
 const HORIZONTAL: [&str; 1] = ["curve_radius_m"];
-/// Those of any road.
+/// Parameters of any road.
 const ROAD: [&str; 3] = ["radar_height_m", "radar_azimuth_deg", "radar_elevation_deg"];
 
-/// What distances are measured along.
+/// Kind of place of radar and marker, along which distances are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ViewKind {
     /// The straight line between radar and marker.
@@ -34,10 +34,10 @@ pub enum ViewKind {
 }
 
 impl ViewKind {
-    /// The kind of place that the given parameters ask for.
+    /// The kind of place to which the given parameters belong.
     ///
     /// # Errors
-    /// Parameters of two kinds, or one that has no meaning in the kind.
+    /// Returns an error for parameters of two kinds, or for one that is not used in the kind.
     pub fn of<'a>(names: impl Iterator<Item = &'a str>) -> Result<ViewKind, BadInput> {
         let mut found: Option<(ViewKind, &str)> = None;
         let mut road: Option<&str> = None;
@@ -85,57 +85,57 @@ impl ViewKind {
     }
 }
 
-/// A radar beside the others on the vehicle.
+/// One of several radars on the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Mount {
-    /// Forward and to the left of the place that `radar_height_m` names.
+    /// Distance forward of the place that `radar_height_m` names, m.
     pub forward_m: f64,
-    /// To the left of the vehicle's middle, m.
+    /// Distance to the left of that place, m.
     pub left_m: f64,
-    /// Added to `radar_azimuth_deg` and `radar_elevation_deg`.
+    /// Angle that is added to `radar_azimuth_deg`, rad.
     pub azimuth_rad: f64,
-    /// Elevation of its boresight, rad.
+    /// Angle that is added to `radar_elevation_deg`, rad.
     pub elevation_rad: f64,
 }
 
-/// What radar and marker see of each other.
+/// The directions and distance in which radar and marker see each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// Of the radar seen from the marker, upright (not raised) frame, radians.
+    /// Azimuth of the radar seen from the marker, in its upright (not tilted) frame, rad.
     pub azimuth: f64,
     /// Elevation of the radar seen from the marker, rad.
     pub elevation: f64,
-    /// Infinite for a plane wave.
+    /// Distance between radar and marker, m; infinite for a plane wave.
     pub range_m: f64,
-    /// Of the radar seen from the foot of the marker: the point of the road below its origin. Cross sections are taken of this
-    /// direction, as those of `catseye rcs` are.
+    /// Azimuth of the radar seen from the foot of the marker, which is the point of the road below its
+    /// origin, rad. Cross sections are taken in this direction, as in `catseye rcs`.
     pub foot_azimuth: f64,
     /// Elevation of the radar seen from the marker's foot, rad.
     pub foot_elevation: f64,
-    /// Distance of the radar from the marker's foot; infinite for a plane wave.
+    /// Distance of the radar from the marker's foot, m; infinite for a plane wave.
     pub foot_range_m: f64,
-    /// Height of the marker's origin over its foot, m.
+    /// Height of the marker's origin above its foot, m.
     pub height_m: f64,
-    /// Of the marker seen by the radar, radians.
+    /// Azimuth of the marker seen from the radar's boresight, rad.
     pub sensor_azimuth: f64,
     /// Elevation of the marker seen from the radar's boresight, rad.
     pub sensor_elevation: f64,
 }
 
-/// A parabola between two straight slopes (Feng 2019, eq. 3.6): height g1 y + (g2 - g1) y^2/(2 Lc) with
-/// Lc = K |g1 - g2|, grades as ratios, K in metres for one percent.
+/// A parabola between two straight slopes (Feng 2019, eq. 3.6): height g1 y + (g2 - g1) y²/(2 Lc) with Lc = K
+/// |g1 - g2|, grades as ratios, K in metres per percent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VerticalCurve {
-    /// Grade at its beginning.
+    /// Grade at its beginning, as a ratio.
     pub grade_start: f64,
-    /// Grade at its end.
+    /// Grade at its end, as a ratio.
     pub grade_end: f64,
-    /// Length, m.
+    /// Length of the curve, m.
     pub length_m: f64,
 }
 
 impl VerticalCurve {
-    /// The curve between two grades in percent.
+    /// Makes the curve between two grades in percent; `k_m` is K in metres per percent.
     pub fn new(start_percent: f64, end_percent: f64, k_m: f64) -> Self {
         VerticalCurve {
             grade_start: start_percent / 100.0,
@@ -144,7 +144,7 @@ impl VerticalCurve {
         }
     }
 
-    /// (height, grade) at `y` metres from the start of the curve; straight before and after it.
+    /// Height (m) and grade at `y` metres from the start of the curve; straight before and after it.
     pub fn at(&self, y: f64) -> (f64, f64) {
         let inside = y.clamp(0.0, self.length_m);
         let change =
@@ -154,7 +154,7 @@ impl VerticalCurve {
         (height + grade * (y - inside), grade)
     }
 
-    /// A frame on the road: x along it, z its normal.
+    /// Pose of a frame on the road: x along it, z its normal.
     fn frame(&self, y: f64, yaw: f64) -> Pose<Target, World> {
         let (z, grade) = self.at(y);
         // Nose up is negative pitch.
@@ -164,10 +164,11 @@ impl VerticalCurve {
     }
 }
 
-/// The view for the parameters' values.
+/// Computes the view for the parameters' values.
 ///
 /// # Errors
-/// A missing parameter, a radar at the marker, a distance that the curve does not have.
+/// Returns an error for a missing parameter, a radar at the marker, or a distance that the road does not
+/// allow.
 pub fn view(place: ViewKind, values: &Values, mount: &Mount) -> Result<View, BadInput> {
     let get = |name: &str, default: f64| number_of(values, name).unwrap_or(default);
     let need = |name: &str| {

@@ -1,8 +1,9 @@
-//! Pictures of a scene as a camera on the vehicle takes them, by the same geometry and the same tree that the radar's rays meet:
-//! closest hits, reflectance by material, sun with shadows and glint, sky, fog, headlamps, stray light, exposure and noise.
+//! Images of a scene from a camera on the vehicle, by the same geometry and acceleration tree as the radar's
+//! rays: closest hits, reflectance by material, sun with shadows and glint, sky, fog, headlamps, stray light,
+//! exposure and noise.
 //!
-//! Light is in photometric units; a picture's grey is the number of electrons over the full well. Reflectances are round values for
-//! dry clean surfaces, good for contrasts and not for colours.
+//! Light is in photometric units; the grey of an image is the number of electrons divided by the full well.
+//! Reflectances are round values for dry clean surfaces, good for contrasts and not for colours.
 
 use crate::trial::stats::draws;
 use catseye::base::error::{BadInput, Result};
@@ -16,49 +17,51 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Patches finer than this are no texture of an asphalt surface, m.
+/// Size of the grains of an asphalt surface's texture, m.
 const GRAIN_M: f64 = 0.04;
 /// Relative standard deviation of the reflectance from grain to grain.
 const GRAIN: f64 = 0.15;
-/// Rays along each side of a pixel where it is not uniform.
+/// Number of rays along each side of a pixel that is not uniform.
 const FINE: usize = 4;
-/// Electrons of a full pixel, and of the noise of reading it.
+/// Number of electrons of a full pixel, and standard deviation of the read-out noise.
 const FULL_WELL: f64 = 10_000.0;
 const READ_NOISE: f64 = 8.0;
-/// Illuminance of a clear noon that a white surface turns into a full pixel at exposure 1, lx.
+/// Illuminance of a clear noon at which a white surface fills a pixel at exposure 1, lx.
 const NOON_LX: f64 = 65_000.0;
-/// The exposure aims at this mean grey below the horizon, within these exposures.
+/// Mean grey below the horizon that the exposure aims at, and limits of the exposure.
 const MEAN_GREY: f64 = 0.35;
 const EXPOSURES: [f64; 2] = [0.05, 200.0];
-/// Coefficient of retroreflected luminance (cd/m² per lx) of dry marking paint with glass beads (EN 1436, class R3) and of asphalt.
+/// Coefficient of retroreflected luminance (cd/m² per lx) of dry marking paint with glass beads (EN 1436,
+/// class R3), and of asphalt.
 const RETRO_PAINT: f64 = 0.15;
 const RETRO_ASPHALT: f64 = 0.015;
-/// Places of the headlamps in the vehicle frame, m.
+/// Positions of the headlamps in the vehicle frame, m.
 const LAMPS_M: [DVec3; 2] = [DVec3::new(3.7, 0.6, 0.65), DVec3::new(3.7, -0.6, 0.65)];
-/// Of one low beam just below its cut-off, cd.
+/// Luminous intensity of one low beam just below its cut-off, cd.
 const LAMP_CD: f64 = 18_000.0;
 
-/// What lights a scene. Angles in the vehicle frame at the time of the picture.
+/// Light on a scene. Angles are in the vehicle frame at the time of the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
-    /// Across the sun's rays, lx.
+    /// Illuminance by the sun on a surface perpendicular to its rays, lx.
     pub sun_lx: f64,
-    /// Azimuth of the sun.
+    /// Azimuth of the sun, rad.
     pub sun_azimuth_rad: f64,
-    /// Elevation of the sun.
+    /// Elevation of the sun, rad.
     pub sun_elevation_rad: f64,
-    /// On level ground from the sky alone, lx.
+    /// Illuminance of level ground by the sky alone, lx.
     pub sky_lx: f64,
     /// Meteorological visibility in fog (contrast 0.02), m; None: clear.
     pub visibility_m: Option<f64>,
-    /// Low beams are on.
+    /// Whether the low beams are on.
     pub lamps: bool,
-    /// Stray light of lens and windscreen over that of a clean eye (Stiles and Holladay: 10 E / θ², θ in degrees).
+    /// Stray light of lens and windscreen relative to that of a healthy eye (Stiles and Holladay: 10 E / θ²,
+    /// θ in degrees).
     pub stray: f64,
 }
 
 impl Light {
-    /// Noon in a clear sky, the sun high on the right behind.
+    /// Noon in a clear sky, with the sun high on the right behind.
     pub const CLEAR: Light = Light {
         sun_lx: 50_000.0,
         sun_azimuth_rad: -2.4,
@@ -69,17 +72,18 @@ impl Light {
         stray: 1.0,
     };
 
-    /// A moonless night outside towns; low beams.
+    /// A moonless night outside towns, with low beams.
     pub fn night() -> Light {
         Light { sun_lx: 0.0, sky_lx: 0.01, lamps: true, ..Light::CLEAR }
     }
 
-    /// Day in fog, which hides the sun.
+    /// Daytime fog that hides the sun, with this meteorological visibility (m).
     pub fn fog(visibility_m: f64) -> Light {
         Light { sun_lx: 0.0, sky_lx: 15_000.0, visibility_m: Some(visibility_m), lamps: true, ..Light::CLEAR }
     }
 
-    /// The sun low ahead, `elevation_rad` up, through a windscreen that strays `stray` times as a clean eye.
+    /// The sun low ahead at `elevation_rad`, through a windscreen with `stray` times the stray light of a
+    /// healthy eye.
     pub fn glare(elevation_rad: f64, stray: f64) -> Light {
         Light {
             sun_lx: 40_000.0,
@@ -96,18 +100,18 @@ impl Light {
     }
 }
 
-/// How a surface looks.
+/// Optical properties of a surface.
 #[derive(Debug, Clone, Copy)]
 struct Look {
     albedo: f64,
     retro: f64,
-    /// Of the glint's microfacets (GGX); 0: none.
+    /// Roughness of the microfacets of the glint (GGX); 0 for no glint.
     roughness: f64,
     grain: bool,
 }
 
 fn look_of(material: &Material, on_vehicle: bool) -> Look {
-    // The outermost layer is what one sees.
+    // The outermost layer is the visible one.
     let top = material.name.rsplit('+').next().unwrap_or_default().split(':').next().unwrap_or_default();
     let dull = |albedo| Look { albedo, retro: 0.0, roughness: 0.0, grain: false };
     match top {
@@ -128,21 +132,21 @@ fn look_of(material: &Material, on_vehicle: bool) -> Look {
     }
 }
 
-/// What one ray sees.
+/// The surface that one ray meets.
 #[derive(Debug, Clone, Copy)]
 struct Sight {
     /// Index of the pixel.
     pixel: u32,
-    /// Infinite: the sky.
+    /// Distance, m; infinite for the sky.
     distance_m: f32,
     towards: DVec3,
     normal: DVec3,
     look: Look,
-    /// What the grain takes or gives.
+    /// Relative change of the reflectance by the grain.
     grain: f32,
 }
 
-/// Even in (-√3, √3), so of variance one, for each cell of the ground.
+/// Uniform in (-√3, √3), so of variance one, for each cell of the ground.
 fn grain_at(p: DVec3) -> f64 {
     let cell = (p / GRAIN_M).floor();
     let word = |x: f64| (x as i64) as u32;
@@ -150,20 +154,21 @@ fn grain_at(p: DVec3) -> f64 {
     (f64::from(w) / 2f64.powi(31) - 1.0) * 3f64.sqrt()
 }
 
-/// A scene as the camera sees it, without light: one picture for each [`Light`] comes of it.
+/// A scene as the camera sees it, without light, from which one image for each [`Light`] is made.
 pub struct View {
     camera: Camera,
     sights: Vec<Sight>,
-    /// World from the vehicle's frame.
+    /// Pose of the vehicle in the world.
     pose: Pose<Vehicle, World>,
     eye: DVec3,
 }
 
 impl View {
-    /// Closest hits through every pixel, sixteen to a pixel where its neighbours differ, so that thin paint keeps its share.
+    /// Finds the closest hits through every pixel, with sixteen rays where a pixel's neighbours differ, so
+    /// that thin paint keeps its share.
     ///
     /// # Errors
-    /// A camera that makes no image.
+    /// Returns an error for a camera that fails [`Camera::validate`].
     pub fn new(
         geometry: &Geometry,
         scene: &Scene,
@@ -234,10 +239,11 @@ impl View {
         Ok(View { camera: camera.clone(), sights, pose: *pose, eye })
     }
 
-    /// The picture in this light. `geometry` is that of the view: the sun's shadows fall in it.
+    /// Makes the image in this light. `geometry` must be that of the view, as the sun's shadows are traced in
+    /// it.
     ///
     /// # Errors
-    /// A light that is no number or below zero.
+    /// Returns an error if a value of `light` is non-finite or negative.
     pub fn lit(&self, geometry: &Geometry, light: &Light, seed: u64) -> Result<Image> {
         let sound = |v: f64| v.is_finite() && v >= 0.0;
         let levels = sound(light.sun_lx) && sound(light.sky_lx) && sound(light.stray);
@@ -256,7 +262,7 @@ impl View {
         }
         let mut grey: Vec<f64> = sum.iter().zip(&count).map(|(s, n)| s / f64::from((*n).max(1))).collect();
         self.stray(light, &mut grey);
-        // White under the noon's light fills a pixel at exposure 1.
+        // White under noon light fills a pixel at exposure 1.
         let white = NOON_LX / PI;
         let horizon = self.camera.centre_px.y - self.camera.focal_px.y * self.camera.pitch_rad.tan();
         let first = horizon.clamp(0.0, 0.9 * self.camera.height_px as f64) as usize * self.camera.width_px;
@@ -272,11 +278,11 @@ impl View {
         Ok(Image::new(self.camera.width_px, self.camera.height_px, out.collect()).map_err(why)?)
     }
 
-    /// cd/m² along one ray.
+    /// Luminance along one ray, cd/m².
     fn luminance(&self, geometry: &Geometry, light: &Light, s: &Sight) -> f64 {
         let sky = light.sky_lx / PI;
         let extinction = light.visibility_m.map_or(0.0, |v| 50f64.ln() / v);
-        // Fog has the sky's luminance (Koschmieder); by night it is dark.
+        // Fog has the sky's luminance (Koschmieder); at night it is dark.
         let passed = (-extinction * f64::from(s.distance_m)).exp();
         if s.distance_m.is_infinite() {
             // The overcast horizon is half as bright again as the mean; fog leaves its own.
@@ -300,7 +306,7 @@ impl View {
         out * passed + sky * (1.0 - passed)
     }
 
-    /// Luminance by one headlamp: Lambert's, and what paint and asphalt throw back.
+    /// Luminance by one headlamp, cd/m²: diffuse (Lambert) and retroreflected by paint and asphalt.
     fn by_lamp(&self, s: &Sight, lamp: DVec3, at: DVec3, albedo: f64) -> f64 {
         let from = at - self.pose.point(lamp);
         let own = self.pose.rotation.inverse() * from;
@@ -317,7 +323,7 @@ impl View {
         across_lx * (albedo / PI * facing + s.look.retro * (1.0 + GRAIN * f64::from(s.grain)))
     }
 
-    /// Stray light from the sun and the sky's part of the picture, over the whole picture, cd/m².
+    /// Adds the stray light from the sun and from the sky in the image to all pixels, cd/m².
     fn stray(&self, light: &Light, grey: &mut [f64]) {
         if light.sun_lx == 0.0 {
             return;
@@ -329,7 +335,7 @@ impl View {
         for (i, g) in grey.iter_mut().enumerate() {
             let p = DVec2::new((i % w) as f64 + 0.5, (i / w) as f64 + 0.5);
             let off = (corner + du * p.x + dv * p.y).angle_between(sun);
-            // The sun behind the roof lights no windscreen.
+            // The sun behind the roof does not light the windscreen.
             if off < FRAC_PI_2 {
                 *g += light.stray * 10.0 * light.sun_lx / off.to_degrees().max(0.27).powi(2);
             }
@@ -337,7 +343,8 @@ impl View {
     }
 }
 
-/// The sun's mirror image in rough asphalt or paint, 1/sr: Cook and Torrance with GGX facets, refractive index 1.5.
+/// The sun's reflection in rough asphalt or paint, 1/sr: Cook and Torrance with GGX facets, refractive index
+/// 1.5.
 fn glint(s: &Sight, sun: DVec3) -> f64 {
     if s.look.roughness <= 0.0 {
         return 0.0;

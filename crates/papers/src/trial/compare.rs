@@ -1,7 +1,7 @@
-//! `catseye lane compare`: all methods on the same drives. Each radar's frame is simulated once; what it gives, and what the vehicle's
-//! other sensors give, goes to every method that takes it. Lines are judged against the two lines of the vehicle's own lane, or against
-//! the road's edges where a method finds these; a line that lies on another true line (of a neighbouring lane, a rail, a wall, a row of
-//! markers) is no mistake.
+//! `catseye lane compare`: all methods on the same drives. Each radar's frame is simulated once, and its
+//! output and that of the vehicle's other sensors go to every method that uses them. Lines are compared with
+//! the two lines of the vehicle's own lane, or with the road's edges where a method finds these. A line that
+//! lies on another true line (of a neighbouring lane, a rail, a wall, a row of markers) is no mistake.
 
 use crate::trial::compared_drive::{MethodVariant, drive_once};
 use crate::trial::pictures::{self, Draw};
@@ -16,20 +16,20 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Of one method on one drive: its steps, or why it cannot take the scenario.
+/// Result of one method on one drive: its steps, or the reason why it cannot use the scenario.
 type Course = std::result::Result<Vec<Step>, String>;
 
-/// What the table says of a method on a scenario.
+/// Entry of the table for a method on a scenario.
 #[derive(Debug, Clone, Serialize)]
 struct Standing {
     scenario: String,
     variant: MethodVariant,
-    /// Why there is nothing.
+    /// The reason why there is no result.
     cannot: Option<String>,
     looks: usize,
-    /// Of each of [`QUANTITIES`]: mean and half of the 95 % interval over runs.
+    /// Mean and half of the 95 % interval over runs for each of [`QUANTITIES`].
     figures: [Option<Figure>; QUANTITIES.len()],
-    /// The reason that was given most often where no lane was stated.
+    /// The most frequent reason for looks without a lane.
     reason: Option<String>,
 }
 
@@ -41,7 +41,7 @@ fn shown(figure: Option<Figure>) -> String {
     }
 }
 
-/// Places in [`QUANTITIES`].
+/// Indices in [`QUANTITIES`].
 const FOUND: usize = 0;
 const F1: usize = 3;
 const LATERAL_20_M: usize = 5;
@@ -89,7 +89,7 @@ fn sheet(standings: &[Standing]) -> Sheet {
     sheet
 }
 
-/// F1 of each method on each scenario, with intervals.
+/// Chart of F1 of each method on each scenario, with intervals.
 fn chart(standings: &[Standing], scenarios: &[String]) -> Chart {
     let variants: Vec<&MethodVariant> =
         standings.iter().map(|s| &s.variant).collect::<BTreeSet<_>>().into_iter().collect();
@@ -118,10 +118,12 @@ fn chart(standings: &[Standing], scenarios: &[String]) -> Chart {
     chart
 }
 
-/// Compares all methods on scenario files, into `out`. An interrupted comparison goes on when the same is asked for again.
+/// Compares all methods on scenario files and writes the result to `out`. An interrupted comparison continues
+/// when it is started again with the same arguments.
 ///
 /// # Errors
-/// Those of the files. A scenario that a method cannot take is no error: the table says what it lacks.
+/// Returns the errors of the files and of the frames. A scenario that a method cannot use is no error: the
+/// table states what it lacks.
 pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_>) -> Result<RunReport> {
     let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
     let loaded =

@@ -1,5 +1,5 @@
-//! One drive with all methods: each radar's frame is simulated once; what it gives, and what the vehicle's other sensors give, goes to
-//! every method that takes it.
+//! One drive with all methods. Each radar's frame is simulated once, and its output and that of the vehicle's
+//! other sensors go to every method that uses them.
 
 use crate::trial::drive::own_alone;
 use crate::trial::edges::Edges;
@@ -18,20 +18,20 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Standard deviation of the yaw rate that the vehicle's bus tells, degrees/s.
+/// Standard deviation of the yaw rate on the vehicle's bus, degrees/s.
 const YAW_RATE_STD_DEG_PER_S: f64 = 0.2;
 
-/// A method as a comparison drives it.
+/// A method in the variant that a comparison runs.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct MethodVariant {
     /// The method.
     pub method: Method,
-    /// Sensors and light, for a method that drives with several; empty otherwise.
+    /// Sensors and light of a method with several variants; otherwise empty.
     pub variant: String,
 }
 
 impl MethodVariant {
-    /// As tables name it.
+    /// Name of the variant in tables.
     pub fn name(&self) -> String {
         match self.variant.as_str() {
             "" => self.method.name().into(),
@@ -39,7 +39,7 @@ impl MethodVariant {
         }
     }
 
-    /// Its folder.
+    /// Name of its folder.
     pub fn file_name(&self) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
         match self.variant.as_str() {
@@ -51,24 +51,24 @@ impl MethodVariant {
     }
 }
 
-/// A method on a drive.
+/// A method on one drive.
 pub struct Driven {
     /// The variant.
     pub variant: MethodVariant,
-    /// The method, ready to drive.
+    /// The method, ready to run.
     pub method: ReadyMethod,
-    /// What it was given, where that is wanted.
+    /// Its inputs, if they are kept.
     pub looks: Vec<OwnedInput>,
-    /// Its looks.
+    /// Its results, one step for each look.
     pub steps: Vec<Step>,
 }
 
-/// What all methods did on a drive.
+/// Results of all methods on a drive.
 #[derive(Default)]
 pub struct ComparedDrive {
-    /// One entry a method.
+    /// The methods that ran.
     pub driven: Vec<Driven>,
-    /// The methods that cannot take the scenario, and why.
+    /// The methods that cannot use the scenario, with the reasons.
     pub cannot: Vec<(MethodVariant, String)>,
 }
 
@@ -101,10 +101,10 @@ impl ComparedDrive {
     }
 }
 
-/// The first drive of a scenario file: every method that can take it, with its looks.
+/// The first drive of a scenario file: every method that can use it, with its inputs.
 ///
 /// # Errors
-/// Those of the file.
+/// Returns the errors of the file and of the frames.
 pub fn driven(engine: &Engine, path: &Path, frames: u32) -> Result<Vec<Driven>> {
     let table = LaneTable::load(path)?;
     let mut scenario = Scenario::load(path)?;
@@ -113,17 +113,17 @@ pub fn driven(engine: &Engine, path: &Path, frames: u32) -> Result<Vec<Driven>> 
     Ok(drive_once(&given, &table, 0, true, &mut || {})?.driven)
 }
 
-/// What one radar gives at one look.
+/// Output of one radar at one look.
 struct RadarLook {
     frame: Frame,
     points: Vec<KeptPoint>,
     tracks: Vec<LaneTrack>,
 }
 
-/// One drive with all methods, `with_looks` or without. `told` is called after each frame.
+/// Runs one drive with all methods, `with_looks` or without. `told` is called after each frame.
 ///
 /// # Errors
-/// What a frame or the method reports.
+/// Returns the errors of the site and of the frames.
 pub fn drive_once(
     given: &TrialContext<'_>,
     table: &LaneTable,
@@ -138,7 +138,7 @@ pub fn drive_once(
     let edges = Edges::of(&site.scene, site.road.as_ref());
     let yaw_rate = (draws(scenario.seed, 0x6759_726f), YAW_RATE_STD_DEG_PER_S);
     let mut bus = Bus::new(scenario.seed, [SPEED_STD_MPS, 0.0], yaw_rate);
-    // Of each radar that a method takes, and whether one takes its tracks.
+    // For each radar that a method uses, the follower of its tracks if a method uses these.
     let mut radars: BTreeMap<usize, Option<TrackFollower>> = BTreeMap::new();
     for method in out.driven.iter().map(|d| &d.method) {
         let Some(which) = method.radar else { continue };
@@ -194,10 +194,10 @@ pub fn drive_once(
     Ok(out)
 }
 
-/// Distances within which lines are judged, m.
+/// Least and largest distance at which lines are compared, m.
 const RANGE_M: [f64; 2] = [5.0, 40.0];
 
-/// The lines of the vehicle's own lane, and beside them all else that is a true line of the road.
+/// The lines of the vehicle's own lane, with all other true lines of the road in `also`.
 fn own_lines(drive: &Drive<'_>, edges: &Edges, time_s: f64) -> TrueLanes {
     let all = drive.truth(time_s, RANGE_M);
     let mut own = own_alone(&all);

@@ -1,4 +1,4 @@
-//! What a trial is given: a scenario, an engine, how often to drive it, and where finished frames are kept.
+//! Input of a trial: a scenario, an engine, the number of drives, and the place for finished frames.
 
 use catseye::base::error::{Error, Result};
 use catseye::engine::Engine;
@@ -8,10 +8,12 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// The settings of `catseye lane` in a scenario file: its table `lane`, whose keys `T` names; `T`'s default where the table is missing.
+/// Reads the settings of `catseye lane` from a scenario file: its table `lane` with the keys of `T`, or `T`'s
+/// default where the table is missing.
 ///
 /// # Errors
-/// Keys and values that `T` does not know, with their line.
+/// Returns an error if the file cannot be read, or for keys and values that `T` does not know, with their
+/// line.
 pub fn settings<T: DeserializeOwned + Default>(scenario: &Path) -> Result<T> {
     #[derive(Deserialize)]
     struct File<T> {
@@ -21,22 +23,22 @@ pub fn settings<T: DeserializeOwned + Default>(scenario: &Path) -> Result<T> {
     Ok(Document::parse(scenario, &text)?.read::<File<T>>()?.lane.unwrap_or_default())
 }
 
-/// Called with (done, of all) while a trial runs.
+/// Function that is called with (done, total) frames while a trial runs.
 pub type Watch<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
-/// What a trial is given.
+/// Input of a trial.
 pub struct TrialContext<'a> {
     /// The scenario.
     pub scenario: &'a Scenario,
-    /// The scenario's file: names in its settings are relative to it.
+    /// The scenario's file; names in its settings are relative to it.
     pub path: &'a Path,
     /// The engine.
     pub engine: &'a Engine,
-    /// How often the drive is made; run k has the scenario's seed plus k.
+    /// Number of drives; run k has the scenario's seed plus k.
     pub runs: u32,
-    /// Where finished frames are kept, so that an interrupted trial goes on; None: nowhere.
+    /// Folder of finished frames, so that an interrupted trial continues; None to keep nothing.
     pub keep: Option<PathBuf>,
-    /// Is told how many frames are done, of how many.
+    /// Function that is told the number of finished frames and the total.
     pub watch: Watch<'a>,
 }
 
@@ -48,17 +50,17 @@ impl TrialContext<'_> {
         scenario
     }
 
-    /// Tells the watcher that frame `index` of `frames` in run `run` is done.
+    /// Reports that frame `index` of `frames` in run `run` is done.
     pub fn told(&self, run: u32, index: u32, frames: u32) {
         let frames = u64::from(frames);
         (self.watch)(u64::from(run) * frames + u64::from(index) + 1, u64::from(self.runs) * frames);
     }
 
-    /// What `make` gives; or what it gave when this trial ran before and was interrupted. Keys are names of files and name the
-    /// run and the frame. Values have no NaN.
+    /// Returns the result of `make`, or the kept one if this trial ran before and was interrupted. Keys are
+    /// file names that contain the run and the frame. Values must not contain NaN.
     ///
     /// # Errors
-    /// Those of `make`; the file cannot be written.
+    /// Returns the errors of `make`, and an error if the file cannot be written.
     pub fn kept<T: Serialize + DeserializeOwned>(
         &self,
         key: &str,
@@ -71,7 +73,7 @@ impl TrialContext<'_> {
         }
         let made = make()?;
         let text = serde_json::to_vec(&made).map_err(|e| Error::Failed(format!("{key}: {e}")))?;
-        // Complete, or not there.
+        // The file is complete or absent.
         let unfinished = folder.join(format!("{key}.unfinished"));
         std::fs::write(&unfinished, text).map_err(|e| Error::io(&unfinished, e))?;
         std::fs::rename(&unfinished, &path).map_err(|e| Error::io(&path, e))?;

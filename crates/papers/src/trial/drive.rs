@@ -1,5 +1,5 @@
-//! A scenario frame by frame, and what is true of its road, both as lane estimators see them: in the vehicle's level frame, x forward,
-//! y left, the origin on the road under the vehicle's reference point.
+//! A scenario frame by frame, and the truth of its road, both in the form of lane estimators: in the
+//! vehicle's level frame, x forward, y left, the origin on the road under the vehicle's reference point.
 
 use catseye::base::control::Control;
 use catseye::base::error::Result;
@@ -15,25 +15,25 @@ use catseye_lane::score::TrueLanes;
 use catseye_lane::{LanePoint, LaneTrack};
 use glam::{DVec2, DVec3};
 
-/// A point is never taken to be more certain in angle than this, rad: arrays are not calibrated better.
+/// Least standard deviation of a point's azimuth, rad: arrays are not calibrated better.
 const LEAST_AZIMUTH_STD_RAD: f64 = 1e-3;
-/// A line this much farther than a lane is wide is not the vehicle's.
+/// Distance beyond which a line is not one of the vehicle's lane, m.
 const WIDEST_LANE_M: f64 = 8.0;
 
 /// A scenario that is driven.
 pub struct Drive<'a> {
-    /// Scene and road.
+    /// Scene and road of the scenario.
     pub site: &'a Site,
     engine: &'a Engine,
     prepared: Prepared<'a>,
 }
 
-/// Where the vehicle is and how it moves, in the world's plane.
+/// Position and motion of the vehicle in the world's plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
     /// Position, m.
     pub at_m: DVec2,
-    /// Heading, rad.
+    /// Heading from the world's x axis, rad.
     pub heading_rad: f64,
     /// Speed, m/s.
     pub speed_mps: f64,
@@ -42,30 +42,30 @@ pub struct Level {
 }
 
 impl Level {
-    /// A place of the world in the level frame, m.
+    /// Converts a point of the world to the level frame, m.
     pub fn from_world(&self, p: DVec2) -> DVec2 {
         DVec2::from_angle(-self.heading_rad).rotate(p - self.at_m)
     }
 
-    /// A place of the level frame in the world, m.
+    /// Converts a point of the level frame to the world, m.
     pub fn to_world(&self, p: DVec2) -> DVec2 {
         self.at_m + DVec2::from_angle(self.heading_rad).rotate(p)
     }
 }
 
 impl<'a> Drive<'a> {
-    /// A drive of a scenario.
+    /// Prepares the drive of a scenario.
     ///
     /// # Errors
-    /// Surfaces that cannot be cut.
+    /// Returns an error if a surface cannot be cut.
     pub fn new(site: &'a Site, engine: &'a Engine) -> Result<Drive<'a>> {
         Ok(Drive { site, engine, prepared: Prepared::new(&site.scenario, &site.scene)? })
     }
 
-    /// Frame `index` of radar number `which`, through the whole chain.
+    /// Computes frame `index` of radar number `which` through the whole chain.
     ///
     /// # Errors
-    /// What a frame or the method reports.
+    /// Returns the errors of the frame's computation.
     pub fn frame(&self, which: usize, index: u32) -> Result<Frame> {
         self.prepared.frame(self.engine, which, index, Control::default())
     }
@@ -90,13 +90,13 @@ impl<'a> Drive<'a> {
         &self.site.scenario.radars[which]
     }
 
-    /// Where the vehicle is at a time.
+    /// Position and motion of the vehicle at a time.
     pub fn level(&self, time_s: f64) -> Level {
         level(&self.site.scenario.ego.at(time_s))
     }
 
-    /// The lines of the road that the vehicle drives on, and its lane, as true at that time; lines are to be found between the
-    /// distances `range_m`. Empty where the scene has no road.
+    /// The true lines of the road on which the vehicle drives, and its lane, at that time; lines are to be
+    /// found between the distances `range_m` (m). Empty where the scene has no road.
     pub fn truth(&self, time_s: f64, range_m: [f64; 2]) -> TrueLanes {
         match &self.site.road {
             Some(road) => true_lanes(road, &self.level(time_s), range_m),
@@ -104,13 +104,13 @@ impl<'a> Drive<'a> {
         }
     }
 
-    /// As [`Drive::truth`], with the rows of markers as the lines.
+    /// The truth as of [`Drive::truth`], with the rows of markers as the lines.
     pub fn truth_of_rows(&self, time_s: f64, range_m: [f64; 2]) -> TrueLanes {
         let lines = self.rows(time_s).into_iter().map(|(_, row)| row).filter(|r| r.len() > 1).collect();
         with_own(TrueLanes { lines, ..self.truth(time_s, range_m) })
     }
 
-    /// Rows of markers with their names, in the level frame at that time.
+    /// Rows of markers with their names, in the level frame at that time, m.
     pub fn rows(&self, time_s: f64) -> Vec<(String, Vec<[f64; 2]>)> {
         let level = self.level(time_s);
         let place = |p: [f64; 3]| level.from_world(DVec2::new(p[0], p[1])).to_array();
@@ -118,12 +118,12 @@ impl<'a> Drive<'a> {
         rows.map(|r| (r.name.clone(), r.markers.iter().map(|m| place(m.position_m)).collect())).collect()
     }
 
-    /// Places of all markers, in the level frame at that time.
+    /// Positions of all markers in the level frame at that time, m.
     pub fn markers(&self, time_s: f64) -> Vec<[f64; 2]> {
         self.rows(time_s).into_iter().flat_map(|(_, row)| row).collect()
     }
 
-    /// The points of a frame as lane estimators take them. Points without an angle are left out.
+    /// Points of a frame in the form of lane estimators. Points without an angle are left out.
     pub fn points(&self, frame: &Frame) -> Vec<LanePoint> {
         frame.points.iter().filter_map(|p| lane_point(self.radar(frame.radar), p)).collect()
     }
@@ -140,7 +140,7 @@ fn level(now: &catseye::scene::motion::Moving) -> Level {
     }
 }
 
-/// A radar's point in the vehicle's level frame, by the radar's mounting; None where it has no angle.
+/// Converts a radar's point to the vehicle's level frame by the radar's mounting; None where it has no angle.
 pub fn lane_point(radar: &Radar, p: &Point) -> Option<LanePoint> {
     let azimuth_std_rad = p.std.azimuth_rad?.max(LEAST_AZIMUTH_STD_RAD);
     let at = radar.mounting.point(p.position_m);
@@ -158,12 +158,12 @@ pub fn lane_point(radar: &Radar, p: &Point) -> Option<LanePoint> {
     })
 }
 
-/// The first radar of a scenario that gives points: impulse radars go with impulse methods.
+/// Index of the first radar of a scenario that is not an impulse radar: those have methods of their own.
 pub fn point_radar(radars: &[Radar]) -> Option<usize> {
     radars.iter().position(|r| !matches!(r.waveform, Waveform::Pulse { .. }))
 }
 
-/// How a radar stands on its vehicle: place in the level frame, m, and direction of its boresight, rad.
+/// Mounting of a radar on its vehicle: position in the level frame, m, and direction of its boresight, rad.
 pub fn mount(radar: &Radar) -> (DVec2, f64) {
     let ahead = radar.mounting.rotation * DVec3::X;
     (radar.mounting.translation_m.truncate(), ahead.y.atan2(ahead.x))
@@ -172,7 +172,7 @@ pub fn mount(radar: &Radar) -> (DVec2, f64) {
 /// Longest piece of a line, m.
 const PIECE_M: f64 = 0.5;
 
-/// With places between its corners: a straight stretch may have its ends alone.
+/// Points of a line with extra ones between its corners: a straight stretch may have only its ends.
 fn dense(line: &Polyline) -> Vec<DVec2> {
     let corners: Vec<DVec2> = line.iter().map(|p| DVec2::new(p[0], p[1])).collect();
     let mut out = Vec::new();
@@ -184,7 +184,7 @@ fn dense(line: &Polyline) -> Vec<DVec2> {
     out
 }
 
-/// The piece of a line, by its first corner, that is nearest to a place, and how near.
+/// Index of the piece of a line, by its first corner, that is nearest to a point, and its distance.
 fn nearest_piece(line: &Polyline, at: DVec2) -> Option<(usize, f64)> {
     let distance = |i: usize| {
         let (a, b) = (DVec2::new(line[i][0], line[i][1]), DVec2::new(line[i + 1][0], line[i + 1][1]));
@@ -194,7 +194,7 @@ fn nearest_piece(line: &Polyline, at: DVec2) -> Option<(usize, f64)> {
     (0..line.len().checked_sub(1)?).map(|i| (i, distance(i))).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// Polylines of places in order, broken where there is none.
+/// Polylines of points in order, split where there is none.
 pub fn stretches(places: impl Iterator<Item = Option<DVec2>>) -> Vec<Vec<[f64; 2]>> {
     let mut out: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
     for place in places {
@@ -207,13 +207,13 @@ pub fn stretches(places: impl Iterator<Item = Option<DVec2>>) -> Vec<Vec<[f64; 2
     out
 }
 
-/// The stretches of a line within reach: a road that comes back is more than one line.
+/// The stretches of a line within reach: a road that comes back gives more than one.
 fn line_in(level: &Level, line: &Polyline, reach_m: f64) -> Vec<Vec<[f64; 2]>> {
     let near = |p: DVec2| Some(level.from_world(p)).filter(|q| q.length() <= reach_m);
     stretches(dense(line).into_iter().map(near))
 }
 
-/// The truth with the lines of the vehicle's own lane alone, right before left.
+/// The truth with only the lines of the vehicle's own lane, right before left.
 pub fn own_alone(all: &TrueLanes) -> TrueLanes {
     let own = all.own.map(|i| i.and_then(|i| all.lines.get(i)));
     let second = usize::from(own[0].is_some());
@@ -221,7 +221,7 @@ pub fn own_alone(all: &TrueLanes) -> TrueLanes {
     TrueLanes { lines, own: [own[0].map(|_| 0), own[1].map(|_| second)], ..all.clone() }
 }
 
-/// Where a polyline passes the y axis nearest to the origin: (y, direction).
+/// Where a polyline passes the y axis nearest to the origin: (y in m, direction in rad).
 fn beside(line: &[[f64; 2]]) -> Option<(f64, f64)> {
     line.windows(2)
         .filter_map(|w| {
@@ -237,7 +237,7 @@ fn beside(line: &[[f64; 2]]) -> Option<(f64, f64)> {
         .min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
 }
 
-/// With the lines right and left of the vehicle found among `lines`, which are put in order from right to left.
+/// Finds the lines to the right and left of the vehicle among `lines`, which are sorted from right to left.
 fn with_own(mut t: TrueLanes) -> TrueLanes {
     let place = |l: &Vec<[f64; 2]>| beside(l).map_or(f64::INFINITY, |(y, _)| y);
     t.lines.sort_by(|a, b| place(a).total_cmp(&place(b)));
@@ -257,7 +257,7 @@ pub fn true_lanes(road: &RoadTruth, level: &Level, range_m: [f64; 2]) -> TrueLan
     else {
         return TrueLanes { range_m, ..TrueLanes::default() };
     };
-    // Neighbours share a line; a lane that is not there has none.
+    // Neighbours share a line; a missing lane has none.
     let mut lines: Vec<Vec<[f64; 2]>> = Vec::new();
     for lane in &label.lanes {
         for line in [&lane.left_m, &lane.right_m] {
@@ -305,7 +305,7 @@ fn close(a: &[[f64; 2]], b: &[[f64; 2]]) -> bool {
     a.iter().zip(b).all(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1]) < 1e-3)
 }
 
-/// A track of the tracker's world plane in the vehicle's level frame.
+/// Converts a track of the tracker's world plane to the vehicle's level frame.
 pub fn lane_track(level: &Level, track: &Track) -> LaneTrack {
     let [x, y, vx, vy] = track.estimate.state.to_array();
     let c = &track.estimate.covariance;

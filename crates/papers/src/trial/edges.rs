@@ -1,4 +1,4 @@
-//! Where the edges of a road truly are: the faces of its walls, rails and fences, cut out of the scene's own triangles.
+//! The true edges of a road: the faces of its walls, rails and fences, cut from the scene's own triangles.
 
 use crate::trial::drive::{Level, stretches};
 use catseye::road::labels::{Polyline, RoadTruth};
@@ -6,11 +6,11 @@ use catseye::scene::{Scene, Shape};
 use catseye_lane::score::TrueLanes;
 use glam::{DVec2, DVec3};
 
-/// Stations along the axis, m.
+/// Spacing of stations along the axis, m.
 const STEP_M: f64 = 2.0;
-/// What is farther from the axis is not its edge.
+/// Largest distance of an edge from the axis, m.
 const WIDEST_M: f64 = 40.0;
-/// Lower things (kerbs, paint) are no barriers.
+/// Least height of a barrier, m: lower things are kerbs and paint.
 const LEAST_HEIGHT_M: f64 = 0.3;
 
 /// A cross section of a road.
@@ -18,7 +18,7 @@ struct Station {
     at_m: DVec2,
     along: DVec2,
     curvature_per_m: f64,
-    /// From where to where each barrier lies to the left of the axis.
+    /// Interval of each barrier to the left of the axis, m.
     barriers: Vec<[f64; 2]>,
 }
 
@@ -27,17 +27,17 @@ pub struct Edges {
     roads: Vec<Vec<Station>>,
 }
 
-/// Edges near a vehicle.
+/// The edges near a vehicle.
 pub struct NearEdges {
-    /// Right and left, level frame; pieces of each in order.
+    /// Pieces of the right and left edge in order, in the level frame, m.
     pub sides: [Vec<Vec<[f64; 2]>>; 2],
-    /// Of the edges beside the vehicle.
+    /// Curvature of the right and left edge beside the vehicle, 1/m, positive to the left.
     pub curvature_per_m: [Option<f64>; 2],
     pub heading_rad: Option<f64>,
 }
 
 impl Edges {
-    /// Of all walls and guard rails, and of fences where there is neither.
+    /// Collects all walls and guard rails, and fences where there is neither.
     pub fn of(scene: &Scene, road: Option<&RoadTruth>) -> Edges {
         let solid: Vec<Triangles> = barriers(scene, &["wall", "guard_rail"]);
         let fences: Vec<Triangles> = barriers(scene, &["fence"]);
@@ -54,12 +54,12 @@ impl Edges {
         Edges { roads: roads.collect() }
     }
 
-    /// Whether there is nothing to find.
+    /// Whether there is no barrier.
     pub fn is_empty(&self) -> bool {
         self.roads.iter().flatten().all(|s| s.barriers.is_empty())
     }
 
-    /// The innermost barrier on each side of the vehicle along the road that it is nearest to.
+    /// The innermost barrier on each side of the vehicle along the road nearest to it.
     pub fn near(&self, level: &Level, reach_m: f64) -> NearEdges {
         let mut out =
             NearEdges { sides: [Vec::new(), Vec::new()], curvature_per_m: [None; 2], heading_rad: None };
@@ -97,8 +97,8 @@ impl Edges {
         out
     }
 
-    /// The edges as the lines that are to be found. Offset, width and heading are against them, not against a lane; the curvature is
-    /// the mean of the edges that there are.
+    /// The edges as lines that are to be found. Offset, width and heading are relative to them, not to a
+    /// lane; the curvature is the mean of the edges that exist.
     pub fn truth(&self, level: &Level, range_m: [f64; 2]) -> TrueLanes {
         let near = self.near(level, range_m[1] + 20.0);
         let mut t = TrueLanes { range_m, heading_rad: near.heading_rad, ..TrueLanes::default() };
@@ -172,7 +172,7 @@ fn stations(axis: &Polyline, curvature: &[f64]) -> Vec<Station> {
     out
 }
 
-/// Where the station's cross section meets each body.
+/// Intervals in which the station's cross section meets each body.
 fn cut(bodies: &[Triangles], s: &Station) -> Vec<[f64; 2]> {
     let left = s.along.perp();
     let reach = DVec2::splat(WIDEST_M);

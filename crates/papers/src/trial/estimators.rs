@@ -1,4 +1,5 @@
-//! Estimators by name with options as JSON, for callers that bring their own points: what `catseye.LaneEstimator` of Python makes.
+//! Estimators by name with options as JSON, for callers with their own points, such as
+//! `catseye.LaneEstimator` in Python.
 
 use crate::trial::method::Method;
 use crate::trial::uwb::{ImpulseRadar, Rule, tune};
@@ -18,23 +19,24 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::PathBuf;
 
-/// Of rows of markers (Feng 2019).
+/// Options of the method markers (Feng 2019).
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MarkersJson {
-    /// Between neighbours of a row, one for each kind of row, m. Default 2.
+    /// Spacings of neighbours in a row, one for each kind of row, m. Default 2.
     pub spacing_m: Vec<f64>,
-    /// By which distances may differ from it, m. Default 0.2.
+    /// Largest difference of a distance from the spacing, m. Default 0.2.
     pub tolerance_m: f64,
-    /// Points nearer than this lie in the ground's clutter, m. Default 5.
+    /// Range within which points lie in the ground clutter, m. Default 5.
     pub nearest_m: f64,
-    /// What range rates miss beyond their deviations, m/s: a quarter of a Doppler cell. Default 0.005.
+    /// Error of range rates beyond their standard deviations, m/s: a quarter of a Doppler cell. Default
+    /// 0.005.
     pub rate_error_mps: f64,
-    /// Of the radar over the road, and ahead of the rear axle, m. Defaults 0.15 and 3.6.
+    /// Height of the radar above the road, m. Default 0.15.
     pub radar_height_m: f64,
-    /// Distance of the radar ahead of the rear axle, m.
+    /// Distance of the radar ahead of the rear axle, m. Default 3.6.
     pub radar_ahead_m: f64,
-    /// Whether lines are followed from look to look. Default true.
+    /// Whether lines are tracked from look to look. Default true.
     pub track: bool,
 }
 
@@ -53,21 +55,21 @@ impl Default for MarkersJson {
     }
 }
 
-/// Of an impulse radar (Kim).
+/// Options of the method uwb (Kim).
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UwbJson {
-    /// Of the first sample of a scan, and from sample to sample, m.
+    /// Range of the first sample of a scan, m.
     pub range_start_m: f64,
-    /// Distance from sample to sample, m.
+    /// Spacing of the samples in range, m.
     pub range_step_m: f64,
-    /// Of the radar over the road, m, and its place on the vehicle.
+    /// Height of the radar above the road, m.
     pub height_m: f64,
-    /// Place of the radar on the vehicle: forward, left, m.
+    /// Position of the radar on the vehicle: forward, left, m.
     pub at_m: [f64; 2],
-    /// left or right: the line that it looks at.
+    /// Side of the line that it observes: left or right.
     pub side: String,
-    /// Scans of the road without markers, from which background and threshold come: at least 20.
+    /// Scans of the road without markers, at least 20, from which background and threshold are computed.
     pub quiet: Vec<Vec<f64>>,
     /// Distance from plate to plate, m. Default 8.
     #[serde(default = "eight")]
@@ -99,48 +101,48 @@ fn car_width() -> f64 {
     1.9
 }
 
-/// Of a map of lanes (Li 2022).
+/// Options of the method hd-map (Li 2022).
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HdMapJson {
     /// Path of a map file (`crates/lane/src/hd_map/file.rs`).
     pub map: PathBuf,
-    /// Of the radar on the vehicle, m, and its yaw.
+    /// Position of the radar on the vehicle: forward, left, m.
     #[serde(default)]
     pub radar_at_m: [f64; 2],
     /// Yaw of the radar on the vehicle, degrees.
     #[serde(default)]
     pub radar_yaw_deg: f64,
-    /// Standard deviations of its place (m) and azimuth (deg) on the earth.
+    /// Standard deviation of the radar's position on the earth on each axis, m.
     #[serde(default)]
     pub place_std_m: f64,
-    /// Standard deviation of azimuths, degrees.
+    /// Standard deviation of the radar's azimuth on the earth, degrees.
     #[serde(default)]
     pub azimuth_std_deg: f64,
 }
 
-/// A scan that a signature map is made from.
+/// A scan from which a signature map is made.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScanJson {
-    /// Of the radar in the map.
+    /// Pose of the radar in the map.
     pub pose: Pose,
-    /// Of its place (m, m) and heading (rad).
+    /// Standard deviations of the pose: position (m, m) and heading (rad).
     pub std: [f64; 3],
-    /// That stand.
+    /// Stationary points of the scan.
     pub points: Vec<ScanPoint>,
 }
 
-/// Of a map of static points (Feng 2019).
+/// Options of the method signature (Feng 2019).
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignatureJson {
     /// Scans of the drive that was mapped.
     pub scans: Vec<ScanJson>,
-    /// How the map is made.
+    /// Settings of the map.
     #[serde(default)]
     pub map: MapSettings,
-    /// Scans in which a landmark was seen, at least.
+    /// Least number of scans in which a landmark was seen.
     #[serde(default = "hits")]
     pub least_hits: u32,
     /// Known lines of the road in the map.
@@ -161,10 +163,11 @@ fn wrong(method: Method, why: impl ToString) -> Error {
     BadInput::new(why.to_string()).key(key).remedy("see docs/lanes.md").into()
 }
 
-/// The estimator of a method; without options as its document has it.
+/// Makes the estimator of a method; without options it has those of its document.
 ///
 /// # Errors
-/// Options that are not known, are missing (uwb, hd-map and signature need some) or out of their ranges.
+/// Returns an error for options that are unknown, missing (uwb, hd-map and signature need some) or outside
+/// their ranges.
 pub fn estimator(method: Method, options: Option<&str>) -> Result<Box<dyn LaneEstimator + Send>> {
     let text = options.unwrap_or("{}");
     let bad = |why: &dyn ToString| wrong(method, why.to_string());

@@ -1,4 +1,4 @@
-//! The toolkit of a lane method's trial: what its drives, tables, figures and pictures are made with.
+//! Common tools of the lane methods' trials, for drives, tables, values and pictures.
 
 pub use crate::trial::context::TrialContext;
 pub use crate::trial::drive::{Drive, Level, lane_point, mount, own_alone, point_radar};

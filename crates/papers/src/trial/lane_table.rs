@@ -1,4 +1,4 @@
-//! The table `[lane]` of a scenario file, and the methods by it.
+//! The table `[lane]` of a scenario file, and the methods with its settings.
 
 use crate::trial::context::settings;
 use crate::trial::method::Method;
@@ -13,29 +13,29 @@ use std::path::Path;
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LaneTable {
-    /// How often the drive is made, each time with another seed. Default 1.
+    /// Number of drives, each with another seed. Default 1.
     pub runs: Option<u32>,
-    /// Settings of uwb.
+    /// Settings of the method uwb.
     pub uwb: uwb::Settings,
-    /// Settings of markers.
+    /// Settings of the method markers.
     pub markers: markers::Settings,
-    /// Settings of range-doppler.
+    /// Settings of the method range-doppler.
     pub range_doppler: range_doppler::Settings,
-    /// Settings of signature.
+    /// Settings of the method signature.
     pub signature: signature::Settings,
-    /// Settings of road-shape.
+    /// Settings of the method road-shape.
     pub road_shape: road_shape::Settings,
-    /// Settings of hd-map.
+    /// Settings of the method hd-map.
     pub hd_map: hd_map::Settings,
-    /// Settings of camera-fusion.
+    /// Settings of the method camera-fusion.
     pub camera_fusion: camera_fusion::Settings,
 }
 
 impl LaneTable {
-    /// Reads a scenario file.
+    /// Reads the table of a scenario file.
     ///
     /// # Errors
-    /// Keys and values that are not known or not allowed.
+    /// Returns an error if the file cannot be read, or for keys and values that are unknown or not allowed.
     pub fn load(path: &Path) -> Result<LaneTable> {
         let table: LaneTable = settings(path)?;
         let LaneTable { uwb, markers, range_doppler, signature, .. } = &table;
@@ -69,7 +69,7 @@ impl LaneTable {
     }
 }
 
-/// JSON schemas of radar and scenario files, the table `[lane]` with them: (file name in `schema/`, text).
+/// JSON schemas of radar and scenario files including the table `[lane]`: (file name in `schema/`, text).
 pub fn schemas() -> [(&'static str, String); 2] {
     catseye::scene::scenario::schemas(|g| g.subschema_for::<LaneTable>())
 }

@@ -2,16 +2,16 @@
 
 use catseye::base::error::{BadInput, Result};
 
-/// Key below the method's table, value, least and greatest allowed value, and what to write instead.
+/// Key below the method's table, value, least and largest allowed value, and what to write instead.
 pub type Limit<'a> = (&'a str, f64, f64, f64, &'a str);
 
-/// What to do about most values out of range.
+/// Remedy for most values out of range.
 pub const LEAVE_OUT: &str = "leave it out for its default";
 
 /// Checks values against their limits; `method` is named in errors.
 ///
 /// # Errors
-/// The first value that is not a number within its range, by its key in `lane.METHOD`.
+/// Returns an error for the first value outside its range, with its key in `lane.METHOD`.
 pub fn check(method: &str, limits: &[Limit<'_>]) -> Result<()> {
     let is_out = |l: &&Limit<'_>| !(l.2..=l.3).contains(&l.1);
     match limits.iter().find(is_out) {
@@ -22,7 +22,7 @@ pub fn check(method: &str, limits: &[Limit<'_>]) -> Result<()> {
     }
 }
 
-/// A value of `lane.METHOD` that is out of its range.
+/// Makes the error for a value of `lane.METHOD` outside its range.
 pub fn wrong(method: &str, key: &str, value: impl ToString) -> BadInput {
     BadInput::new("is out of range").key(format!("lane.{method}.{key}")).value(value.to_string())
 }

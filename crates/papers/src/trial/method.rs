@@ -23,7 +23,7 @@ pub enum Method {
     CameraFusion,
 }
 
-/// Of the methods in their order.
+/// Names of the methods in order.
 const NAMES: [&str; 7] =
     ["uwb", "markers", "range-doppler", "signature", "road-shape", "hd-map", "camera-fusion"];
 
@@ -39,15 +39,15 @@ impl Method {
         Method::CameraFusion,
     ];
 
-    /// Its name on the command line.
+    /// Name of the method on the command line.
     pub fn name(self) -> &'static str {
         NAMES[self as usize]
     }
 
-    /// The method of this name.
+    /// Finds the method of this name.
     ///
     /// # Errors
-    /// A name that no method has.
+    /// Returns an error for an unknown name.
     pub fn named(name: &str) -> Result<Method> {
         Method::ALL.into_iter().find(|m| m.name() == name).ok_or_else(|| {
             BadInput::new("is no lane method").key("method").value(name).allowed(NAMES.join(", ")).into()

@@ -1,5 +1,6 @@
-//! Lane estimators at work: a scenario is driven through the whole chain, frame by frame; points, pulses and pictures go to an estimator,
-//! and what it says is compared with the true road. Nothing of the truth goes to an estimator.
+//! Trials of lane estimators. A scenario is driven through the whole chain, frame by frame; points, pulses
+//! and images go to an estimator, and its estimates are compared with the true road. No truth goes to an
+//! estimator.
 
 pub mod camera;
 pub mod camera_fusion;

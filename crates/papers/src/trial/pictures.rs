@@ -1,4 +1,4 @@
-//! Pictures that several trials share, and how layers come into a chart with their keys.
+//! Pictures common to several trials, and how layers with their keys are added to a chart.
 
 use catseye_lane::score::TrueLanes;
 use catseye_lane::{LaneEstimate, LanePoint};
@@ -76,8 +76,8 @@ impl Draw for Chart {
     }
 }
 
-/// The road from above, x forward to the right, y left upwards: true lines in grey, points, estimated lines with the band of two
-/// standard deviations.
+/// The road from above, x forward to the right, y left upwards: true lines in grey, points, and estimated
+/// lines with the band of two standard deviations.
 pub fn lanes_chart(title: &str, points: &[LanePoint], truth: &TrueLanes, estimate: &LaneEstimate) -> Chart {
     let reach = truth.range_m[1].max(10.0);
     let x = Axis::new("x forward (m)", 0.0, reach);
@@ -93,7 +93,7 @@ pub fn lanes_chart(title: &str, points: &[LanePoint], truth: &TrueLanes, estimat
     chart
 }
 
-/// Lines that several methods state at one time, over the true ones of the first.
+/// Lines that several methods estimate at one time, over the true ones of the first.
 pub fn all_methods(title: &str, of: &[(String, &LaneEstimate, &TrueLanes)]) -> Chart {
     let reach = of.first().map_or(40.0, |o| o.2.range_m[1]).max(10.0);
     let (x, y) =

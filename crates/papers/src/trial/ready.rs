@@ -1,4 +1,5 @@
-//! What every lane method has: settings with ranges, a trial of its own, and what a comparison drives.
+//! What every lane method provides: settings with ranges, a trial of its own, and its variants for a
+//! comparison.
 
 use crate::trial::context::TrialContext;
 use crate::trial::drive::Drive;
@@ -10,21 +11,23 @@ use catseye::scene::waveform::Waveform;
 use catseye::simulate::Frame;
 use catseye_lane::LaneEstimator;
 
-/// Standard deviation of the speed that the vehicle's bus tells in a comparison, m/s.
+/// Standard deviation of the speed on the vehicle's bus in a comparison, m/s.
 pub const SPEED_STD_MPS: f64 = 0.1;
 
-/// A method by the settings of its table below `[lane]`.
+/// A method with the settings of its table below `[lane]`.
 pub trait LaneMethod {
-    /// Drives the scenario, lets the method say what it finds, and judges that.
+    /// Drives the scenario, runs the method and scores its estimates.
     ///
     /// # Errors
-    /// Settings out of their ranges; what the scenario lacks for the method; those of the frames.
+    /// Returns an error for settings outside their ranges, for what the scenario lacks for the method, and
+    /// the errors of the frames.
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial>;
 
-    /// The method ready for a drive of a comparison, by variant: one, or one for each choice of sensors and light.
+    /// Makes the method ready for a drive of a comparison, by variant: one, or one for each choice of sensors
+    /// and light.
     ///
     /// # Errors
-    /// What the scenario lacks for it, as bad input.
+    /// Returns `BadInput` for what the scenario lacks for the method, and the errors of files and engine.
     fn ready(
         &self,
         given: &TrialContext<'_>,
@@ -33,31 +36,31 @@ pub trait LaneMethod {
     ) -> Result<Vec<(String, ReadyMethod)>>;
 }
 
-/// Adds to a look what a radar's frame, or a sensor of its own, gives to one method.
+/// Function that adds to a look what a radar's frame or a separate sensor gives to one method.
 pub type Sense = Box<dyn FnMut(&Drive<'_>, Option<&Frame>, u32, &mut OwnedInput) -> Result<()>>;
 
-/// What a method is to find.
+/// The lines that a method is to find.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Finds {
     /// The two lines of the vehicle's own lane.
     OwnLines,
-    /// The barriers that bound the road: lines, offset, heading and curvature are theirs.
+    /// The barriers that bound the road; lines, offset, heading and curvature are theirs.
     RoadEdges,
 }
 
-/// A method that is ready to drive.
+/// A method that is ready for a drive.
 pub struct ReadyMethod {
     /// The estimator.
     pub estimator: Box<dyn LaneEstimator + Send>,
-    /// What it is to find.
+    /// The lines that it is to find.
     pub finds: Finds,
-    /// Radar whose frames it takes.
+    /// Index of the radar whose frames it uses.
     pub radar: Option<usize>,
-    /// Points of that radar's detector go to it.
+    /// Whether it uses the points of that radar's detector.
     pub points: bool,
-    /// Tracks of what moves, from that radar.
+    /// Whether it uses tracks of moving things from that radar.
     pub tracks: bool,
-    /// What else the vehicle senses for it.
+    /// Function that adds data of other sensors.
     pub sense: Option<Sense>,
 }
 
@@ -74,24 +77,24 @@ impl ReadyMethod {
         }
     }
 
-    /// One that takes the points of a radar.
+    /// Makes a method that uses the points of a radar.
     pub fn of_points(estimator: impl LaneEstimator + Send + 'static, radar: usize) -> ReadyMethod {
         ReadyMethod { radar: Some(radar), points: true, ..ReadyMethod::new(estimator) }
     }
 
-    /// One that has a sensor of its own.
+    /// Makes a method that has a sensor of its own.
     pub fn sensing(estimator: impl LaneEstimator + Send + 'static, sense: Sense) -> ReadyMethod {
         ReadyMethod { sense: Some(sense), ..ReadyMethod::new(estimator) }
     }
 
-    /// As the only variant.
+    /// The list of variants with this one alone, under an empty name.
     pub fn alone(self) -> Vec<(String, ReadyMethod)> {
         vec![(String::new(), self)]
     }
 }
 
-/// Says that a method finds no radar that it can take among those of a scenario, which it lists. `method` is the method's name on the
-/// command line, `allowed` the kind of radar that it takes.
+/// Makes the error of a method for which a scenario has no suitable radar; it lists those of the scenario.
+/// `method` is the method's name on the command line, `allowed` the kind of radar that it uses.
 pub fn no_radar(radars: &[Radar], method: &str, allowed: &str, remedy: &str) -> BadInput {
     let kind = |r: &Radar| match &r.waveform {
         Waveform::Fmcw(_) => "fmcw",
@@ -108,10 +111,10 @@ pub fn no_radar(radars: &[Radar], method: &str, allowed: &str, remedy: &str) -> 
     bad.key("radar").value(value).allowed(allowed).remedy(remedy)
 }
 
-/// The radar that was found, or what the method `method` takes and what to do about it.
+/// Returns the radar that was found, or else the error of [`no_radar`].
 ///
 /// # Errors
-/// There is none.
+/// Returns an error if `found` is None.
 pub fn needed(
     found: Option<usize>,
     given: &TrialContext<'_>,
@@ -123,10 +126,10 @@ pub fn needed(
     found.ok_or_else(bad)
 }
 
-/// The first radar with chirps and directions, for a comparison of `method`.
+/// Index of the first FMCW radar with one ramp and two channels or more, for a comparison of `method`.
 ///
 /// # Errors
-/// There is none.
+/// Returns an error if the scenario has no such radar.
 pub fn chirp_radar(given: &TrialContext<'_>, method: &str) -> Result<usize> {
     let suits = |w: &Waveform| matches!(w, Waveform::Fmcw(s) if s.ramps.len() == 1);
     let found = given.scenario.radars.iter().position(|r| suits(&r.waveform) && r.virtual_channels() > 1);

@@ -1,4 +1,4 @@
-//! What a trial leaves: estimates, scores, figures beside the document's, tables and pictures, in one folder.
+//! Results of a trial: estimates, scores, values beside the document's, tables and pictures, in one folder.
 
 use crate::trial::stats::{mean, over_runs, rms};
 use catseye::base::error::{Error, Result};
@@ -20,38 +20,38 @@ pub struct Step {
     pub run: u32,
     /// Number of the frame.
     pub frame: u32,
-    /// What the method said.
+    /// Estimate of the method.
     pub estimate: LaneEstimate,
-    /// What is true.
+    /// The truth.
     pub truth: TrueLanes,
-    /// How good it was.
+    /// Score of the estimate.
     pub score: Score,
-    /// That the estimator took; not part of what is reproducible.
+    /// Time that the estimator took, s; not reproducible.
     pub seconds: f64,
 }
 
 impl Step {
-    /// Judges an estimate that took so many seconds by the truth.
+    /// Makes a step by scoring an estimate, given with the seconds that it took, against the truth.
     pub fn new(run: u32, frame: u32, (estimate, seconds): (LaneEstimate, f64), truth: TrueLanes) -> Step {
         let score = score(&estimate, &truth);
         Step { run, frame, estimate, truth, score, seconds }
     }
 }
 
-/// One figure of the report.
+/// One value of the report.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// What the figure is.
+    /// Name of the value.
     pub quantity: String,
     /// Its unit.
     pub unit: String,
-    /// The document's, where it gives one.
+    /// Value of the document, where it gives one.
     pub document: Option<f64>,
-    /// None where there is none.
+    /// Value of this trial; None where there is none.
     pub ours: Option<f64>,
-    /// Half the width of the 95 % interval of ours over runs.
+    /// Half the width of the 95 % interval of our value over runs.
     pub half: Option<f64>,
-    /// One line on the difference, or on how it was taken.
+    /// Remark of one line on the difference, or on how the value was taken.
     pub why: String,
 }
 
@@ -74,7 +74,7 @@ impl Row {
     }
 }
 
-/// The figures of a report: ours beside those of the document. New rows come last.
+/// The values of a report: ours beside those of the document. New rows are added at the end.
 pub trait Rows {
     /// Adds a row with one value, which may be missing.
     fn one(&mut self, quantity: impl Into<String>, unit: &str, ours: Option<f64>) -> &mut Row;
@@ -107,9 +107,9 @@ impl Rows for Vec<Row> {
 /// A table, written as CSV.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sheet {
-    /// Of the file, without `.csv`.
+    /// Name of the file, without `.csv`.
     pub name: String,
-    /// Lines in front of the table.
+    /// Comment lines in front of the table.
     pub comments: Vec<String>,
     /// Names of the columns.
     pub columns: Vec<String>,
@@ -118,50 +118,50 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    /// `columns` are names with spaces between them.
+    /// Makes a table; `columns` are names separated by spaces.
     pub fn new(name: &str, columns: &str) -> Sheet {
         let columns = columns.split_whitespace().map(String::from).collect();
         Sheet { name: name.into(), comments: Vec::new(), columns, rows: Vec::new() }
     }
 
-    /// With a line in front of the table.
+    /// Adds a comment line in front of the table.
     pub fn noted(mut self, comment: impl Into<String>) -> Sheet {
         self.comments.push(comment.into());
         self
     }
 
-    /// One value for each column.
+    /// Adds a row with one value for each column.
     pub fn row(&mut self, cells: &[&dyn Display]) {
         debug_assert_eq!(cells.len(), self.columns.len(), "{}", self.name);
         self.rows.push(cells.iter().map(|c| c.to_string()).collect());
     }
 }
 
-/// What a method did on a scenario.
+/// Results of a method on a scenario.
 #[derive(Debug, Clone, Default)]
 pub struct Trial {
-    /// As on the command line.
+    /// Name of the method, as on the command line.
     pub method: String,
     /// Title of the report.
     pub title: String,
-    /// Its figures.
+    /// Values of the report.
     pub rows: Vec<Row>,
-    /// Its looks.
+    /// Its looks, scored.
     pub steps: Vec<Step>,
     /// Its tables.
     pub sheets: Vec<Sheet>,
-    /// Names of files, without `.png`.
+    /// Pictures with their file names, without `.png`.
     pub pictures: Vec<(String, Picture)>,
-    /// Sentences below the table.
+    /// Remarks below the table.
     pub notes: Vec<String>,
 }
 
-/// A number with so many digits behind the point; empty for none.
+/// Text of a number with this many decimals; empty for None.
 pub fn fixed(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(String::new, |v| format!("{v:.digits$}"))
 }
 
-/// A number with as many digits as help; empty for none.
+/// Text of a number with a suitable number of digits; empty for None.
 pub fn number(value: Option<f64>) -> String {
     match value {
         None => String::new(),
@@ -178,12 +178,12 @@ pub fn number(value: Option<f64>) -> String {
 }
 
 impl Trial {
-    /// A trial without looks.
+    /// Makes a trial without looks.
     pub fn new(method: &str, title: impl Into<String>) -> Trial {
         Trial { method: method.into(), title: title.into(), ..Trial::default() }
     }
 
-    /// The table as Markdown.
+    /// The report as Markdown.
     pub fn markdown(&self) -> String {
         let mut out = format!("# {}\n\nMethod: {}\n\n", self.title, self.method);
         out += "| quantity | unit | document | here | ± | remark |\n|---|---|---|---|---|---|\n";
@@ -203,10 +203,11 @@ impl Trial {
         out
     }
 
-    /// Writes `report.md`, `report.json`, `estimates.jsonl`, `scores.csv`, the tables and the pictures into a folder that is there.
+    /// Writes `report.md`, `report.json`, `estimates.jsonl`, `scores.csv`, the tables and the pictures into
+    /// an existing folder.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if a file cannot be written or a picture cannot be encoded.
     pub fn write(&self, dir: &Path) -> Result<()> {
         let put = |name: &str, bytes: &[u8]| {
             let path = dir.join(name);
@@ -293,43 +294,43 @@ fn scores(steps: &[Step]) -> Sheet {
     sheet
 }
 
-/// Root mean square of what a step gives, over each run; the runs' values.
+/// Root mean square of a step's value over each run; one value per run.
 pub fn rms_of_runs(steps: &[Step], of: impl Fn(&Step) -> Option<f64>) -> Vec<f64> {
     over_runs(steps, |s| s.run, |run| rms(run.iter().filter_map(|s| of(s))))
 }
 
-/// Mean of what a step gives, over each run; the runs' values.
+/// Mean of a step's value over each run; one value per run.
 pub fn mean_of_runs(steps: &[Step], of: impl Fn(&Step) -> Option<f64>) -> Vec<f64> {
     over_runs(steps, |s| s.run, |run| mean(run.iter().filter_map(|s| of(s))))
 }
 
-/// Mean of what a step gives, in percent, over each run; the runs' values.
+/// Mean of a step's value over each run, in percent; one value per run.
 pub fn percent_of_runs(steps: &[Step], of: impl Fn(&Step) -> Option<f64>) -> Vec<f64> {
     mean_of_runs(steps, of).iter().map(|v| 100.0 * v).collect()
 }
 
-/// 1 for a lane, 0 for none.
+/// Returns 1 for a step with a lane, 0 for one without.
 pub fn has_lane(s: &Step) -> Option<f64> {
     Some(f64::from(u8::from(s.estimate.no_lane.is_none())))
 }
 
-/// A figure that every method has on every drive.
+/// A value that every method has on every drive.
 pub struct Quantity {
-    /// In the report of a method.
+    /// Name in the report of a method.
     pub name: &'static str,
     /// Unit of the figure.
     pub unit: &'static str,
-    /// In the head of the comparison's table; "" where it is not in it.
+    /// Name in the head of the comparison's table; "" where it is not shown there.
     pub head: &'static str,
-    /// From the unit of the file to that of the head.
+    /// Factor from the unit of the file to that of the head.
     pub factor: f64,
-    /// In the comparison's file.
+    /// Column in the comparison's file.
     pub column: &'static str,
     of: fn(&Step) -> Option<f64>,
 }
 
 impl Quantity {
-    /// The figure over runs: of percentages the mean, of all else the root mean square.
+    /// The value over runs: for percentages the mean, otherwise the root mean square.
     pub fn figure(&self, steps: &[Step]) -> Option<Figure> {
         Figure::of(&match self.unit {
             "%" => percent_of_runs(steps, self.of),
@@ -351,7 +352,7 @@ fn lateral<const K: usize>(s: &Step) -> Option<f64> {
     s.score.lateral_m[K]
 }
 
-/// What all methods are judged by.
+/// The values by which all methods are compared.
 pub const QUANTITIES: [Quantity; 12] = [
     shared(("looks with a lane", "%"), ("looks with a lane, %", 1.0), "found_percent", has_lane),
     shared(("precision of lines within 0.3 m", "%"), ("precision, %", 1.0), "precision_percent", |s| {
@@ -375,7 +376,7 @@ pub const QUANTITIES: [Quantity; 12] = [
     }),
 ];
 
-/// The figures that all methods share, over runs.
+/// Rows of the values common to all methods, over runs.
 pub fn common_rows(steps: &[Step]) -> Vec<Row> {
     let mut rows = Vec::new();
     for q in &QUANTITIES {
@@ -385,7 +386,7 @@ pub fn common_rows(steps: &[Step]) -> Vec<Row> {
     rows
 }
 
-/// The reason that looks without a lane give most often, and how many give it.
+/// The most frequent reason of looks without a lane, and their number.
 pub fn usual_refusal<'a>(steps: impl IntoIterator<Item = &'a Step>) -> Option<(String, usize)> {
     let mut count: BTreeMap<String, usize> = BTreeMap::new();
     for why in steps.into_iter().filter_map(|s| s.estimate.no_lane.as_ref()) {

@@ -1,4 +1,4 @@
-//! The folder that a command over scenario files leaves: resumable, with a manifest.
+//! The result folder of a command over scenario files: resumable, with a manifest.
 
 use crate::trial::context::Watch;
 use crate::trial::report::{Row, Trial};
@@ -11,21 +11,21 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// How to run.
+/// Options of a run.
 pub struct RunOptions<'a> {
-    /// Whether a result that stands is replaced.
+    /// Whether an existing result is replaced.
     pub force: bool,
-    /// In place of the scenario's.
+    /// Number of runs in place of the scenario's.
     pub runs: Option<u32>,
-    /// Frames to drive in place of the scenario's.
+    /// Number of frames in place of the scenario's.
     pub frames: Option<u32>,
     /// Seed in place of the scenario's.
     pub seed: Option<u64>,
-    /// Is told how many frames are done, of how many.
+    /// Function that is told the number of finished frames and the total.
     pub watch: Watch<'a>,
 }
 
-/// What a run left.
+/// Report on a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunReport {
     /// Folder of the result.
@@ -35,7 +35,7 @@ pub struct RunReport {
     pub method: String,
     /// Title of the report.
     pub title: String,
-    /// Its figures.
+    /// Values of the report.
     pub rows: Vec<Row>,
     /// Remarks, one a line.
     pub notes: Vec<String>,
@@ -51,14 +51,14 @@ pub struct Manifest<'a> {
     pub runs: u32,
     /// Texts of the scenario files.
     pub scenarios: BTreeMap<String, String>,
-    /// That one look took the estimator, on the machine that ran it: median and worst, by method.
+    /// Time that one look took the estimator on this machine, s: median and worst, by method.
     pub seconds_per_look: BTreeMap<String, [f64; 2]>,
 }
 
-/// A folder under construction for a command over some scenario files, and where its finished frames are kept.
+/// A folder under construction for a command over some scenario files, and the place of its finished frames.
 pub struct ResultFolder<'a> {
     staged: StagedDir,
-    /// Where finished frames are kept.
+    /// Folder of finished frames.
     pub keep: PathBuf,
     engine: &'a Engine,
     command: &'a str,
@@ -66,10 +66,10 @@ pub struct ResultFolder<'a> {
 }
 
 impl<'a> ResultFolder<'a> {
-    /// The folder of a command over the scenario files `paths`.
+    /// Opens the folder of a command over the scenario files `paths`.
     ///
     /// # Errors
-    /// A file cannot be read, or the folder is there and is not to be replaced.
+    /// Returns an error if a file cannot be read, or if the folder exists and must not be replaced.
     pub fn open(
         command: &'a str,
         paths: &'a [&'a Path],
@@ -77,7 +77,7 @@ impl<'a> ResultFolder<'a> {
         out: &Path,
         o: &RunOptions<'_>,
     ) -> Result<Self> {
-        // Whatever decides on the bytes: another one of these does not go on where this stopped.
+        // All that determines the bytes: a run with another one of these does not continue this one.
         let (version, RunOptions { runs, frames, seed, .. }) = (env!("CARGO_PKG_VERSION"), o);
         let mut identity = format!("{version} {command} {:?} {runs:?} {frames:?} {seed:?}", engine.report());
         for path in paths {
@@ -92,10 +92,11 @@ impl<'a> ResultFolder<'a> {
         self.staged.path()
     }
 
-    /// Adds what `trial` found and the manifest with the times of the steps by method, and gives the folder its name.
+    /// Writes the results of `trial` and the manifest with the times of the steps by method, and gives the
+    /// folder its final name.
     ///
     /// # Errors
-    /// A file cannot be written.
+    /// Returns an error if a file cannot be written.
     pub fn finish(
         self,
         (seed, runs): (u64, u32),
@@ -132,7 +133,7 @@ impl<'a> ResultFolder<'a> {
     }
 }
 
-/// The scenario of a file with what the caller changes.
+/// Loads the scenario of a file with the caller's changes.
 pub fn scenario(path: &Path, o: &RunOptions<'_>) -> Result<Scenario> {
     let mut scenario = Scenario::load(path)?;
     if let Some(n) = o.frames {

@@ -8,10 +8,12 @@ use catseye::base::error::Result;
 use catseye::engine::Engine;
 use std::path::Path;
 
-/// Runs a method on a scenario file into `out`. An interrupted run goes on when the same is asked for again.
+/// Runs a method on a scenario file and writes the result to `out`. An interrupted run continues when it is
+/// started again with the same arguments.
 ///
 /// # Errors
-/// Those of the files; a scenario that the method cannot take, with what it lacks.
+/// Returns the errors of the files and frames, and an error for a scenario that the method cannot use, with
+/// what it lacks.
 pub fn run(
     engine: &Engine,
     method: Method,

@@ -1,4 +1,5 @@
-//! A drive look by look: each frame is simulated, what a method keeps of it is kept, and the method takes its look.
+//! A drive look by look: each frame is simulated, the method's part of it is kept, and the method processes
+//! its look.
 
 use crate::trial::context::TrialContext;
 use crate::trial::drive::{Drive, Level};
@@ -7,7 +8,7 @@ use catseye::simulate::Frame;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Where a drive is at one look.
+/// State of a drive at one look.
 pub struct Now<'a> {
     /// The drive.
     pub drive: &'a Drive<'a>,
@@ -17,29 +18,29 @@ pub struct Now<'a> {
     pub frame: u32,
     /// Time of the frame, s.
     pub time_s: f64,
-    /// Of the vehicle, as true.
+    /// True position and motion of the vehicle.
     pub level: Level,
 }
 
-/// What a method adds to a drive.
+/// The part of a drive that a method provides.
 pub trait Looks {
-    /// What a frame leaves, so that an interrupted trial goes on.
+    /// Data kept of a frame, so that an interrupted trial continues.
     type Kept: Serialize + DeserializeOwned;
 
-    /// Takes from a frame what the method needs of it.
+    /// Extracts from a frame what the method needs.
     fn keep(&self, now: &Now<'_>, frame: &Frame) -> Self::Kept;
 
-    /// Takes a look, and judges it.
+    /// Processes a look and scores it.
     ///
     /// # Errors
-    /// What a frame or the method reports.
+    /// Returns the errors of the method and of its sensors.
     fn look(&mut self, now: &Now<'_>, kept: Self::Kept) -> Result<()>;
 }
 
-/// Takes one look with radar number `which`; what is kept of the frame is kept under `key`.
+/// Processes one look with radar number `which`; the data of the frame are kept under `key`.
 ///
 /// # Errors
-/// Those of the frame and of the look; what is kept cannot be written.
+/// Returns the errors of the frame and of the look, and an error if the data cannot be written.
 pub fn one_look<L: Looks>(
     given: &TrialContext<'_>,
     (drive, which): (&Drive<'_>, usize),
@@ -53,10 +54,10 @@ pub fn one_look<L: Looks>(
     looks.look(&now, kept)
 }
 
-/// Goes through the first `frames` looks of a run with radar number `which`, and tells of each.
+/// Processes the first `frames` looks of a run with radar number `which` and reports each.
 ///
 /// # Errors
-/// As [`one_look`].
+/// Returns the errors of [`one_look`].
 pub fn drive_through<L: Looks>(
     given: &TrialContext<'_>,
     (drive, which): (&Drive<'_>, usize),

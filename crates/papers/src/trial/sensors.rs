@@ -1,5 +1,5 @@
-//! What a vehicle has on board beside its radars: a bus that tells speed and yaw rate, an odometer that adds them up, a receiver of
-//! satellites; and what a frame leaves for estimators, so that it can be kept.
+//! Sensors of a vehicle in addition to its radars: a bus that reports speed and yaw rate, an odometer that
+//! integrates them, a satellite receiver; and the form in which a frame's points are kept.
 
 use crate::trial::drive::{Level, lane_point, lane_track};
 use crate::trial::stats::draws;
@@ -20,11 +20,12 @@ use glam::{DQuat, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// What a vehicle's bus says of a speed or a yaw rate: with noise, and rounded to steps. A sequence of its own for each seed.
+/// Reading of a speed or a yaw rate on a vehicle's bus: with noise, and rounded to steps. Each seed has its
+/// own sequence.
 pub struct BusSensor {
     draws: Draws,
     std: f64,
-    /// 0: not rounded.
+    /// Rounding step; 0 for none.
     step: f64,
 }
 
@@ -40,26 +41,27 @@ impl BusSensor {
     }
 }
 
-/// Speed and yaw rate as a vehicle's bus tells them, each with noise.
+/// Speed and yaw rate on a vehicle's bus, each with noise.
 pub struct Bus {
     pub speed: BusSensor,
     pub yaw_rate: BusSensor,
 }
 
 impl Bus {
-    /// `speed` is its standard deviation and step, m/s; `yaw_rate` has draws of its own and a standard deviation in degrees/s.
+    /// Makes a bus: `speed` holds the standard deviation and the step, m/s; `yaw_rate` has its own draws and
+    /// a standard deviation in degrees/s.
     pub fn new(seed: u64, [std, step]: [f64; 2], (draws, std_deg): (Draws, f64)) -> Bus {
         let yaw_rate = BusSensor { draws, std: std_deg.to_radians(), step: 0.0 };
         Bus { speed: BusSensor::new(seed, std, step), yaw_rate }
     }
 
-    /// Speed and yaw rate.
+    /// Reads speed (m/s) and yaw rate (rad/s).
     pub fn read(&mut self, level: &Level) -> [Measured; 2] {
         [self.speed.read(level.speed_mps), self.yaw_rate.read(level.yaw_rate_rad_per_s)]
     }
 }
 
-/// A look that has the time and what the bus says, and nothing else yet.
+/// A look that holds only the time and the readings of the bus.
 pub fn look_of(time_s: f64, [speed, yaw_rate]: [Measured; 2]) -> SensorInput<'static> {
     SensorInput {
         time_s,
@@ -72,17 +74,18 @@ pub fn look_of(time_s: f64, [speed, yaw_rate]: [Measured; 2]) -> SensorInput<'st
 /// A point of a frame without its labels: what an estimator may know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct KeptPoint {
-    /// Range, range rate, azimuth, elevation, place, power, signal to noise, cross section, deviation of the beat in cells; units as in
-    /// [`Point`].
+    /// Range, range rate, azimuth, elevation, position, power, signal-to-noise ratio, cross section, and
+    /// standard deviation of the beat in cells; units as in [`Point`].
     numbers: [f64; 11],
     std: PointStd,
     ambiguity: Ambiguity,
-    /// None: infinite, which JSON does not have.
+    /// Ambiguity of the range rate; None for infinite, which JSON cannot hold.
     modulo_mps: Option<f64>,
 }
 
 impl KeptPoint {
-    /// None where a number is infinite, as the cross section is where an antenna has no gain.
+    /// Converts a point; None where a number is infinite, as the cross section is where an antenna has no
+    /// gain.
     pub fn of(p: &Point) -> Option<KeptPoint> {
         let [x, y, z] = p.position_m.to_array();
         let told = [p.range_m, p.range_rate_mps, p.azimuth_rad, p.elevation_rad, p.snr_db, p.rcs_dbsm];
@@ -121,17 +124,17 @@ impl KeptPoint {
     }
 }
 
-/// The points of a frame as they are kept.
+/// The points of a frame in the form in which they are kept.
 pub fn kept_points(frame: &Frame) -> Vec<KeptPoint> {
     frame.points.iter().filter_map(KeptPoint::of).collect()
 }
 
-/// Those points as lane estimators take them.
+/// Kept points in the form of lane estimators.
 pub fn lane_points(radar: &Radar, seen: &[KeptPoint]) -> Vec<LanePoint> {
     seen.iter().filter_map(|s| lane_point(radar, &s.point())).collect()
 }
 
-/// Where a vehicle takes itself to be, by what its bus says; in a frame of its own.
+/// Position of a vehicle by the readings of its bus, in a frame of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Odometer {
     pub now: Level,
@@ -143,7 +146,7 @@ impl Odometer {
         Odometer { now: Level { at_m: DVec2::ZERO, heading_rad: 0.0, speed_mps, yaw_rate_rad_per_s }, time_s }
     }
 
-    /// From the last time to this one with the means of both ends.
+    /// Advances to this time with the mean speed and yaw rate of both ends.
     pub fn step(&mut self, time_s: f64, speed_mps: f64, yaw_rate_rad_per_s: f64) {
         let dt = time_s - self.time_s;
         let speed = 0.5 * (self.now.speed_mps + speed_mps);
@@ -154,7 +157,7 @@ impl Odometer {
         self.time_s = time_s;
     }
 
-    /// The scenario with the vehicle there and moving so, and with no other motion: for the tracker.
+    /// The scenario with the vehicle at this position and motion, and without other motion, for the tracker.
     pub fn told(&self, scenario: &SitedScenario) -> SitedScenario {
         let l = &self.now;
         let velocity = (DVec2::from_angle(l.heading_rad) * l.speed_mps).extend(0.0);
@@ -173,22 +176,22 @@ impl Odometer {
     }
 }
 
-/// Tracks of what moves, told the vehicle's motion by its own bus.
+/// Tracks moving things, with the vehicle's motion from its own bus.
 pub struct TrackFollower {
     follower: Follower,
     odometer: Option<Odometer>,
 }
 
 impl TrackFollower {
-    /// Follows tracks with the default settings.
+    /// Makes a tracker with the default settings.
     ///
     /// # Errors
-    /// None with the default settings.
+    /// Returns the tracker's error for invalid settings, which the default settings never are.
     pub fn new() -> Result<TrackFollower> {
         Ok(TrackFollower { follower: Follower::new()?, odometer: None })
     }
 
-    /// The tracks that this frame's points went to, in the vehicle's level frame.
+    /// Processes a frame; returns the tracks to which its points were assigned, in the vehicle's level frame.
     pub fn step(
         &mut self,
         scenario: &SitedScenario,
@@ -209,10 +212,10 @@ impl TrackFollower {
     }
 }
 
-/// A [`SensorInput`] that owns what it holds.
+/// A [`SensorInput`] that owns its data.
 #[derive(Debug, Clone, Default)]
 pub struct OwnedInput {
-    /// Time of the instant, s.
+    /// Time of the look, s.
     pub time_s: f64,
     /// Speed from the bus, m/s.
     pub speed_mps: Option<Measured>,
@@ -220,20 +223,20 @@ pub struct OwnedInput {
     pub yaw_rate_rad_per_s: Option<Measured>,
     /// Detected points.
     pub points: Vec<LanePoint>,
-    /// Tracks of what moves.
+    /// Tracks of moving things.
     pub tracks: Vec<LaneTrack>,
     /// Samples of an impulse radar's scan.
     pub pulse: Option<Vec<f64>>,
-    /// Scans since the look before.
+    /// Scans since the last look.
     pub scans: Vec<PulseScan>,
-    /// Picture of a camera.
+    /// Image of a camera.
     pub image: Option<Image>,
-    /// Place of the radar on the earth.
+    /// Pose of the radar on the earth.
     pub place: Option<RadarPose>,
 }
 
 impl OwnedInput {
-    /// The input as estimators take it.
+    /// The input in the form of estimators.
     pub fn input(&self) -> SensorInput<'_> {
         SensorInput {
             time_s: self.time_s,

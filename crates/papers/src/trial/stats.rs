@@ -3,23 +3,24 @@
 use catseye::base::rng::Draws;
 use std::time::Instant;
 
-/// The draws of a stream for a scenario's seed.
+/// The random draws of a stream for a scenario's seed.
 pub fn draws(seed: u64, stream: u32) -> Draws {
     Draws::new(seed as u32 ^ (seed >> 32) as u32, stream)
 }
 
-/// The mean of the values; None of no values.
+/// The mean of the values; None without values.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let v: Vec<f64> = values.into_iter().collect();
     (!v.is_empty()).then(|| v.iter().sum::<f64>() / v.len() as f64)
 }
 
-/// The root mean square of the values; None of no values.
+/// The root mean square of the values; None without values.
 pub fn rms(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     mean(values.into_iter().map(|v| v * v)).map(f64::sqrt)
 }
 
-/// The value that `of` gives for the items of each run, by rising number of the run; runs without a value are left out.
+/// The value of `of` for the items of each run, in ascending order of runs; runs without a value are left
+/// out.
 pub fn over_runs<T>(items: &[T], run: impl Fn(&T) -> u32, of: impl Fn(&[&T]) -> Option<f64>) -> Vec<f64> {
     let mut runs: Vec<u32> = items.iter().map(&run).collect();
     runs.sort_unstable();
@@ -28,7 +29,7 @@ pub fn over_runs<T>(items: &[T], run: impl Fn(&T) -> u32, of: impl Fn(&[&T]) -> 
     runs.iter().filter_map(one).collect()
 }
 
-/// What `work` gives, and the seconds that it took.
+/// The result of `work`, and the time that it took, s.
 pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let clock = Instant::now();
     let result = work();

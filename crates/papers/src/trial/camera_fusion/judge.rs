@@ -1,4 +1,4 @@
-//! What the document's steps give, against the true lane.
+//! Compares the results of the document's steps with the true lane.
 
 use crate::trial::camera_fusion::settings::Settings;
 use crate::trial::kit::*;
@@ -11,7 +11,7 @@ const SPLINE_PIECES: usize = 5;
 /// Longest arc extension when lanes of targets are told apart, m.
 const EXTENSION_M: f64 = 20.0;
 
-/// The truth with the two lines of the own lane alone.
+/// The truth with only the two lines of the own lane.
 pub(super) fn own_lines(t: TrueLanes) -> Option<TrueLanes> {
     Some(own_alone(&t)).filter(|t| t.lines.len() == 2)
 }
@@ -34,13 +34,13 @@ fn beside(line: &[[f64; 2]], p: DVec2) -> Option<(f64, f64)> {
     best.filter(|b| b.0.is_finite()).map(|b| (b.1, b.2))
 }
 
-/// Between the two lines: distance to the left of the lane's middle, and its direction.
+/// Distance to the left of the lane's centre line between the two lines (m), and its direction (rad).
 fn of_middle(t: &TrueLanes, p: DVec2) -> Option<(f64, f64)> {
     let (right, left) = (beside(&t.lines[0], p)?, beside(&t.lines[1], p)?);
     Some((0.5 * (right.0 + left.0), right.1))
 }
 
-/// The model of a lane that turns by so much between its parts, where the turn belongs to one.
+/// The road model of a lane that turns by this much between its parts, where the turn belongs to one.
 fn true_model(turn_rad: f64) -> Option<RoadModel> {
     let left = turn_rad > 0.0;
     match turn_rad.abs().to_degrees() {
@@ -55,7 +55,7 @@ fn true_model(turn_rad: f64) -> Option<RoadModel> {
     }
 }
 
-/// Successes and trials.
+/// Number of successes and of trials.
 #[derive(Debug, Clone, Copy, Default)]
 struct Share {
     hits: usize,
@@ -82,7 +82,7 @@ impl Share {
     }
 }
 
-/// Over all looks of camera and radar in the first condition.
+/// Counts over all looks of camera and radar in the first condition.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Judged {
     parabola_better: Share,

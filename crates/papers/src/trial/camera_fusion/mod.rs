@@ -1,5 +1,6 @@
-//! Sangeetha Lakshmi's method on simulated drives: pictures and radar of the same scene, near lane, ways of the cars ahead, the blind
-//! middle by road model, recognition step by step, and what each sensor can do alone by day, by night, in fog and against the sun.
+//! Sangeetha Lakshmi's method on simulated drives: images and radar of the same scene, near lane, paths of
+//! the cars ahead, the blind middle by road model, recognition step by step, and the results of each sensor
+//! alone by day, at night, in fog and against the sun.
 
 mod judge;
 mod pictures;
@@ -19,7 +20,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 const METHOD: &str = "camera-fusion";
-/// Networks that are trained and judged, each on 100 bends that it has not seen.
+/// Number of networks that are trained and tested, each on 100 bends that it has not seen.
 const NETWORKS: u64 = 20;
 const UNSEEN: usize = 100;
 
@@ -79,7 +80,8 @@ impl LaneMethod for Settings {
         Ok(trial)
     }
 
-    /// In each of its lights the camera alone and with the radar; all variants see the same pictures.
+    /// Returns the method for each light, with the camera alone and with the radar; all variants get the same
+    /// images.
     fn ready(
         &self,
         given: &TrialContext<'_>,
@@ -115,7 +117,7 @@ struct Course {
     steps: Vec<Step>,
 }
 
-/// What all drives found.
+/// Results of all drives.
 struct Found {
     courses: Vec<Course>,
     judged: Judged,

@@ -5,7 +5,7 @@ use crate::trial::camera_fusion::settings::{Condition, Settings};
 use crate::trial::kit::*;
 use catseye_lane::camera_fusion::{Camera, Image, Insight, Part, Trapezoid, compare_fits};
 
-/// What an estimator is given of a look.
+/// The sensors that an estimator uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sensors {
     CameraAlone,
@@ -21,7 +21,7 @@ impl Sensors {
     }
 }
 
-/// What pictures are drawn from.
+/// The data from which pictures are drawn.
 pub struct Shown {
     pub time_s: f64,
     pub image: Image,

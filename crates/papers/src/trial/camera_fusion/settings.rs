@@ -5,28 +5,28 @@ use crate::trial::kit::*;
 use catseye_lane::body::Body;
 use catseye_lane::camera_fusion::{Camera, CameraFusion, FusionOptions, RecogniseSettings};
 
-/// What the drive is lit by.
+/// Light conditions of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Condition {
-    /// Noon, clear.
+    /// Noon with a clear sky.
     Clear,
-    /// Moonless, outside towns, with low beams.
+    /// A moonless night outside towns, with low beams.
     Night,
-    /// Day, with `fog_visibility_m`.
+    /// Daytime fog with the visibility `fog_visibility_m`.
     Fog,
-    /// The sun low ahead, at `glare_elevation_deg`.
+    /// The sun low ahead at `glare_elevation_deg`.
     Glare,
 }
 
 impl Condition {
-    /// Its name in files.
+    /// Name of the condition in files.
     pub fn name(self) -> &'static str {
         ["clear", "night", "fog", "glare"][self as usize]
     }
 }
 
-/// The camera, which stands in no other part of a scenario.
+/// The camera, which no other part of a scenario describes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraTable {
@@ -34,20 +34,20 @@ pub struct CameraTable {
     pub width_px: u32,
     /// Height of the picture, pixels.
     pub height_px: u32,
-    /// Focal length over the side of a pixel.
+    /// Focal length divided by the side of a pixel.
     pub focal_px: f64,
-    /// In the vehicle frame, z above the road.
+    /// Position in the vehicle frame with z above the road, m.
     pub position_m: [f64; 3],
-    /// Positive to the left.
+    /// Yaw angle, degrees, positive to the left.
     pub yaw_deg: f64,
-    /// Positive nose down.
+    /// Pitch angle, degrees, positive nose down.
     pub pitch_deg: f64,
-    /// Positive left side up.
+    /// Roll angle, degrees, positive left side up.
     pub roll_deg: f64,
 }
 
 impl Default for CameraTable {
-    /// Behind the windscreen, 49 degrees wide.
+    /// A camera behind the windscreen with a horizontal view of 49 degrees.
     fn default() -> Self {
         CameraTable {
             width_px: 640,
@@ -62,7 +62,7 @@ impl Default for CameraTable {
 }
 
 impl CameraTable {
-    /// The camera as estimators take it.
+    /// The camera in the form that estimators take.
     pub fn camera(&self) -> Camera {
         Camera {
             width_px: self.width_px as usize,
@@ -79,43 +79,47 @@ impl CameraTable {
 
 const METHOD: &str = "camera_fusion";
 
-/// Settings of `catseye lane` with the method camera-fusion.
+/// Settings of `catseye lane` for the method camera-fusion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// The camera.
     pub camera: CameraTable,
-    /// The first of them is the one whose estimates make the table; all are compared, with each sensor alone and both together.
+    /// Light conditions. Estimates of the first make the table; all are compared, with each sensor alone and
+    /// with both together.
     pub conditions: Vec<Condition>,
-    /// Ahead of the vehicle's origin: the near and the far side of the trapezoid in which lines are sought.
+    /// Distances ahead of the vehicle's origin of the near and the far side of the trapezoid in which lines
+    /// are sought, m.
     pub seen_m: [f64; 2],
-    /// Of that trapezoid, to each side.
+    /// Half width of that trapezoid, m.
     pub half_width_m: f64,
-    /// Where the camera does not see both lines.
+    /// Lane width that is used where the camera does not see both lines, m.
     pub lane_width_m: f64,
-    /// The document's t: time of the tracks that one recognition takes. The next begins half of it later.
+    /// Length of the time window of tracks in one recognition, s: the document's t. The next window begins
+    /// half of it later.
     pub period_s: f64,
     /// Whether tracks are moved from the side that the radar sees to the middle of a car.
     pub to_middle: bool,
-    /// Time of the first recognition.
+    /// Time of the first recognition, s.
     pub first_s: f64,
-    /// Units of the network's second layer: bends that train it.
+    /// Number of units in the network's second layer, which is the number of training bends.
     pub network_units: u32,
-    /// Distances from the vehicle within which lines are to be found.
+    /// Least and largest distance from the vehicle at which lines are to be found, m.
     pub range_m: [f64; 2],
-    /// Standard deviation and step of the speed on the vehicle's bus.
+    /// Standard deviation of the speed on the vehicle's bus, m/s.
     pub speed_std_mps: f64,
     /// Step of the speed on the bus, m/s.
     pub speed_step_mps: f64,
-    /// Standard deviation of the yaw rate on the bus.
+    /// Standard deviation of the yaw rate on the bus, degrees/s.
     pub yaw_rate_std_deg_per_s: f64,
-    /// Standard deviation of the camera's pitch from picture to picture, which the estimator does not know.
+    /// Standard deviation of the camera's pitch from image to image, degrees, which the estimator does not
+    /// know.
     pub pitch_std_deg: f64,
-    /// Meteorological visibility in the condition fog.
+    /// Meteorological visibility in the condition fog, m.
     pub fog_visibility_m: f64,
-    /// Of the sun in the condition glare.
+    /// Elevation of the sun in the condition glare, degrees.
     pub glare_elevation_deg: f64,
-    /// Stray light of the windscreen in the condition glare, in units of a clean eye's.
+    /// Stray light of the windscreen in the condition glare, relative to a healthy eye's.
     pub glare_stray: f64,
 }
 
@@ -147,7 +151,7 @@ impl Settings {
     /// Checks the settings.
     ///
     /// # Errors
-    /// The first value out of its range.
+    /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
         let (c, per_second) = (&self.camera, "give metres per second, as in 0.05");
         let [width, height] = [c.width_px, c.height_px].map(f64::from);
@@ -217,18 +221,18 @@ impl Settings {
         }
     }
 
-    /// With a radar in the front bumper.
+    /// Makes the estimator with a radar in the front bumper.
     ///
     /// # Errors
-    /// As [`Self::estimator_with`].
+    /// Returns the errors of [`Self::estimator_with`].
     pub fn estimator(&self) -> Result<CameraFusion> {
         made(self.options())
     }
 
-    /// The estimator for a radar.
+    /// Makes the estimator for a radar.
     ///
     /// # Errors
-    /// A trapezoid that the picture does not hold.
+    /// Returns an error if the camera's image does not hold the trapezoid or an option is invalid.
     pub fn estimator_with(&self, radar: &Radar) -> Result<CameraFusion> {
         let radar_at_m = radar.mounting.translation_m.truncate();
         made(FusionOptions { radar_at_m, ..self.options() })

@@ -1,4 +1,4 @@
-//! The camera of a vehicle on a drive: its pictures by frame and light.
+//! The camera of a vehicle on a drive, with its images by frame and light.
 
 use crate::trial::camera::View;
 use crate::trial::camera_fusion::settings::{Condition, Settings};
@@ -6,13 +6,14 @@ use crate::trial::kit::*;
 use catseye::geom::Geometry;
 use catseye_lane::camera_fusion::Image;
 
-/// A camera whose pitch shakes from frame to frame.
+/// A camera whose pitch varies from frame to frame.
 pub struct VehicleCamera {
     settings: Settings,
     carrier_hz: f64,
     seed: u64,
     shake: Draws,
-    /// Of the last look: its number, the scene, the view of it, pictures by light.
+    /// Data of the last look: its frame number, the scene and the view of it; `lit` holds its images by
+    /// light.
     seen: Option<(u32, Geometry, View)>,
     lit: Vec<(Condition, Image)>,
 }
@@ -23,7 +24,7 @@ impl VehicleCamera {
         VehicleCamera { settings, carrier_hz, seed, shake, seen: None, lit: Vec::new() }
     }
 
-    /// The picture of a frame in a light, each made once; frames come in their order.
+    /// The image of a frame in a light condition, made once; frames must come in order.
     pub fn picture(
         &mut self,
         drive: &Drive<'_>,

@@ -1,4 +1,4 @@
-//! A scene from above with the lanes that tracks were given.
+//! A scene from above with the lanes that tracks were assigned.
 
 use crate::trial::hd_map::passes::Passes;
 use crate::trial::kit::*;
@@ -20,7 +20,7 @@ const LANES: [Rgb; 10] = [
 
 const LINE: Rgb = [175, 175, 175];
 const WRONG: Rgb = [214, 39, 40];
-/// A picture shows nothing farther off, m.
+/// Largest distance that is drawn, m.
 const FARTHEST_M: f64 = 220.0;
 
 /// What is drawn of some groups of a scene, in the level frame of the vehicle that carries the radar.
@@ -28,7 +28,7 @@ const FARTHEST_M: f64 = 220.0;
 pub struct Drawing {
     pub lines: Vec<Vec<[f64; 2]>>,
     pub outlines: Vec<[[f64; 2]; 4]>,
-    /// Place and lane given; None: no lane.
+    /// Position and assigned lane of each mark; None for no lane.
     pub marks: Vec<([f64; 2], Option<i32>, bool)>,
 }
 

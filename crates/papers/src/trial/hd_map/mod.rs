@@ -1,5 +1,6 @@
-//! Trials of lane numbers by radar tracks and a map (Li 2022): a radar over a road, vehicles that pass it, and the lane that each
-//! is given beside the one where it is. Tracks come from the whole chain; the map is that of the road with an error of its survey.
+//! Trials of lane numbers by radar tracks and a map (Li 2022): a radar at a road, vehicles that pass it, and
+//! the assigned lane of each compared with the true one. Tracks come from the whole chain; the map is that of
+//! the road with a survey error.
 
 mod drawing;
 mod passes;
@@ -77,7 +78,7 @@ impl LaneMethod for Settings {
         Ok(all.finish())
     }
 
-    /// The lane of the vehicle itself, by its own place on the map.
+    /// The lane of the vehicle itself, by its own position on the map.
     fn ready(
         &self,
         given: &TrialContext<'_>,

@@ -1,4 +1,4 @@
-//! Tracks and the vehicles that they belong to: for the score only, the estimator does not know.
+//! Associates tracks with true vehicles, for the score only; the estimator does not know of it.
 
 use crate::trial::hd_map::traffic::{COUNTED, Group};
 use crate::trial::kit::*;
@@ -8,7 +8,8 @@ use catseye_lane::hd_map::Assignment;
 use catseye_lane::hd_map::estimator::MapLanes;
 use catseye_lane::hd_map::of_road::Stripes;
 
-/// A track belongs to a vehicle within these distances of its box, along and across, m, and of its speed, m/s.
+/// Largest distances along and across a vehicle's box (m), and largest difference from its speed (m/s), of a
+/// track that belongs to it.
 const ALONG_M: f64 = 3.0;
 const ACROSS_M: f64 = 2.5;
 const SPEED_MPS: f64 = 6.0;
@@ -17,34 +18,35 @@ const SPEED_MPS: f64 = 6.0;
 #[derive(Debug, Clone)]
 pub struct Scan {
     pub frame: u32,
-    /// The lane that it was given; as by the document's rule; without the step to the vehicle's middle.
+    /// Assigned lanes: as set, by the document's rule, and without the step to the vehicle's middle.
     pub given: [Assignment; 3],
-    /// From the vehicle's true place, by the same map.
+    /// Assignment of the vehicle's true position by the same map.
     pub from_truth: Assignment,
     pub true_lane: i32,
-    /// Of the track from the vehicle's middle, across, towards the radar: as tracked, and moved to the middle. m.
+    /// Distance of the track from the vehicle's middle, across, towards the radar, m: as tracked, and moved
+    /// to the middle.
     pub across_m: [f64; 2],
-    /// Ahead of the vehicle's middle, m, likewise.
+    /// Distance of the track ahead of the vehicle's middle, m: as tracked, and moved to the middle.
     pub along_m: [f64; 2],
     pub range_m: f64,
-    /// Between the line of sight and the vehicle's axis, rad, 0 to pi/2.
+    /// Angle between the line of sight and the vehicle's axis, rad, 0 to π/2.
     pub aspect_rad: f64,
-    /// In the level frame: of the track, moved to the middle.
+    /// Position of the track, moved to the middle, in the level frame, m.
     pub at_m: [f64; 2],
 }
 
 /// A vehicle that passed.
 #[derive(Debug, Clone)]
 pub struct Pass {
-    /// Of its first part in the scene.
+    /// Identifier of its first part in the scene.
     pub id: u32,
     pub name: String,
     pub class: String,
     pub counts: bool,
-    /// Frames in which it was on a lane.
+    /// Number of frames in which it was on a lane.
     pub there: u32,
     pub scans: Vec<Scan>,
-    /// Outline from above at the last of them, level frame.
+    /// Outline from above at the last of them, in the level frame, m.
     pub outline_m: [[f64; 2]; 4],
 }
 
@@ -52,7 +54,7 @@ pub struct Pass {
 pub struct Passes {
     all_count: bool,
     pub vehicles: Vec<Pass>,
-    /// Tracks that belong to none, and those of them that were given a lane.
+    /// Number of tracks that belong to no vehicle, and of those among them that were assigned a lane.
     pub strays: [u32; 2],
 }
 
@@ -61,7 +63,7 @@ impl Passes {
         Passes { all_count: group.plan.is_none(), vehicles: Vec::new(), strays: [0; 2] }
     }
 
-    /// Takes in a look and what was made of its tracks.
+    /// Processes a look and the assignments of its tracks.
     pub fn look(
         &mut self,
         now: &Now<'_>,

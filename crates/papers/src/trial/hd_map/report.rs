@@ -1,4 +1,5 @@
-//! What a trial of lane numbers leaves: accuracy beside the document's, wrong cases with their cause, errors of the tracks.
+//! Results of a trial of lane numbers: accuracy beside the document's, wrong cases with their cause, errors
+//! of the tracks.
 
 use crate::trial::hd_map::passes::{Pass, Passes, Scan};
 use crate::trial::hd_map::pictures;
@@ -188,12 +189,12 @@ impl<'a> All<'a> {
     }
 }
 
-/// Why a scan was given a wrong lane, or none; None where it is right.
+/// The cause why a scan was assigned a wrong lane or none; None where it is right.
 fn cause_of(s: &Scan) -> Option<Cause> {
     AccuracyTable::default().record(KIND, s.true_lane, &s.given[0], Some(&s.from_truth))
 }
 
-/// The scan that speaks for a vehicle, in one reading.
+/// The scan that represents a vehicle, in one reading.
 fn spoken(pass: &Pass, reading: usize) -> Option<&Scan> {
     let all: Vec<Assignment> = pass.scans.iter().map(|s| s.given[reading].clone()).collect();
     pass.scans.get(scan_of_pass(&all)?.target)

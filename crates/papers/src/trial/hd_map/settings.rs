@@ -12,17 +12,19 @@ const METHOD: &str = "hd_map";
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneTable {
-    /// The document's scene that it stands for; none: its figure is not printed beside.
+    /// The document's kind of scene that it represents; default none, and the document's value is then not
+    /// printed.
     pub kind: Option<Kind>,
-    /// A road scene (TOML), relative to the scenario's file; default the scenario's own. Its vehicles are replaced.
+    /// A road scene (TOML), relative to the scenario's file; default the scenario's own. Its vehicles are
+    /// replaced.
     pub road: Option<At<String>>,
-    /// Where on the ego's road the radar stands, m; default as the scenario says.
+    /// Position of the radar along the ego's road, m; default that of the scenario.
     pub radar_s_m: Option<f64>,
-    /// How many vehicles are to pass and count.
+    /// Number of vehicles that pass and count.
     pub vehicles: u32,
-    /// Lanes, by number, in which those vehicles go; default all driving lanes.
+    /// Numbers of the lanes in which those vehicles drive; default all driving lanes.
     pub lanes: Vec<i32>,
-    /// Others that pass with each group of them in the driving lanes, and do not count.
+    /// Number of other vehicles that pass with each group in the driving lanes and do not count.
     pub others: u32,
 }
 
@@ -36,17 +38,19 @@ impl Default for SceneTable {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// A map file (JSON or TOML, see `crates/lane/src/hd_map/file.rs`), relative to the scenario's file. Default: the map of the scene's roads.
+    /// A map file (JSON or TOML, see `crates/lane/src/hd_map/file.rs`), relative to the scenario's file.
+    /// Default: the map of the scene's roads.
     pub map: Option<At<String>>,
-    /// Where the world's origin lies: latitude and longitude in degrees (WGS-84), height in m over the ellipsoid.
+    /// Position of the world's origin on the earth: latitude and longitude in degrees (WGS-84), height above
+    /// the ellipsoid in m.
     pub origin: [f64; 3],
-    /// Where the world's x axis looks, degrees clockwise from true north.
+    /// Direction of the world's x axis, degrees clockwise from true north.
     pub north_deg: f64,
     /// Standard deviation of each point of the map across the road, m. The document has maps of 0.1 m.
     pub map_std_m: f64,
-    /// From point to point of an edge, m, at most.
+    /// Largest spacing of the points of an edge, m.
     pub map_spacing_m: f64,
-    /// Standard deviation of the radar's place on each axis, m, as it was surveyed or as the vehicle knows it.
+    /// Standard deviation of the radar's position on each axis, m, as surveyed or as known to the vehicle.
     pub place_std_m: f64,
     /// Standard deviation of the radar's azimuth, degrees.
     pub azimuth_std_deg: f64,
@@ -56,25 +60,28 @@ pub struct Settings {
     pub to_middle: bool,
     /// Height of the echoes over the road, m, for ranges along the ground where the array tells no elevation.
     pub echo_height_m: f64,
-    /// No vehicle is faster, m/s. A radar that measures rates up to this unfolded is trusted with them.
+    /// Largest speed of a vehicle, m/s. A radar whose range rates are unambiguous up to this is trusted with
+    /// them.
     pub fastest_mps: f64,
-    /// What is slower than this, m/s, stands, and is no vehicle for the radar.
+    /// Speed below which a thing is stationary and no vehicle for the radar, m/s.
     pub slowest_mps: f64,
-    /// Standard deviation of the ego vehicle's own speed, m/s, as its bus tells. A radar that stands knows that.
+    /// Standard deviation of the ego vehicle's own speed on its bus, m/s. A stationary radar knows that it
+    /// stands.
     pub speed_std_mps: f64,
     /// Standard deviation of vehicles from the middle of their lanes, m.
     pub wander_m: f64,
-    /// Kinds of the vehicles that are drawn, one as likely as another; a kind may stand there twice.
+    /// Kinds of the vehicles that are drawn, with equal probability; a kind may be listed twice.
     pub kinds: Vec<String>,
-    /// Vehicles that count and are in view together.
+    /// Number of counted vehicles that are in view together.
     pub together: u32,
-    /// Distances from the radar between which vehicles are at the middle of their time, m.
+    /// Least distance from the radar at which vehicles are at the middle of their time, m.
     pub near_m: f64,
     /// Farthest distance from the radar at which vehicles are at the middle of their time, m.
     pub far_m: f64,
-    /// And directions to each side of boresight, degrees.
+    /// Largest direction to each side of boresight at which they then are, degrees.
     pub view_deg: f64,
-    /// Scenes with vehicles that are drawn at random. Without one the scenario is driven as it is, with its own vehicles.
+    /// Scenes with randomly drawn vehicles. Without one the scenario is driven as it is, with its own
+    /// vehicles.
     pub scene: Vec<SceneTable>,
 }
 
@@ -109,7 +116,7 @@ impl Settings {
     /// Checks the settings.
     ///
     /// # Errors
-    /// The first value out of its range.
+    /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
         let ([latitude, longitude, height], nearest) = (self.origin, self.near_m + 10.0);
         limits::check(
@@ -153,7 +160,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Where the map's axes stand on the earth.
+    /// Position and direction of the map's axes on the earth.
     pub fn anchor(&self) -> RadarPose {
         let [latitude, longitude, height] = self.origin;
         RadarPose {

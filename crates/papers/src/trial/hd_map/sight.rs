@@ -1,4 +1,4 @@
-//! What the radar sees of what moves: points along the ground, clusters, tracks.
+//! What the radar sees of moving things: points along the ground, clusters, tracks.
 
 use crate::trial::drive::lane_track;
 use crate::trial::hd_map::settings::Settings;
@@ -10,22 +10,22 @@ use catseye::detect::plot::{Plot, plots_of_clusters};
 use catseye::detect::tracker::{Coverage, Scan, TrackState, Tracker, TrackerSettings};
 use catseye_lane::LaneTrack;
 
-/// Arrays are not calibrated better than this, rad.
+/// Least standard deviation of an azimuth, rad: arrays are not calibrated better.
 const LEAST_AZIMUTH_STD_RAD: f64 = 1e-3;
-/// Rates of what stands lie within so many standard deviations.
+/// Number of standard deviations within which the range rates of stationary points lie.
 const STANDING_SIGMAS: f64 = 4.0;
 
-/// A point of a frame, along the ground from the radar.
+/// A point of a frame, projected along the ground from the radar.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Mover {
     pub range_m: f64,
-    /// Positive left, from the radar's boresight.
+    /// Azimuth from the radar's boresight, rad, positive to the left.
     pub azimuth_rad: f64,
-    /// Of the range along the ground, positive when receding.
+    /// Rate of the range along the ground, m/s, positive when receding.
     pub range_rate_mps: f64,
-    /// Of range, rate, azimuth.
+    /// Standard deviations of range (m), rate (m/s) and azimuth (rad).
     pub std: [f64; 3],
-    /// The rate may be folded.
+    /// Whether the rate may be folded.
     pub folded: bool,
 }
 
@@ -35,10 +35,10 @@ pub struct Sight {
     pub points: Vec<Mover>,
 }
 
-/// The radar of the scenario that tells azimuths.
+/// Index of the first radar of the scenario that measures azimuths.
 ///
 /// # Errors
-/// There is none.
+/// Returns an error if the scenario has no radar that measures ranges and azimuths.
 pub fn radar(given: &TrialContext<'_>) -> Result<usize> {
     let radars = &given.scenario.radars;
     let found = point_radar(radars).filter(|i| radars[*i].virtual_channels() > 1);
@@ -46,8 +46,9 @@ pub fn radar(given: &TrialContext<'_>) -> Result<usize> {
     needed(found, given, "hd-map", allowed, "take radar = \"front77\"")
 }
 
-/// The points of a frame along the ground. Where the array tells no elevation the echoes are taken to lie at
-/// [`Settings::echo_height_m`]: a linear array measures the sine of the angle from its own plane, whatever the elevation.
+/// The points of a frame along the ground. Where the array measures no elevation, the echoes are assumed at
+/// [`Settings::echo_height_m`]: a linear array measures the sine of the angle from its own plane, whatever
+/// the elevation.
 pub fn see(drive: &Drive<'_>, frame: &Frame, settings: &Settings) -> Sight {
     let radar = drive.radar(frame.radar);
     let (height_m, (_, yaw)) = (radar.mounting.translation_m.z, mount(radar));
@@ -78,25 +79,25 @@ pub fn see(drive: &Drive<'_>, frame: &Frame, settings: &Settings) -> Sight {
     Sight { points: points.collect() }
 }
 
-/// Tracks of what moves.
+/// Tracks moving things.
 pub struct Follower {
     tracker: Tracker,
 }
 
 impl Follower {
-    /// Follows targets with the default settings.
+    /// Makes a tracker with the default settings.
     ///
     /// # Errors
-    /// None with the tracker's default settings.
+    /// Returns the tracker's error for invalid settings, which the default settings never are.
     pub fn new() -> Result<Follower> {
         Ok(Follower { tracker: Tracker::new(TrackerSettings::default())? })
     }
 
-    /// Takes in a frame; confirmed tracks that were seen in it, in the vehicle's level frame. The radar's own motion is `speed_mps`
-    /// along the vehicle and its turn.
+    /// Processes a frame and returns the confirmed tracks that were seen in it, in the vehicle's level frame.
+    /// The radar's own motion is `speed_mps` along the vehicle and its yaw rate.
     ///
     /// # Errors
-    /// Frames that run back.
+    /// Returns an error if a frame runs backwards in time.
     pub fn step(
         &mut self,
         sight: &Sight,

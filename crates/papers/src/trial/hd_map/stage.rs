@@ -1,4 +1,4 @@
-//! The scenes of a trial, the map of each, the estimator on it, and the place of its radar.
+//! The scenes of a trial, the map of each, the estimator on it, and the pose of its radar.
 
 use crate::trial::hd_map::settings::{Kind, SceneTable, Settings};
 use crate::trial::kit::*;
@@ -12,14 +12,14 @@ pub struct Stage {
     pub kind: Option<Kind>,
     pub name: String,
     pub scenario: Scenario,
-    /// Of a road file; None for others, which are driven as they are.
+    /// Plan of a road file; None for other scenes, which are driven as they are.
     pub plan: Option<ScenePlan>,
-    /// Lanes as they are; empty where nothing is known of them.
+    /// The true lanes; empty where nothing is known of them.
     pub lanes: Vec<Stripes>,
     pub table: Option<SceneTable>,
 }
 
-/// True lanes are told by lines of points this near to each other, m.
+/// Spacing of the points of the lines that give true lanes, m.
 const TRUTH_STEP_M: f64 = 2.0;
 
 pub fn stages(given: &TrialContext<'_>, settings: &Settings) -> Result<Vec<Stage>> {
@@ -119,17 +119,18 @@ pub fn estimator(settings: &Settings, map: &HdMap, radar: &Radar, change: Change
         .map_err(|fault| BadInput::new(fault.to_string()).key("lane.hd_map.map").into())
 }
 
-/// What another reading of the same tracks does otherwise.
+/// Change of another reading of the same tracks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
     None,
-    /// Divides the line square to the radar's axis into lanes.
+    /// Divides the line perpendicular to the radar's axis into lanes.
     RadarAxis,
-    /// Takes tracks where they are.
+    /// Uses tracks where they are.
     AsTracked,
 }
 
-/// The radar's place as it is known: with the errors of its survey.
+/// The radar's pose as it is known: with the errors of its survey. None where the world's origin is no place
+/// on the earth.
 pub fn place(settings: &Settings, level: &Level, radar: &Radar, survey: [f64; 3]) -> Option<RadarPose> {
     let (at, yaw_rad) = mount(radar);
     let at = level.to_world(at) + DVec2::new(survey[0], survey[1]) * settings.place_std_m;

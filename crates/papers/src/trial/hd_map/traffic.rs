@@ -10,35 +10,35 @@ use catseye::road::profile::Profile;
 use catseye::road::site;
 use catseye::scene::drive::Drive;
 
-/// Names of vehicles that count begin so.
+/// Prefix of the names of vehicles that count.
 pub const COUNTED: &str = "vehicle";
-/// Between the middles of two vehicles in one lane, m.
+/// Least distance between the middles of two vehicles in one lane, m.
 const GAP_M: f64 = 20.0;
-/// A lane takes a vehicle where it is this wide, m.
+/// Least width of a lane that holds a vehicle, m.
 const WIDE_ENOUGH_M: f64 = 2.8;
-/// Places that are tried for a vehicle.
+/// Number of places that are tried for a vehicle.
 const TRIES: u32 = 4000;
 
 /// Vehicles that are in view together.
 pub struct Group {
-    /// With those vehicles; None where the scenario is driven as it is.
+    /// Plan with those vehicles; None where the scenario is driven as it is.
     pub plan: Option<ScenePlan>,
 }
 
 /// A lane of a plan: road, side, index.
 type LaneAt = (usize, Side, usize);
 
-/// Where a vehicle is over time: (lane, distance along the road at time zero, speed along the road).
+/// Motion of a vehicle: lane, distance along the road at time zero, speed along the road.
 struct Placed {
     lane: LaneAt,
     s_m: f64,
     along_mps: f64,
 }
 
-/// The groups of a scene, each with its own draw, until all vehicles have passed.
+/// The groups of a scene, each drawn separately, until all vehicles have passed.
 ///
 /// # Errors
-/// No lane holds a vehicle within the radar's view.
+/// Returns an error if no lane holds a vehicle within the radar's view.
 pub fn groups(stage: &Stage, settings: &Settings, scenario: &Scenario) -> Result<Vec<Group>> {
     let (Some(table), Some(plan)) = (&stage.table, &stage.plan) else {
         return Ok(vec![Group { plan: None }]);

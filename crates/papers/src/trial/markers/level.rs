@@ -6,12 +6,13 @@ use catseye::road::reflector::Reflector;
 use catseye::scene::material;
 use catseye_lane::markers::estimator::MarkerRcs;
 
-/// Distances for whose elevations it is computed, m.
+/// Distances for whose elevations the cross section is computed, m.
 const DISTANCES_M: [f64; 7] = [4.0, 6.0, 9.0, 14.0, 22.0, 35.0, 60.0];
-/// Azimuths to each side, and between them, degrees.
+/// Largest azimuth to each side and step between azimuths, degrees.
 const WIDEST_DEG: i32 = 75;
 const STEP_DEG: i32 = 3;
-/// Each azimuth is a mean of directions so far apart, degrees: a row's direction is not known to its lobes.
+/// Offsets of the directions that are averaged for each azimuth, degrees: a row's direction is not known to
+/// the width of its lobes.
 const SPREAD_DEG: [f64; 3] = [-1.0, 0.0, 1.0];
 
 #[derive(Serialize, Deserialize)]
@@ -21,8 +22,8 @@ struct Table {
     dbsm: Vec<f64>,
 }
 
-/// Of the reflector of the first row in the scene, for the radar's polarisation (V), in free space: the road under it changes the
-/// level of a whole row alike. None: no row, or no echo from ahead.
+/// Cross section of the reflector of the first row in the scene, for the radar's polarisation (V), in free
+/// space: the road under it changes the level of a whole row alike. None without a row or an echo from ahead.
 pub fn of_first_row(given: &TrialContext<'_>, site: &Site, radar: &Radar) -> Result<Option<MarkerRcs>> {
     let Some(row) = site.road.iter().flat_map(|r| &r.marker_rows).next() else { return Ok(None) };
     let table = given.kept("marker_rcs", || table(given, &row.reflector, radar))?;

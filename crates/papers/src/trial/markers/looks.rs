@@ -1,28 +1,28 @@
-//! A look with all that rows, tables and pictures need.
+//! A look with all data for rows, tables and pictures.
 
 use crate::trial::kit::*;
 use crate::trial::markers::tally::{Tally, View, tally};
 use catseye_lane::Line;
 use catseye_lane::markers::Markers;
 
-/// What is kept of a frame.
+/// Data kept of a frame.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Kept {
     pub points: Vec<LanePoint>,
-    /// The object that made each point, for the tables and pictures only; "" for none.
+    /// Class of the object that made each point, for the tables and pictures only; "" for none.
     pub classes: Vec<String>,
 }
 
-/// One look with all that pictures and tables need.
+/// One look with all data for pictures and tables.
 pub struct MarkerLook {
-    /// With the estimate that follows lines over looks.
+    /// The step with the estimate that tracks lines over looks.
     pub step: Step,
     pub kept: Kept,
-    /// Of the look by itself.
+    /// Estimate of the look without tracking.
     pub single: LaneEstimate,
     pub steps: catseye_lane::markers::Steps,
     pub tally: Tally,
-    /// In view, level frame.
+    /// Markers in view, in the level frame, m.
     pub markers: Vec<[f64; 2]>,
     pub every_marker: Vec<[f64; 2]>,
     pub true_speed_mps: f64,
@@ -39,7 +39,7 @@ pub fn of_runs(seen: &[MarkerLook], of: impl Fn(&[&MarkerLook]) -> Option<f64>) 
     over_runs(seen, |s| s.step.run, of)
 }
 
-/// Range (m), level seen and level expected (dBsm) of each member of each line.
+/// Range (m), measured level and expected level (dBsm) of each member of each line.
 pub fn excess_db(s: &MarkerLook, estimator: &Markers) -> Vec<Vec<(f64, f64, f64)>> {
     let of_line = |l: &Line| {
         let curve = &l.fitted.curve;
@@ -54,7 +54,7 @@ pub fn excess_db(s: &MarkerLook, estimator: &Markers) -> Vec<Vec<(f64, f64, f64)
     s.single.lines.iter().map(of_line).collect()
 }
 
-/// Of all looks by themselves, in a part of the view.
+/// Counts over all looks without tracking, in a part of the view.
 pub fn tally_within(seen: &[MarkerLook], ring: &View, within_m: f64) -> Tally {
     let mut sum = Tally::default();
     for s in seen {

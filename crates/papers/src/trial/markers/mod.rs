@@ -13,9 +13,9 @@ use catseye::scene::radar::AngleMethod;
 use catseye_lane::markers::{MarkerOptions, Markers, MarkersOptions};
 pub use settings::Settings;
 
-/// Points so near the edge of the angular grid are left out, rad.
+/// Angular distance from the edge of the grid within which points are left out, rad.
 const EDGE_RAD: f64 = 0.01;
-/// Levels of points without an echo that a file can hold, dBsm.
+/// Level that files hold for points without an echo, dBsm.
 const NO_LEVEL_DBSM: f64 = -300.0;
 
 impl LaneMethod for Settings {
@@ -156,7 +156,7 @@ fn pictured<'a>(seen: &'a [MarkerLook], settings: &Settings) -> Option<&'a Marke
     }
 }
 
-/// The document's figures, and ours.
+/// The document's values beside those of the trial.
 fn rows(out: &mut Vec<Row>, seen: &[MarkerLook], options: &MarkersOptions) {
     let before = out.len();
     let rms_of =
@@ -268,7 +268,7 @@ fn by_range(seen: &[MarkerLook], settings: &Settings, view: &View) -> Sheet {
     sheet
 }
 
-/// What is left of recall and precision when points are taken away and strewn in, after the chain.
+/// Recall and precision when points are removed and added after the chain.
 fn robustness(seen: &[MarkerLook], options: &MarkersOptions, settings: &Settings, view: &View) -> Sheet {
     let columns = "missing_share extra_points hough recall precision looks_with_two_lines";
     let mut sheet = Sheet::new("robustness", columns).noted(
@@ -300,7 +300,7 @@ fn robustness(seen: &[MarkerLook], options: &MarkersOptions, settings: &Settings
     sheet
 }
 
-/// The points of a look with some missing and some that are no markers.
+/// The points of a look with some removed and some false ones added.
 fn injected(s: &MarkerLook, missing: f64, extra: u32) -> Vec<LanePoint> {
     let mut draws = Draws::new(s.step.run * 1009 + s.step.frame, 0x006d_6b72);
     let mut points: Vec<LanePoint> =

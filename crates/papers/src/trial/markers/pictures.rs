@@ -7,7 +7,7 @@ use catseye::base::units::dbm_from_w;
 use catseye_lane::markers::{Markers, MarkersOptions};
 use catseye_plot::class_name;
 
-/// Of classes and lines, apart for colour-blind readers (Okabe and Ito 2008).
+/// Colours of classes and lines that colour-blind readers can distinguish (Okabe and Ito 2008).
 const BLACK: Rgb = [0, 0, 0];
 const PALE: Rgb = [190, 205, 220];
 const RING: Mark = Mark::Ring { radius: 5.0 };
@@ -51,7 +51,7 @@ pub(super) fn pictures(
     drawn.map(|(name, chart)| Ok((name.into(), chart.draw()?))).collect()
 }
 
-/// The part of the level plane that is in view: x forward, y left.
+/// Chart of the part of the level plane that is in view: x forward, y left.
 fn plane(title: &str, view: &View) -> Chart {
     let reach = view.reach_m[1].max(10.0);
     let half = (reach * view.half_rad.sin()).min(0.35 * reach);
@@ -105,7 +105,7 @@ pub(super) struct NearMap {
     range_m: [f64; 2],
     rate_mps: [f64; 2],
     columns: usize,
-    /// dBm, one row for each rate.
+    /// Levels in dBm, one row for each range rate.
     dbm: Vec<f32>,
 }
 

@@ -5,46 +5,49 @@ use crate::trial::limits::Limit;
 use catseye_lane::markers::{MarkerOptions, MarkersOptions};
 use catseye_lane::track::TrackOptions;
 
-/// How `catseye lane markers` looks for rows of markers.
+/// Settings of `catseye lane markers`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Of the markers along their rows, m, one for each kind of row. Left out: the spacings with which the scene's rows were laid.
+    /// Spacings of the markers along their rows, m, one for each kind of row. Default: those with which the
+    /// scene's rows were laid.
     pub spacing_m: Vec<f64>,
-    /// By which the distance of neighbours may differ from it, m.
+    /// Largest difference of neighbours' distances from the spacing, m.
     pub tolerance_m: f64,
-    /// Least points of a group.
+    /// Least number of points of a group.
     pub least_of_group: u32,
-    /// Least points of a path.
+    /// Least number of points of a path.
     pub least_of_path: u32,
-    /// Largest turn of a path from one step to the next, and of the turn itself, degrees.
+    /// Largest turn of a path from one step to the next, and largest change of that turn, degrees.
     pub turn_deg: [f64; 2],
-    /// Points nearer to the radar lie in the ground's clutter, m.
+    /// Range within which points lie in the ground clutter, m.
     pub nearest_m: f64,
-    /// Spacings that a gap in a row may take up.
+    /// Largest gap in a row, in spacings.
     pub gap: u32,
-    /// Points that no path took are searched for lines, circles and parabolas by Hough's transform.
+    /// Whether points that no path took are searched for lines, circles and parabolas by a Hough transform.
     pub hough: bool,
-    /// What range rates miss beyond their noise, m/s. Left out: a quarter of the radar's Doppler cell.
+    /// Error of range rates beyond their noise, m/s. Default: a quarter of the radar's Doppler cell.
     pub rate_error_mps: Option<f64>,
-    /// Levels along a row have to go with the cross section of its markers, which is computed in free space. It takes out stones, and
-    /// true markers where two rows share cells and their power is not told apart.
+    /// Whether levels along a row have to agree with the cross section of its markers, which is computed in
+    /// free space. This removes stones, and also true markers where two rows share cells and their powers are
+    /// not resolved.
     pub levels: bool,
-    /// Lines are followed over frames.
+    /// Whether lines are tracked over frames.
     pub track: bool,
-    /// Standard deviation of the speed that the vehicle's bus tells, m/s. Left out: the speed is taken from the points alone.
+    /// Standard deviation of the speed on the vehicle's bus, m/s. Left out: the speed comes from the points
+    /// alone.
     pub bus_speed_std_mps: Option<f64>,
-    /// Standard deviation of the yaw rate that the bus tells, degrees/s. Left out: taken from the points.
+    /// Standard deviation of the yaw rate on the bus, degrees/s. Left out: it comes from the points.
     pub bus_yaw_rate_std_deg_per_s: Option<f64>,
-    /// Distances from the vehicle between which lines and markers are to be found, m.
+    /// Least and largest distance from the vehicle at which lines and markers are to be found, m.
     pub reach_m: [f64; 2],
-    /// A marker is found where a member of a line lies so near, m.
+    /// Largest distance of a member of a line from a marker that counts as found, m.
     pub within_m: f64,
-    /// Shares of points that are taken away after the chain, for the table of robustness.
+    /// Shares of points that are removed after the chain, for the table of robustness.
     pub missing_share: Vec<f64>,
-    /// Points at rest that are strewn over the road after the chain, for the same table.
+    /// Numbers of stationary points that are added on the road after the chain, for the same table.
     pub extra_points: Vec<u32>,
-    /// Of the first run, for the pictures. Left out: the one with most points in rows.
+    /// Frame of the first run that pictures show. Default: the one with most points in rows.
     pub picture_frame: Option<u32>,
 }
 
@@ -78,7 +81,7 @@ impl Settings {
     /// Checks the settings.
     ///
     /// # Errors
-    /// The first value out of its range.
+    /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
         let mut limits: Vec<Limit<'_>> = Vec::new();
         for d in &self.spacing_m {
@@ -121,16 +124,16 @@ impl Settings {
         limits::check("markers", &limits)
     }
 
-    /// The options for a radar, without levels.
+    /// Options of the estimator for a radar, without levels.
     pub(super) fn options(&self, radar: &Radar, patterns: Vec<MarkerOptions>) -> MarkersOptions {
         let track = self.track.then(TrackOptions::default);
         MarkersOptions { patterns, track, radar_ahead_m: radar.mounting.translation_m.x, rcs: None }
     }
 
-    /// One pattern for each spacing.
+    /// Makes one pattern for each spacing.
     ///
     /// # Errors
-    /// No spacing is given and the scene has no rows.
+    /// Returns an error if no spacing is given and the scene has no rows.
     pub(super) fn patterns(&self, radar: &Radar, road: Option<&RoadTruth>) -> Result<Vec<MarkerOptions>> {
         let spacings = match self.spacing_m.is_empty() {
             false => self.spacing_m.clone(),
@@ -162,7 +165,7 @@ impl Settings {
     }
 }
 
-/// The spacings with which rows were laid, to a centimetre, each once, rising: the middle one of each row's gaps.
+/// Spacings with which rows were laid, to a centimetre, each once, ascending: the median of each row's gaps.
 fn laid(road: Option<&RoadTruth>) -> Vec<f64> {
     let mut out: Vec<f64> = road
         .iter()

@@ -1,18 +1,18 @@
-//! Markers found and missed, and what a table of the look's figures holds.
+//! Markers found and missed, and the values of a look's table.
 
 use crate::trial::drive::stretches;
 use crate::trial::kit::*;
 
-/// Markers of one look.
+/// Counts of markers in one look.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Tally {
-    /// In the field of view and in reach.
+    /// Number of markers in the field of view and in reach.
     pub markers: usize,
-    /// Of those, with a point near them.
+    /// Number of those with a point near them.
     pub detected: usize,
-    /// Of those, with a member of a line near them.
+    /// Number of those with a member of a line near them.
     pub found: usize,
-    /// Members of lines, in reach, and those of them that are near a marker.
+    /// Number of members of lines in reach; `right` is the number of those near a marker.
     pub members: usize,
     pub right: usize,
 }
@@ -38,7 +38,7 @@ impl Tally {
         ratio(self.detected, self.markers)
     }
 
-    /// Of the detected markers those that are found.
+    /// Share of the detected markers that are found.
     pub fn of_detected(&self) -> Option<f64> {
         ratio(self.found, self.detected)
     }
@@ -48,15 +48,15 @@ fn ratio(a: usize, b: usize) -> Option<f64> {
     (b > 0).then(|| a as f64 / b as f64)
 }
 
-/// What a radar sees of the level plane.
+/// The part of the level plane that a radar sees.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
     pub at_m: DVec2,
     pub heading_rad: f64,
     pub half_rad: f64,
-    /// From the vehicle's origin.
+    /// Least and largest distance from the vehicle's origin, m.
     pub reach_m: [f64; 2],
-    /// From the radar.
+    /// Least distance from the radar, m.
     pub nearest_m: f64,
 }
 
@@ -66,7 +66,7 @@ impl View {
         View { at_m, heading_rad, half_rad: radar.processing.azimuth_fov_rad, reach_m, nearest_m }
     }
 
-    /// The part of the view between two distances, as far as these lie in its own reach.
+    /// The part of the view between two distances, limited to its own reach.
     pub fn ring(&self, [from, to]: [f64; 2]) -> View {
         View { reach_m: [from.max(self.reach_m[0]), to.min(self.reach_m[1])], ..*self }
     }
@@ -80,13 +80,13 @@ impl View {
     }
 }
 
-/// The markers in view at a time, level frame.
+/// The markers in view at a time, in the level frame, m.
 pub fn markers_in_view(drive: &Drive<'_>, time_s: f64, view: &View) -> Vec<[f64; 2]> {
     drive.markers(time_s).into_iter().filter(|p| view.holds(DVec2::from_array(*p))).collect()
 }
 
-/// The rows in view as the lines that are to be found, and the vehicle's lane. What a line says of a row that has left the view is
-/// right or wrong all the same.
+/// The rows in view as lines that are to be found, and the vehicle's lane. A line on a row that has left the
+/// view still counts as right or wrong.
 pub fn truth_in_view(drive: &Drive<'_>, time_s: f64, view: &View) -> TrueLanes {
     let whole = drive.truth_of_rows(time_s, view.reach_m);
     let mut lines = Vec::new();
@@ -104,7 +104,7 @@ pub fn truth_in_view(drive: &Drive<'_>, time_s: f64, view: &View) -> TrueLanes {
     TrueLanes { lines, own, also: whole.lines, ..whole }
 }
 
-/// Places a quarter of a metre apart along a polyline, those in view, cut where it leaves the view.
+/// Points a quarter of a metre apart along a polyline that are in view, split where it leaves the view.
 fn in_view(line: &[[f64; 2]], view: &View) -> Vec<Vec<[f64; 2]>> {
     let places = line.windows(2).flat_map(|w| {
         let (a, b) = (DVec2::from_array(w[0]), DVec2::from_array(w[1]));
@@ -114,7 +114,7 @@ fn in_view(line: &[[f64; 2]], view: &View) -> Vec<Vec<[f64; 2]>> {
     stretches(places.map(|p| Some(p).filter(|p| view.holds(*p))))
 }
 
-/// Of one estimate, whose members are indices of `points`.
+/// Counts of one estimate, whose members are indices of `points`.
 pub fn tally(
     estimate: &LaneEstimate,
     points: &[LanePoint],

@@ -1,4 +1,4 @@
-//! Single looks from poses that are set, each on a road of its own.
+//! Single looks from given poses, each on a road of its own.
 
 use crate::trial::kit::*;
 use crate::trial::range_doppler::looks::{RadarDrive, RadarLook, errors};
@@ -8,15 +8,15 @@ use catseye_lane::range_doppler::LaneFromMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Radar's place along the road: rows reach back behind it by this much at least, m.
+/// Least distance by which rows reach back behind the radar, m.
 const BEHIND_M: f64 = 10.0;
-/// At this range the distance of the two curves is stated, m.
+/// Range at which the distance of the two curves is stated, m.
 const APART_AT_M: f64 = 5.0;
-/// Widest strip beside the lane, m.
+/// Largest width of the strip beside the lane, m.
 const VERGE_M: f64 = 6.0;
 
 impl Case {
-    /// For pictures.
+    /// Title for pictures.
     pub(super) fn title(&self) -> String {
         let mut out = format!("{}: offset {} m", self.name, self.offset_m);
         if self.heading_deg != 0.0 {
@@ -32,7 +32,7 @@ impl Case {
         (self.radius_m != 0.0).then_some(self.radius_m.abs())
     }
 
-    /// The road of this case, its axis in the middle of the lane, along x from the origin to the bend.
+    /// The road of this case: its axis in the middle of the lane, along x from the origin to the bend.
     fn road(&self, s: &Settings, radar_x_m: f64) -> String {
         let reach = s.far_m + 5.0;
         let straight = radar_x_m + if self.radius_m == 0.0 { reach } else { self.bend_after_m };
@@ -69,7 +69,7 @@ impl Case {
         text
     }
 
-    /// The radar in the lane of this case; along the row its place is drawn.
+    /// The site with the radar in the lane of this case; its position along the row is drawn at random.
     fn site(
         &self,
         scenario: &Scenario,
@@ -88,7 +88,7 @@ impl Case {
     }
 }
 
-/// Each case once in each run.
+/// Runs each case once in each run.
 pub(super) fn looks(given: &TrialContext<'_>, s: &Settings, which: usize) -> Result<Vec<RadarLook>> {
     let ego = &given.scenario.ego;
     let speed_mps = match ego {
@@ -123,7 +123,7 @@ pub(super) fn looks(given: &TrialContext<'_>, s: &Settings, which: usize) -> Res
     Ok(out)
 }
 
-/// What each case set and what came out, and what the curves look like.
+/// Rows with the given and the estimated values of each case, and the shape of the curves.
 pub(super) fn rows(rows: &mut Vec<Row>, s: &Settings, made: &[RadarLook]) {
     let mut bends: Vec<f64> = Vec::new();
     for (i, case) in s.case.iter().enumerate() {
@@ -183,7 +183,7 @@ fn is_gross(m: &RadarLook) -> bool {
     (e[0] / l.offset_m.std).abs().max((e[1] / l.heading_rad.std).abs()) > 5.0
 }
 
-/// Distance in range rate of two rows at one range ahead, for a straight lane.
+/// Difference in range rate of two rows at one range ahead, for a straight lane, m/s.
 fn set_apart_mps(case: &Case, s: &Settings, v: f64) -> f64 {
     let h = case.heading_deg.to_radians();
     let rate = |side: f64| {

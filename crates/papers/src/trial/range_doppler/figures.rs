@@ -1,4 +1,4 @@
-//! Pictures: maps with the fitted curves over them, the road from above, errors over what was set.
+//! Pictures: maps with the fitted curves, the road from above, errors over the given values.
 
 use crate::trial::kit::*;
 use crate::trial::range_doppler::looks::{MapPicture, RadarLook, errors};
@@ -7,7 +7,7 @@ use catseye_lane::range_doppler::{Foreseen, LaneFromMap};
 
 const LEFT: Rgb = [255, 127, 80];
 const RIGHT: Rgb = [120, 220, 255];
-/// Of markers behind the radar.
+/// Colour of markers behind the radar.
 const BEHIND: Rgb = [222, 180, 120];
 const WHITE: Rgb = [255, 255, 255];
 

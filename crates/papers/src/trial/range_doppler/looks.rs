@@ -1,4 +1,4 @@
-//! Looks of one radar at one site, beside the truth.
+//! Looks of one radar at one site, with the truth.
 
 use crate::trial::drive::true_lanes;
 use crate::trial::kit::*;
@@ -6,10 +6,10 @@ use crate::trial::range_doppler::settings::Settings;
 use catseye::detect::points::{Point, range_rate_mps};
 use catseye_lane::range_doppler::{LaneLook, RangeDopplerLane};
 
-/// What stands for a standard deviation that is not known: files of results hold no infinity.
+/// Value that replaces an unknown standard deviation, as result files hold no infinity.
 pub const UNKNOWN_STD: f64 = 1e6;
 
-/// What a frame leaves for the estimator, and for pictures.
+/// Data kept of a frame for the estimator and for pictures.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct KeptLook {
     pub points: Vec<LanePoint>,
@@ -19,7 +19,7 @@ pub struct KeptLook {
 /// The strongest cell of each patch of the map, dBm.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct MapPicture {
-    /// Edges.
+    /// Edges of the map in range, m.
     pub range_m: [f64; 2],
     pub range_rate_mps: [f64; 2],
     pub rows: usize,
@@ -27,18 +27,18 @@ pub struct MapPicture {
     pub dbm: Vec<f32>,
 }
 
-/// What is true of the radar: offset and heading, speed, its markers.
+/// Truth of the radar: offset and heading, speed, its markers.
 pub type OfRadar = (Option<[f64; 2]>, f64, Vec<([f64; 2], bool)>);
 
-/// One look with all that rows and pictures need.
+/// One look with all data for rows and pictures.
 pub struct RadarLook {
     pub step: Step,
     pub look: LaneLook,
-    /// Of the radar: its offset from the middle of the lane and the heading of its motion, as true.
+    /// True offset of the radar from the lane's centre line (m) and heading of its motion (rad).
     pub radar: Option<[f64; 2]>,
-    /// Of the radar over ground, as true.
+    /// True speed of the radar over ground, m/s.
     pub speed_mps: f64,
-    /// Range, range rate, and whether it stands behind the radar, of each true marker in reach.
+    /// Range (m) and range rate (m/s) of each true marker in reach, and whether it is behind the radar.
     pub markers: Vec<([f64; 2], bool)>,
     pub seen: KeptLook,
     pub case: Option<usize>,
@@ -70,7 +70,7 @@ impl<'a> RadarDrive<'a> {
         Ok(RadarDrive { which, settings, estimator, bus, pictured, made: Vec::new() })
     }
 
-    /// What is true of the radar rather than of the vehicle's reference point.
+    /// Truth of the radar rather than of the vehicle's reference point.
     fn of_radar(&self, now: &Now<'_>, truth: &TrueLanes) -> OfRadar {
         let (drive, level) = (now.drive, now.level);
         let mounting = drive.radar(self.which).mounting.translation_m;
@@ -123,7 +123,7 @@ impl Looks for RadarDrive<'_> {
     }
 }
 
-/// Points with range and range rate, whether or not they have an angle.
+/// Points with range and range rate, with or without an angle.
 pub fn points_of(radar: &Radar, frame: &Frame) -> Vec<LanePoint> {
     let finite = |v: f64, or: f64| if v.is_finite() { v } else { or };
     let point = |p: &Point| {
@@ -185,7 +185,8 @@ pub fn map_picture(radar: &Radar, frame: &Frame, far_m: f64, speed_mps: f64) -> 
     })
 }
 
-/// Differences from the truth of the radar: offset (m), heading (rad). Of a lane whose sign is open, the nearer of the two readings.
+/// Errors of the radar's offset (m) and heading (rad). Of a lane whose sign is unknown, the nearer of the two
+/// readings counts.
 pub fn errors(m: &RadarLook) -> Option<[f64; 2]> {
     let (lane, [offset, heading]) = (m.look.lane.as_ref()?, m.radar?);
     let of = |sign: f64| [sign * lane.offset_m.value - offset, sign * lane.heading_rad.value - heading];

@@ -1,5 +1,5 @@
-//! Place in a marked lane from the range-Doppler map alone (Feng 2019, section 3.6, Fig. 3.21 to 3.24), through the whole chain: the
-//! scenario's own drive, or single looks at poses that are set ([`Case`]).
+//! Position in a marked lane from the range-Doppler map alone (Feng 2019, section 3.6, Fig. 3.21 to 3.24),
+//! through the whole chain: the scenario's own drive, or single looks at given poses ([`Case`]).
 
 mod cases;
 mod figures;
@@ -12,10 +12,10 @@ use catseye_lane::range_doppler::LaneFromMap;
 pub use settings::{Case, Settings};
 
 const METHOD: &str = "range-doppler";
-/// Fewer rows of the map do not tell range rates apart.
+/// Least number of rows of a map that resolves range rates.
 const LEAST_ROWS: usize = 16;
 
-/// The first radar that tells ranges and range rates.
+/// The first radar that measures ranges and range rates.
 fn radar_of(scenario: &Scenario) -> Result<usize> {
     let suits = |w: &Waveform| matches!(w, Waveform::Fmcw(_));
     let found = scenario.radars.iter().position(|r| suits(&r.waveform));
@@ -50,7 +50,7 @@ impl LaneMethod for Settings {
     }
 }
 
-/// The scenario's own drive, all runs.
+/// Looks of the scenario's own drive, in all runs.
 fn drives(given: &TrialContext<'_>, settings: &Settings, which: usize) -> Result<Vec<RadarLook>> {
     let equal = settings.left_spacing_m == settings.right_spacing_m;
     let frames = given.scenario.frames.count;

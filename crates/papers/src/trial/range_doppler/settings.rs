@@ -5,51 +5,53 @@ use catseye_lane::range_doppler::{CurveStart, LaneSettings, Options, RangeDopple
 
 const METHOD: &str = "range_doppler";
 
-/// The table `[lane.range_doppler]`: what the vehicle knows of the marked lane, what its sensors are worth, and the poses to look from.
+/// The table `[lane.range_doppler]`: what the vehicle knows of the marked lane, the accuracy of its sensors,
+/// and the poses of single looks.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Between the two rows of markers, m. Default 2.8.
+    /// Distance between the two rows of markers, m. Default 2.8.
     pub row_distance_m: f64,
-    /// Between markers of the left row, m. Default 1.5.
+    /// Spacing of the markers of the left row, m. Default 1.5.
     pub left_spacing_m: f64,
-    /// Of the right row, m; with the same as the left the side is not told. Default 2.
+    /// Spacing of the markers of the right row, m; if equal to the left one, the side is unknown. Default 2.
     pub right_spacing_m: f64,
-    /// Nearest and farthest markers that are used, m. Default 1.5 and 40.
+    /// Least range of markers that are used, m. Default 1.5.
     pub near_m: f64,
-    /// Farthest markers that are used, m. Default 40.
+    /// Largest range of markers that are used, m. Default 40.
     pub far_m: f64,
     /// Half the field of view, about the direction of motion, degrees. Default 70.
     pub half_view_deg: f64,
-    /// Offsets, headings and radii that are searched: m, degrees, m. Default 1.5, 60, 5.
+    /// Largest offset that is searched, m. Default 1.5.
     pub max_offset_m: f64,
-    /// Headings that are searched, degrees. Default 60.
+    /// Largest heading that is searched, degrees. Default 60.
     pub max_heading_deg: f64,
     /// Smallest radius of a bend that is searched, m. Default 5.
     pub min_radius_m: f64,
-    /// A bend begins within this distance, m. Default 30.
+    /// Largest distance at which a bend may begin, m. Default 30.
     pub bend_within_m: f64,
-    /// Weaker points are taken for noise, dB. Default 6.
+    /// Least signal-to-noise ratio of a point, dB. Default 6.
     pub min_snr_db: f64,
-    /// What a marker's range and range rate are never more certain than, m and m/s. Default 0.05 and 0.02.
+    /// Least standard deviation of a marker's range, m. Default 0.05.
     pub least_range_std_m: f64,
     /// Least standard deviation of a marker's range rate, m/s. Default 0.02.
     pub least_range_rate_std_mps: f64,
-    /// Whether the vehicle's bus tells its speed; if not, the map does. Default true.
+    /// Whether the vehicle's bus reports its speed; otherwise the speed comes from the map. Default true.
     pub bus_speed: bool,
-    /// Noise of the bus's speed (m/s) and its step (m/s; 0: none). Default 0.05 and 0.
+    /// Standard deviation of the speed on the bus, m/s. Default 0.05.
     pub bus_speed_std_mps: f64,
     /// Step of the bus's speed, m/s; 0: none. Default 0.
     pub bus_speed_step_mps: f64,
-    /// Noise of its yaw rate, degrees per second. Default 0.1.
+    /// Standard deviation of the yaw rate on the bus, degrees/s. Default 0.1.
     pub bus_yaw_rate_std_deg_per_s: f64,
-    /// Every so many looks of a drive the whole search range is gone through, in between what lies near the last look's. Default 20.
+    /// Number of looks between searches of the whole range; the looks between search only near the last lane.
+    /// Default 20.
     pub search_every: u32,
-    /// Most looks of which pictures are made. Default 12.
+    /// Largest number of looks of which pictures are made. Default 12.
     pub pictures: u32,
     /// Lane width of the roads of `case`, m; their rows stand inside it, `row_distance_m` apart. Default 3.
     pub lane_width_m: f64,
-    /// Markers of the roads of `case`, as `catseye rcs` takes a reflector.
+    /// Markers of the roads of `case`, as a reflector of `catseye rcs`.
     pub marker: String,
     /// Single looks in place of the scenario's drive, each on a road of its own.
     pub case: Vec<Case>,
@@ -59,15 +61,15 @@ pub struct Settings {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Case {
-    /// Of its pictures and rows: letters, digits, `_` and `-`; no two are the same.
+    /// Name of its pictures and rows: letters, digits, `_` and `-`; all names differ.
     pub name: String,
-    /// From the middle of the lane, m, positive left. Default 0.
+    /// Offset from the middle of the lane, m, positive to the left. Default 0.
     pub offset_m: f64,
-    /// Of the motion against the lane, degrees, positive left. Default 0.
+    /// Heading of the motion relative to the lane, degrees, positive to the left. Default 0.
     pub heading_deg: f64,
-    /// Of the bend ahead, m, positive left; 0 (default): straight on.
+    /// Radius of the bend ahead, m, positive to the left; 0 (default) for a straight road.
     pub radius_m: f64,
-    /// From the radar to the bend, m. Default 10.
+    /// Distance from the radar to the bend, m. Default 10.
     pub bend_after_m: f64,
     /// Whether the right row has the spacing of the left one. Default false.
     pub equal: bool,
@@ -119,7 +121,7 @@ impl Settings {
     /// Checks the settings.
     ///
     /// # Errors
-    /// The first value out of its range.
+    /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
         let half = 0.5 * self.row_distance_m;
         limits::check(
@@ -160,7 +162,7 @@ impl Settings {
         Ok(())
     }
 
-    /// As the estimator takes them, for a radar.
+    /// Options of the estimator for a radar; with `equal` the right row has the spacing of the left one.
     pub fn options(&self, radar: &Radar, equal: bool) -> Options {
         let at = radar.mounting.translation_m;
         Options {
@@ -188,7 +190,7 @@ impl Settings {
         }
     }
 
-    /// Rows as curves, in front of the radar.
+    /// Lane settings for drawing rows as curves in front of the radar.
     pub fn lane_ahead(&self) -> LaneSettings {
         LaneSettings {
             lane_width_m: self.row_distance_m,
@@ -199,10 +201,10 @@ impl Settings {
         }
     }
 
-    /// The estimator for a radar; with `equal` its spacings are alike on both sides.
+    /// Makes the estimator for a radar; with `equal` the spacings are the same on both sides.
     ///
     /// # Errors
-    /// Settings out of their ranges.
+    /// Returns an error for a setting outside its range.
     pub fn estimator(&self, radar: &Radar, equal: bool) -> Result<RangeDopplerLane> {
         RangeDopplerLane::new(self.options(radar, equal)).map_err(|r: LaneError| {
             BadInput::new(r.to_string())

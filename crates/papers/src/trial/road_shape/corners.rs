@@ -1,5 +1,5 @@
-//! Two corner reflectors at one range, told apart by MUSIC and ESPRIT and not by beamforming (Miyake, Figs. 1 and 2), and what tracking
-//! the subspace costs against decomposing (Miyake, Table I).
+//! Two corner reflectors at one range, which MUSIC and ESPRIT resolve and beamforming does not (Miyake, Figs.
+//! 1 and 2), and the cost of tracking the subspace compared with decomposition (Miyake, Table I).
 
 use crate::trial::kit::*;
 use crate::trial::road_shape::input::chosen;
@@ -7,19 +7,20 @@ use crate::trial::road_shape::settings::Settings;
 use catseye::dsp::doa_bisvd::costs;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 
-/// Of one run: for each method and frame the directions found, rad, and the true ones of each frame.
+/// Data of one run: for each method and frame the directions found, rad, and the true ones of each frame.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct KeptRun {
     truth_rad: Vec<[f64; 2]>,
     directions_rad: Vec<Vec<Vec<f64>>>,
-    /// Of the frame that is shown: grid (rad) and, of each method that has one, its spectrum over its greatest value, dB.
+    /// Data of the frame that is shown: the grid (rad); `spectra_db` holds each method's spectrum relative to
+    /// its maximum, dB.
     grid_rad: Vec<f64>,
     spectra_db: Vec<Vec<f64>>,
-    /// Multiplications and additions of an update by tracking and by decomposition.
+    /// Number of multiplications and additions of an update by tracking and by decomposition.
     operations: [[u64; 2]; 2],
 }
 
-/// A way to tell angles: name, method, and whether it averages over subarrays.
+/// An angle estimation method: name, method, and whether it averages over subarrays.
 type AngleMethod = (&'static str, Angles, bool);
 
 const METHODS: [AngleMethod; 5] = [
@@ -30,7 +31,7 @@ const METHODS: [AngleMethod; 5] = [
     ("MUSIC without subarrays", Angles::Music, false),
 ];
 
-/// Both reflectors, moved along their lines of sight by draws of this run.
+/// The site with both reflectors, displaced along their lines of sight by random draws of this run.
 fn put_up(given: &TrialContext<'_>, run: u32, settings: &Settings) -> Result<Site> {
     let mut scenario = given.scenario_of(run);
     let at = scenario.ego.free().map_or(DVec3::ZERO, |ego| ego.position_m);

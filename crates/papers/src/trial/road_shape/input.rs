@@ -1,4 +1,4 @@
-//! The radar that is taken, the points of its image, and which points are kept.
+//! The radar that is used, the points of its image, and the selection of points.
 
 use crate::trial::kit::*;
 use crate::trial::road_shape::pictures::KeptImage;
@@ -6,7 +6,7 @@ use crate::trial::road_shape::settings::{Settings, Source};
 use catseye_lane::road_shape::image::{Imager, suits};
 use catseye_lane::road_shape::{Ego, RadarMount};
 
-/// Points of radar images, one image after the other.
+/// Makes the points of successive radar images.
 pub struct ImagePoints(Imager);
 
 impl ImagePoints {
@@ -14,7 +14,7 @@ impl ImagePoints {
         Ok(ImagePoints(Imager::new(radar, &settings.image())?))
     }
 
-    /// The points of a frame, and its image `with` one.
+    /// The points of a frame, and its image if `with`.
     pub fn look(
         &mut self,
         drive: &Drive<'_>,
@@ -37,7 +37,7 @@ impl ImagePoints {
     }
 }
 
-/// The radar that is taken, and whether its image is.
+/// Index of the radar that is used, and whether its image is.
 pub fn chosen(radars: &[Radar], settings: &Settings) -> Result<(usize, bool)> {
     let image = radars.iter().position(suits);
     let points =
@@ -59,7 +59,8 @@ pub fn chosen(radars: &[Radar], settings: &Settings) -> Result<(usize, bool)> {
     }
 }
 
-/// JSON holds no infinities, which points without antenna gain have.
+/// Whether all numbers of a point are finite: JSON holds no infinities, which points without antenna gain
+/// have.
 pub fn kept_whole(p: &LanePoint) -> bool {
     p.rcs_dbsm.is_finite() && p.snr_db.is_finite() && p.at_m.iter().chain(&p.std_m).all(|v| v.is_finite())
 }

@@ -1,5 +1,6 @@
-//! The road's shape from its walls and barriers (Miyake): the radar image of an FM-CW radar, standing points, both edges, a clothoid
-//! filter over a drive. And Miyake's two corner reflectors, on which methods of angle are compared.
+//! The road's shape from its walls and barriers (Miyake): the radar image of an FM-CW radar, stationary
+//! points, both edges, and a clothoid filter over a drive. In addition Miyake's two corner reflectors, with
+//! which angle estimation methods are compared.
 
 mod corners;
 mod input;
@@ -17,7 +18,7 @@ pub use settings::{Settings, Source, Task};
 
 const METHOD: &str = "road-shape";
 
-/// Of one look, as it is kept.
+/// Data kept of one look.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Kept {
     points: Vec<LanePoint>,
@@ -55,7 +56,8 @@ impl LaneMethod for Settings {
     }
 }
 
-/// One run: what the radar gave in all frames. The subspace tracker remembers, so a run is kept as a whole.
+/// Data of one run: what the radar gave in all frames. The subspace tracker has memory, so a run is kept as a
+/// whole.
 fn seen(
     given: &TrialContext<'_>,
     run: u32,
@@ -84,32 +86,33 @@ fn bus_of(seed: u64, s: &Settings) -> Bus {
     Bus::new(seed, [s.speed_std_mps, 0.0], (draws(seed ^ 0x0079_6177, 0x5eed), s.yaw_rate_std_deg_per_s))
 }
 
-/// Of one run beyond its steps.
+/// Counts of one run in addition to its steps.
 #[derive(Default)]
 struct Tally {
-    /// Looks in which each edge is stated, right and left, over the looks in which it is there.
+    /// Number of looks in which each edge, right and left, is stated, and of those in which it exists.
     stated: [[f64; 2]; 2],
-    /// Vehicles that move and are found among the moving points by range and range rate, of all that are within reach.
+    /// Number of moving vehicles that are found among the moving points by range and range rate, and of all
+    /// within reach.
     cars: [f64; 2],
-    /// Error of their directions, deg.
+    /// Errors of their directions, degrees.
     directions: Vec<f64>,
-    /// Standing points on vehicles that move, of all standing points.
+    /// Number of stationary points on moving vehicles, and of all stationary points.
     taken: [f64; 2],
-    /// Lateral error of right and left at the scored distances, of the filter and of the vote alone.
+    /// Lateral errors of right and left at the scored distances, by the filter and by the vote alone, m.
     lateral: [Vec<(usize, f64)>; 2],
     vote: Vec<(usize, f64)>,
-    /// Largest tracked and true curvature.
+    /// Largest tracked and true curvature, 1/m.
     curvature: [f64; 2],
-    /// Squares of curvature errors over their variances.
+    /// Squared curvature errors divided by their variances.
     surprise: Vec<f64>,
 }
 
-/// A vehicle that moves, as it truly is.
+/// True state of a moving vehicle.
 #[derive(Debug, Clone, Copy)]
 struct Car {
-    /// Of its middle, level frame.
+    /// Position of its middle in the level frame, m.
     at_m: [f64; 2],
-    /// From the radar.
+    /// Range from the radar, m.
     range_m: f64,
     azimuth_rad: f64,
     range_rate_mps: f64,
@@ -143,7 +146,7 @@ fn vehicles(drive: &Drive<'_>, which: usize, time_s: f64) -> Vec<Car> {
     out
 }
 
-/// y of a polyline at a distance ahead.
+/// Lateral position of a polyline at a distance ahead, m.
 fn lateral_at(line: &[[f64; 2]], x: f64) -> Option<f64> {
     let w = line.windows(2).find(|w| w[0][0] <= x && w[1][0] > x)?;
     Some(w[0][1] + (w[1][1] - w[0][1]) * (x - w[0][0]) / (w[1][0] - w[0][0]))

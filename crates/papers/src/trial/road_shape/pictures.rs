@@ -1,4 +1,4 @@
-//! Pictures as the document's figures 2 to 7.
+//! Pictures in the form of the document's figures 2 to 7.
 
 use crate::trial::kit::*;
 use catseye_lane::road_shape::image::SlopeImage;
@@ -6,16 +6,16 @@ use catseye_lane::road_shape::{HoughSettings, RoadShape, Side, VoteMap};
 
 const RING: Mark = Mark::Ring { radius: 5.0 };
 
-/// What the picture of one image needs.
+/// Data for the picture of one image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KeptImage {
     pub rows: usize,
     pub range_bin_m: f64,
-    /// First and last column, rad.
+    /// Azimuths of the first and the last column, rad.
     pub azimuth_rad: [f64; 2],
-    /// `[row, azimuth]`, dB over the least value.
+    /// Levels `[row, azimuth]`, dB above the least value.
     pub level_db: Vec<f32>,
-    /// Azimuth (rad) and place in rows of the peaks.
+    /// Azimuth (rad) and row of the peaks.
     pub peaks: Vec<[f64; 2]>,
 }
 
@@ -128,7 +128,7 @@ pub fn road(
 pub struct Tracked {
     pub time_s: f64,
     pub truth_per_m: Option<f64>,
-    /// Of the right and the left edge: c0 and its standard deviation.
+    /// Curvature c0 (1/m) of the right and the left edge, with its standard deviation.
     pub edges_per_m: [Option<[f64; 2]>; 2],
 }
 

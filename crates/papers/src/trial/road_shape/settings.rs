@@ -4,25 +4,26 @@ use crate::trial::kit::*;
 use catseye_lane::road_shape::image::{Angles, ImageSettings};
 use catseye_lane::road_shape::{Curve, RoadShapeEstimator, RoadShapeOptions, TrackerSettings};
 
-/// Where the points come from.
+/// Source of the points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Source {
-    /// The image where the radar has two slopes, else the detector.
+    /// The image where the radar has two slopes, otherwise the detector.
     Auto,
-    /// A spectrum of angle for each beat frequency, as the document has it.
+    /// An angular spectrum for each beat frequency, as in the document.
     Image,
     /// The radar's own detector and angles.
     Points,
 }
 
-/// What is tried.
+/// Task of the trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Task {
     /// Edges of the road over a drive (Miyake, Figs. 3 to 7).
     Edges,
-    /// Two corner reflectors at one range, by several methods of angle (Miyake, Figs. 1 and 2, Table I).
+    /// Two corner reflectors at one range, by several angle estimation methods (Miyake, Figs. 1 and 2, Table
+    /// I).
     Corners,
 }
 
@@ -30,55 +31,56 @@ pub enum Task {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Default edges.
+    /// Task of the trial. Default edges.
     pub task: Task,
-    /// Default auto.
+    /// Source of the points. Default auto.
     pub source: Source,
-    /// How a row of the image is made into angles: bi-svd, music, esprit, bartlett. Default bi-svd.
+    /// Angle estimation method for a row of the image: bi-svd, music, esprit, bartlett. Default bi-svd.
     pub angles: Angles,
-    /// Most sources in a row of the image. Default 2, as the document counts.
+    /// Largest number of sources in a row of the image. Default 2, as in the document.
     pub sources: usize,
-    /// alpha of the subspace tracker, for each snapshot. Default 0.9.
+    /// Forgetting factor alpha of the subspace tracker, for each snapshot. Default 0.9.
     pub forgetting: f64,
-    /// Elements of the subarrays that are averaged over, which two echoes with a fixed phase between them need; 0: the whole
-    /// line. Default 0.
+    /// Number of elements of the subarrays for spatial smoothing, which two coherent echoes need; 0 for the
+    /// whole line. Default 0.
     pub subarray: usize,
-    /// Mean power of a row over the noise for it to count, dB. Default 3.
+    /// Least mean power of a row above the noise, dB. Default 3.
     pub row_db: f64,
-    /// Power of a source over the noise, all channels and chirps together, dB. Default 13.
+    /// Least power of a source above the noise, in all channels and chirps together, dB. Default 13.
     pub source_db: f64,
-    /// No point is taken beyond, m. Default 100.
+    /// Largest range of points, m. Default 100.
     pub max_range_m: f64,
     /// Standard deviation of the speed on the vehicle's bus, m/s. Default 0.1.
     pub speed_std_mps: f64,
     /// Standard deviation of the yaw rate on the vehicle's bus, deg/s. Default 0.2.
     pub yaw_rate_std_deg_per_s: f64,
-    /// Half width of the gate of standing points, standard deviations. Default 3.
+    /// Half width of the gate of stationary points, in standard deviations. Default 3.
     pub gate_sigmas: f64,
-    /// What the deviations do not know of a range rate, m/s. Default 0.2.
+    /// Error of a range rate beyond its standard deviation, m/s. Default 0.2.
     pub gate_floor_mps: f64,
     /// Curve of the vote's refinement: arc, or parabola as in the document. Default arc.
     pub curve: Curve,
-    /// Deviation of the vehicle's heading from the road's, deg; 0: the road begins straight ahead, as in the document. Default 0.
+    /// Standard deviation of the vehicle's heading from the road's, degrees; 0: the road begins straight
+    /// ahead, as in the document. Default 0.
     pub heading_std_deg: f64,
-    /// Both edges with one curvature. Default false.
+    /// Whether both edges have one curvature. Default false.
     pub parallel: bool,
     /// Random walk of the rate of curvature, 1/m² per √m. Default 6e-6.
     pub c1_walk: f64,
     /// Random walk of an edge's distance, m per √m. Default 0.05.
     pub b_walk: f64,
-    /// Scans with an edge until it is stated. Default 3.
+    /// Number of scans with an edge until it is stated. Default 3.
     pub confirm_scans: usize,
-    /// Edges are scored between these distances from the vehicle, m. Default 10 and 60.
+    /// Least distance from the vehicle at which edges are scored, m. Default 10.
     pub from_m: f64,
     /// Farthest distance at which edges are scored, m. Default 60.
     pub to_m: f64,
-    /// Frame that the pictures show; default the middle one.
+    /// Frame that the pictures show. Default the middle one.
     pub picture_frame: Option<u32>,
-    /// Largest curvature that a document tells of this drive, 1/m, printed beside ours.
+    /// Largest curvature that a document states for this drive, 1/m, printed beside ours.
     pub document_curvature_per_m: Option<f64>,
-    /// Corners: how exactly the reflectors are put up, m along the line of sight, anew in each run. Default 0.002, half a
-    /// wavelength: their phases are any.
+    /// Corners: standard deviation of the reflectors' placement along the line of sight, m, drawn anew in
+    /// each run. Default 0.002, half a wavelength, so that their phases are arbitrary.
     pub placement_std_m: f64,
 }
 
@@ -117,7 +119,7 @@ impl Settings {
     /// Checks the settings.
     ///
     /// # Errors
-    /// The first value out of its range.
+    /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
         let curvature = self.document_curvature_per_m.unwrap_or(0.0);
         limits::check(
@@ -145,10 +147,10 @@ impl Settings {
         )
     }
 
-    /// The estimator for a radar's points, or for those of its image.
+    /// Makes the estimator for a radar's points, or for those of its image.
     ///
     /// # Errors
-    /// Settings that contradict each other or the radar.
+    /// Returns an error for settings that contradict each other or the radar.
     pub fn estimator(&self, radar: &Radar, by_image: bool) -> Result<RoadShapeEstimator> {
         // One slope tells range rates up to its folds only.
         let fold = (!by_image && radar.waveform.parts() < 2).then(|| 2.0 * radar.max_velocity_mps());
@@ -156,7 +158,7 @@ impl Settings {
             .map_err(|r| BadInput::new(r.to_string()).key("lane.road_shape").into())
     }
 
-    /// The picture's settings.
+    /// Settings of the radar image.
     pub fn image(&self) -> ImageSettings {
         ImageSettings {
             angles: self.angles,
@@ -170,7 +172,7 @@ impl Settings {
         }
     }
 
-    /// What the estimator is made with; `fold_mps` as in [`catseye_lane::road_shape::StaticGate`].
+    /// Options of the estimator; `fold_mps` as in [`catseye_lane::road_shape::StaticGate`].
     pub fn options(&self, fold_mps: Option<f64>) -> RoadShapeOptions {
         let mut tracker = TrackerSettings {
             parallel: self.parallel,

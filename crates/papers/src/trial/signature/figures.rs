@@ -1,4 +1,4 @@
-//! Figures and tables of the trial.
+//! Values and tables of the trial.
 
 use crate::trial::kit::*;
 use crate::trial::signature::looks::{Located, RowPicture, WordRead, Worse, stds};
@@ -143,12 +143,12 @@ pub(super) fn sheets(s: &Settings, map: &SignatureMap, places: &[Located], words
     vec![of_map, of_places, of_words]
 }
 
-/// What the word of a row says, where the reading is sure and its code has zones.
+/// Meaning of a row's word, where the reading is sure and its code has zones.
 fn zone(table: &RowTable, r: &Reading) -> Option<Zone> {
     (r.sure && table.code == CodeName::Bch15x7).then(|| Zone::from_message(r.message)).flatten()
 }
 
-/// A zone in words.
+/// A zone as text.
 fn said(zone: &Zone) -> String {
     let ten = |n: u8| 10 * u32::from(n);
     match zone {

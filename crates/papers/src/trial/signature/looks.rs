@@ -1,4 +1,4 @@
-//! Places and words found, beside the true ones.
+//! Positions and words found, with the true ones.
 
 use crate::trial::kit::*;
 use crate::trial::signature::settings::RowTable;
@@ -8,7 +8,7 @@ use catseye_lane::signature::map::Pose;
 use catseye_lane::signature::row::Picked;
 use glam::DMat3;
 
-/// Standard deviations along and across the vehicle.
+/// Standard deviations of the position along and across the vehicle, m.
 pub fn stds(p: &MapPosition) -> [f64; 2] {
     let c = &p.covariance;
     [0.0, 0.5 * std::f64::consts::PI].map(|turn| {
@@ -17,18 +17,18 @@ pub fn stds(p: &MapPosition) -> [f64; 2] {
     })
 }
 
-/// A look that was located, beside the truth.
+/// A look that was located, with the truth.
 #[derive(Debug, Clone)]
 pub struct Located {
     pub run: u32,
     pub time_s: f64,
-    /// Along the truth's way from its beginning, m.
+    /// Distance along the true path from its beginning, m.
     pub way_m: f64,
     pub truth: Pose,
     pub place: Option<MapPosition>,
-    /// Along, across (m), heading (rad).
+    /// Errors along and across (m) and in heading (rad).
     pub error: Option<[f64; 3]>,
-    /// Squared error over its covariance, 3 on the mean.
+    /// Normalised squared error, 3 on average.
     pub nees: Option<f64>,
 }
 
@@ -43,17 +43,17 @@ pub fn compared(truth: &Pose, place: &MapPosition) -> ([f64; 3], Option<f64>) {
     ([local.x, local.y, turn], nees.is_finite().then_some(nees))
 }
 
-/// How points were taken away and added before a word was read.
+/// How points were removed and added before a word was read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Worse {
     No,
-    /// In the row as gathered over all looks: markers that are gone, things that stand there.
+    /// In the row as collected over all looks: missing markers, and other things that stand there.
     Row,
-    /// In each look by itself, before it is gathered: echoes under the noise, false alarms.
+    /// In each look separately, before it is collected: echoes below the noise, false alarms.
     Looks,
 }
 
-/// A word read, beside the one that is written.
+/// A word that was read, with the one that is written.
 #[derive(Debug, Clone)]
 pub struct WordRead {
     pub run: u32,

@@ -1,4 +1,4 @@
-//! The drive that is mapped with the poses of an inertial system, and the estimator on its map.
+//! The mapping drive with the poses of an inertial system, and the estimator on its map.
 
 use crate::trial::kit::*;
 use crate::trial::signature::settings::Settings;
@@ -12,11 +12,11 @@ use catseye_lane::signature::locate::LocateSettings;
 use catseye_lane::signature::map::{MapSettings, Pose, ScanPoint, SignatureMap};
 use std::path::Path;
 
-/// What is kept of a frame.
+/// Data kept of a frame.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Kept {
     pub points: Vec<LanePoint>,
-    /// Of each point: whether an object that moves made it (to judge the test for motion by).
+    /// Whether a moving object made each point, to judge the test for motion.
     pub moves: Vec<bool>,
 }
 
@@ -34,7 +34,7 @@ pub fn kept(drive: &Drive<'_>, frame: &Frame) -> Kept {
     Kept { points, moves }
 }
 
-/// The scenario of the drive that is mapped, and the plan of its roads with other traffic.
+/// The scenario of the mapping drive, and the plan of its roads with other traffic.
 fn mapping(scenario: &Scenario, plan: &ScenePlan, s: &Settings) -> (Scenario, ScenePlan) {
     let mut scenario = scenario.clone();
     scenario.seed = scenario.seed.wrapping_add(0x5160_0000);
@@ -47,7 +47,7 @@ fn mapping(scenario: &Scenario, plan: &ScenePlan, s: &Settings) -> (Scenario, Sc
     (scenario, moved_on(plan, s.map_traffic_m))
 }
 
-/// With the vehicles so much further along their roads.
+/// The plan with the vehicles moved forward along their roads by `by_m`.
 pub fn moved_on(plan: &ScenePlan, by_m: f64) -> ScenePlan {
     let mut plan = plan.clone();
     for road in &mut plan.roads {
@@ -59,7 +59,7 @@ pub fn moved_on(plan: &ScenePlan, by_m: f64) -> ScenePlan {
     plan
 }
 
-/// Of the lines of the road that the ego drives on, as a survey with its own error has them.
+/// The lines of the road on which the ego drives, with the error of a survey.
 fn surveyed(road: &RoadTruth, name: Option<&str>, std_m: f64, seed: u64) -> MapLanes {
     let mut draws = Draws::new(seed as u32, 0x11e5);
     let Some(label) = road.roads.iter().find(|r| name.is_none_or(|n| n == r.name)) else {
@@ -87,7 +87,7 @@ fn surveyed(road: &RoadTruth, name: Option<&str>, std_m: f64, seed: u64) -> MapL
     out
 }
 
-/// A line moved to its left.
+/// A line moved to its left by `left_m`.
 fn shifted(line: &[[f64; 3]], left_m: f64) -> Vec<[f64; 2]> {
     let plane: Vec<DVec2> = line.iter().map(|p| DVec2::new(p[0], p[1])).collect();
     let n = plane.len();
@@ -98,7 +98,7 @@ fn shifted(line: &[[f64; 3]], left_m: f64) -> Vec<[f64; 2]> {
     moved.collect()
 }
 
-/// Lines are judged from so far behind the vehicle's reference point on, m.
+/// Distance behind the vehicle's reference point from which lines are compared, m.
 pub const BEHIND_M: f64 = 2.0;
 
 pub fn at_rest(drive: &Drive<'_>, which: usize) -> StaticTest {
@@ -110,7 +110,7 @@ pub fn at_rest(drive: &Drive<'_>, which: usize) -> StaticTest {
     }
 }
 
-/// Errors of an inertial system that last a while (first-order Gauss–Markov).
+/// Correlated errors of an inertial system (first-order Gauss–Markov).
 struct Inertial {
     draws: Draws,
     now: [f64; 3],
@@ -144,13 +144,13 @@ pub fn needs(problem: &str, key: &str, remedy: &str) -> Error {
     BadInput::new(problem).key(key).remedy(remedy).into()
 }
 
-/// Half the view of the radar that maps and looks, rad.
+/// Half the field of view of the radar that maps and looks, rad.
 pub const HALF_VIEW_RAD: f64 = 1.4;
 
-/// The road's file and the vehicle's place on it.
+/// The road's file and the vehicle's position on it.
 ///
 /// # Errors
-/// What is not given.
+/// Returns an error if the scenario has no road file or no vehicle on the road.
 pub fn on_road(scenario: &Scenario) -> Result<(&Path, &OnRoad)> {
     let SceneSource::Road { path } = &scenario.scene else {
         return Err(needs("needs a road to map", "scene.road", "give scene.road = \"FILE.toml\""));
@@ -161,20 +161,20 @@ pub fn on_road(scenario: &Scenario) -> Result<(&Path, &OnRoad)> {
     }
 }
 
-/// A road as a drive of its own mapped it.
+/// A road as mapped by a separate drive.
 pub struct Mapped {
     pub map: SignatureMap,
     pub lanes: MapLanes,
     pub errors: Vec<f64>,
-    /// Of the poses that it was made from: place (m, m) and heading (rad).
+    /// Standard deviations of the poses from which it was made: position (m, m) and heading (rad).
     pub std: [f64; 3],
-    /// Of the vehicle.
+    /// Path of the vehicle, m.
     pub way: Vec<[f64; 2]>,
     pub road: Option<RoadTruth>,
     pub moving: Moving,
 }
 
-/// The drive that is mapped. `told` is called with the frames that are done.
+/// Drives and maps the road. `told` is called with the number of finished frames.
 pub fn map_drive(
     given: &TrialContext<'_>,
     s: &Settings,
@@ -228,7 +228,7 @@ pub fn map_drive(
     Ok(Mapped { map, lanes, std: inertial.std, errors: map_errors, way: map_way, road, moving })
 }
 
-/// The estimator for a drive on a mapped road.
+/// Makes the estimator for a drive on a mapped road.
 pub fn estimator_on(s: &Settings, drive: &Drive<'_>, which: usize, mapped: &Mapped) -> Result<Signature> {
     let base = SignatureOptions::default();
     let ranged = |l: LocateSettings| LocateSettings {
@@ -250,7 +250,7 @@ pub fn estimator_on(s: &Settings, drive: &Drive<'_>, which: usize, mapped: &Mapp
         .map_err(|e| needs(&e.to_string(), "lane.signature", "change the setting that it names"))
 }
 
-/// How well the test for motion takes moving points out: all points, and those that it takes out.
+/// Quality of the test for motion: counts of all points and of those that it removes.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moving {
     pub moving: [usize; 2],

@@ -1,5 +1,5 @@
-//! A drive is mapped with an inertial system's poses, other drives are located in its map, and words of marker rows are read on the
-//! way (Feng 2019, sections 4.3.2 and 4.3.4).
+//! A drive is mapped with an inertial system's poses, other drives are located in its map, and words of
+//! marker rows are read on the way (Feng 2019, sections 4.3.2 and 4.3.4).
 
 mod figures;
 mod looks;
@@ -24,7 +24,7 @@ fn ahead(mut truth: TrueLanes) -> TrueLanes {
     truth
 }
 
-/// Takes a share of the points away and adds as many others at random places of the row.
+/// Removes a share of the points and adds as many others at random places of the row.
 fn worsened(points: &[RowPoint], share: f64, spread_m: f64, draws: &mut Draws) -> Vec<RowPoint> {
     let mut out: Vec<RowPoint> = points.iter().filter(|_| draws.uniform() >= share).copied().collect();
     let (Some(first), Some(last)) = (points.first(), points.last()) else { return out };
@@ -36,8 +36,8 @@ fn worsened(points: &[RowPoint], share: f64, spread_m: f64, draws: &mut Draws) -
     out
 }
 
-/// Takes a share of a look's points away and adds as many others that stand, up to five metres along the vehicle from one that was
-/// seen: in the rows, where they do harm.
+/// Removes a share of a look's points and adds as many other stationary ones, up to five metres along the
+/// vehicle from one that was seen: in the rows, where they do harm.
 fn worsened_look(
     points: &[LanePoint],
     share: f64,
@@ -144,7 +144,7 @@ impl LaneMethod for Settings {
     }
 }
 
-/// What all drives found.
+/// Results of all drives.
 #[derive(Default)]
 struct Found {
     steps: Vec<Step>,
@@ -159,14 +159,14 @@ struct Found {
 struct LocatedDrive<'a> {
     settings: &'a Settings,
     estimator: Signature,
-    /// Beside it one whose looks are worse, for its rows.
+    /// Second estimator with worsened looks, for its rows.
     in_worse: Option<Signature>,
     rest: StaticTest,
     draws: Draws,
     worse_draws: Draws,
     bus: Bus,
     way_m: f64,
-    /// Where the vehicle was at the look before.
+    /// Position of the vehicle at the last look.
     before: Option<DVec2>,
     mapped: &'a mut Mapped,
     found: &'a mut Found,

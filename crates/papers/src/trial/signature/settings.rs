@@ -4,7 +4,7 @@ use crate::trial::kit::*;
 use catseye_lane::signature::codewords::{Alphabet, Code, ReadSettings};
 use catseye_lane::signature::row::{RowOptions, RowReader};
 
-/// A code for a row of markers.
+/// Code of a row of markers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CodeName {
@@ -16,7 +16,7 @@ pub enum CodeName {
     Bch15x5,
 }
 
-/// Gaps between markers: one for each bit.
+/// Bits written as gaps between markers, one for each bit.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GapsTable {
@@ -28,15 +28,15 @@ pub struct GapsTable {
     pub sync_m: Option<f64>,
 }
 
-/// Markers on either side of their line: one for each bit, ones to the left.
+/// Bits written as markers on either side of their line, ones to the left.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SidesTable {
-    /// From one marker to the next, m.
+    /// Distance from one marker to the next, m.
     pub pitch_m: f64,
     /// Distance of the markers from their line, m.
     pub side_m: f64,
-    /// From a word's last marker to the next word's first, m; default as within a word.
+    /// Distance from a word's last marker to the next word's first, m; default as within a word.
     pub sync_m: Option<f64>,
 }
 
@@ -46,56 +46,56 @@ pub struct SidesTable {
 pub struct RowTable {
     /// Name of the row in the scene.
     pub name: String,
-    /// Where the row passes beside the vehicle, from and to, positive left, m.
+    /// Least and largest lateral position at which the row passes the vehicle, m, positive to the left.
     pub beside_m: [f64; 2],
-    /// The code.
+    /// Code of the words.
     pub code: CodeName,
-    /// How bits are written: gaps or sides, one of the two.
+    /// Bits written as gaps. One of `gaps` and `sides` is given.
     pub gaps: Option<GapsTable>,
     /// Bits written by the side on which a marker stands.
     pub sides: Option<SidesTable>,
-    /// What is written, zeros and ones: to judge the readings by, not to read them.
+    /// The written word in zeros and ones, to judge the readings by, not to read them.
     pub word: Option<String>,
 }
 
-/// Table `[lane.signature]` of a scenario: the drive that is mapped and what the vehicle knows of its own motion.
+/// Table `[lane.signature]` of a scenario: the mapping drive, and what the vehicle knows of its own motion.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Frames of the drive that is mapped, 1 to 10 000.
+    /// Number of frames of the mapping drive, 1 to 10 000.
     pub map_frames: u32,
-    /// Between them, s.
+    /// Time between them, s.
     pub map_interval_s: f64,
-    /// Where that drive begins on the ego's road, m; default where the ego does.
+    /// Start of that drive along the ego's road, m; default that of the ego.
     pub map_s_m: Option<f64>,
-    /// Its place in the ego's lane, m, positive left.
+    /// Its lateral position in the ego's lane, m, positive to the left.
     pub map_offset_m: f64,
-    /// By how much vehicles stand further along their roads on that drive, m: other traffic.
+    /// Distance by which vehicles stand farther along their roads on that drive, m: other traffic.
     pub map_traffic_m: f64,
-    /// Standard deviations of the mapping drive's poses: place (m, along each axis) and heading (deg), and the time over which
-    /// their errors last (s).
+    /// Standard deviation of the mapping drive's position along each axis, m.
     pub ins_std_m: f64,
-    /// Standard deviation of the navigation's heading, degrees.
+    /// Standard deviation of the mapping drive's heading, degrees.
     pub ins_heading_std_deg: f64,
-    /// How long its errors last, s.
+    /// Correlation time of those errors, s.
     pub ins_lasting_s: f64,
-    /// Of the speed and of the yaw rate that the bus tells, m/s and deg/s.
+    /// Standard deviation of the speed on the bus, m/s.
     pub speed_std_mps: f64,
-    /// Standard deviation of the yaw rate, degrees/s.
+    /// Standard deviation of the yaw rate on the bus, degrees/s.
     pub yaw_rate_std_deg_per_s: f64,
-    /// Each run begins up to so much further on the road, and so much beside the ego's offset to either side, m.
+    /// Largest distance by which each run begins farther along the road, m.
     pub vary_start_m: f64,
-    /// Each run begins up to so much beside the ego's offset to either side, m.
+    /// Largest distance by which each run begins beside the ego's offset to either side, m.
     pub vary_offset_m: f64,
-    /// Of the survey of the lane lines, across them, m.
+    /// Standard deviation of the surveyed lane lines across them, m.
     pub lines_std_m: f64,
-    /// Points nearer or farther than this are not taken, m.
+    /// Least and largest range of points that are used, m.
     pub range_m: [f64; 2],
-    /// Scans that a landmark of the map was seen in, at least.
+    /// Least number of scans in which a landmark of the map was seen.
     pub least_hits: u32,
-    /// Lines are judged up to this far, m.
+    /// Largest distance at which lines are compared, m.
     pub reach_m: f64,
-    /// Shares of a row's points that are taken away, and of others that are added, in readings made worse on purpose.
+    /// Share of a row's points that is removed, and of others that is added, in readings that are worsened on
+    /// purpose.
     pub worse: f64,
     /// Rows of markers whose words are read.
     pub row: Vec<RowTable>,
@@ -157,7 +157,7 @@ impl RowTable {
         })
     }
 
-    /// Of the word that is written: its bits, where they are a word of the code.
+    /// Bits of the written word, if it is a word of the code.
     pub(super) fn written(&self) -> Option<Vec<bool>> {
         Some(self.word.as_ref()?.chars().map(|c| c == '1').collect())
     }
@@ -167,7 +167,7 @@ impl Settings {
     /// Checks the settings.
     ///
     /// # Errors
-    /// Values out of their ranges; rows that cannot be read.
+    /// Returns an error for a value outside its range, or a row that cannot be read.
     pub fn check(&self) -> Result<()> {
         let s = self;
         let map_s_m = s.map_s_m.unwrap_or(0.0);

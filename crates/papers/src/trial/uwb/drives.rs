@@ -14,42 +14,42 @@ use catseye_lane::uwb::{MarkedLane, RangeAxis, RangeGate, Side};
 use std::cell::Cell;
 use std::ops::Range;
 
-/// Band for which the asphalt of the settings holds, Hz.
+/// Frequency band in which the asphalt of the settings is valid, Hz.
 const ASPHALT_HZ: (f64, f64) = (1e9, 40e9);
-/// Road at both ends that slow drives leave out, m.
+/// Length of road at both ends that slow drives leave out, m.
 const END_M: f64 = 5.0;
-/// Room between the vehicle's side and the line on the drives without markers, m.
+/// Distance between the vehicle's side and the line on the drives without markers, m.
 const SIDE_M: f64 = 0.1;
-/// Frames that are kept in one file.
+/// Number of frames that are kept in one file.
 const BLOCK: u32 = 40;
-/// Time between the draws of a run's speed, s, and how far these lie from its mean at most, m/s. Within a drive the document's
-/// tables hold speeds about 0.5 m/s round their mean.
+/// Time between the draws of a run's speed, s, and their largest difference from its mean, m/s. Within a
+/// drive the speeds in the document's tables lie about 0.5 m/s around their mean.
 const SPEED_EVERY_S: f64 = 2.0;
 const SPEED_SPREAD_MPS: f64 = 0.5;
-/// Drives on the road without markers, from side to side of the lane.
+/// Least number of drives on the road without markers, from side to side of the lane.
 const LEAST_QUIET_DRIVES: u32 = 3;
-/// Scans of a run-up at most.
+/// Largest number of scans of a run-up.
 const MOST_RUN_UP: u32 = 10_000;
 /// Streams of draws.
 const SPEEDS: u32 = 0x75_77_62;
 
-/// One impulse radar and what its samples mean.
+/// One impulse radar and the meaning of its samples.
 pub struct ImpulseRadar {
     /// Number of the radar in the scenario.
     pub which: usize,
     pub name: String,
     pub side: Side,
     pub height_m: f64,
-    /// In the vehicle's level frame.
+    /// Position in the vehicle's level frame, m.
     pub at_m: [f64; 2],
     pub axis: RangeAxis,
     pub gate: RangeGate,
-    /// Samples up to the end of the gate.
+    /// Number of samples up to the end of the gate.
     pub samples: usize,
 }
 
 impl ImpulseRadar {
-    /// Lateral distance up to which a marker beside the radar lies within the gate, m.
+    /// Largest lateral distance at which a marker beside the radar lies within the gate, m.
     pub fn reach_m(&self) -> f64 {
         (self.gate.max_m * self.gate.max_m - self.height_m * self.height_m).max(0.0).sqrt()
     }
@@ -62,7 +62,8 @@ fn wrong(key: &str, reason: LaneError) -> catseye::base::error::Error {
 /// The impulse radars of a scenario: the first of each side, left before right.
 ///
 /// # Errors
-/// None; one that is not real-valued, does not cover the gate, or stands on the ground.
+/// Returns an error if there is none, or if one is not real-valued, does not cover the gate, or stands on the
+/// ground.
 pub fn impulse_radars(scenario: &Scenario, settings: &Settings) -> Result<Vec<ImpulseRadar>> {
     let mut found: Vec<ImpulseRadar> = Vec::new();
     for (which, radar) in scenario.radars.iter().enumerate() {
@@ -131,7 +132,7 @@ fn impulse_radar(which: usize, radar: &Radar, settings: &Settings) -> Result<Imp
     })
 }
 
-/// The scenario's site, with the settings' asphalt, which is rough, in place of the table's mirror.
+/// The scenario's site with the settings' rough asphalt in place of the table's mirror.
 pub fn site(scenario: &Scenario, settings: &Settings) -> Result<Site> {
     let mut site = Site::new(scenario)?;
     let a = settings.asphalt;
@@ -154,10 +155,10 @@ pub fn site(scenario: &Scenario, settings: &Settings) -> Result<Site> {
     Ok(site)
 }
 
-/// Checks that the vehicle goes steadily enough for its odometer.
+/// Checks that scans are dense enough for the vehicle's speed.
 ///
 /// # Errors
-/// Two scans are farther apart than a plate is long.
+/// Returns an error if two scans are farther apart than a plate is long.
 fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
     let interval_s = scenario.frames.interval_s;
     let own = scenario.ego.on_road().into_iter().flat_map(|on| on.drive.speed.iter().map(|p| p[1]));
@@ -176,7 +177,7 @@ fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
     Ok(())
 }
 
-/// The scenario of a run, at a speed and with a sway of its own where the settings say so.
+/// The scenario of a run, with its own speed and sway where the settings say so.
 pub fn scenario_of_run(given: &TrialContext<'_>, settings: &Settings, run: u32) -> Scenario {
     let mut scenario = given.scenario_of(run);
     let duration_s = scenario.duration_s();
@@ -201,15 +202,16 @@ pub fn scenario_of_run(given: &TrialContext<'_>, settings: &Settings, run: u32) 
 /// Scans of all impulse radars, `[frame][radar]`, up to the end of each gate.
 pub type Scans = Vec<Vec<Vec<f32>>>;
 
-/// What of a site is simulated.
+/// The part of a site that is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scenery {
     All,
-    /// What comes near enough to show in the samples: the rest of a long road with much on it takes most of the time.
+    /// What is close enough to show in the samples: the rest of a long road with many objects would take most
+    /// of the time.
     WithinReach,
 }
 
-/// All drives of a trial: their radars, and how many of their frames are done.
+/// All drives of a trial: their radars, and the number of finished frames.
 pub struct Drives<'a> {
     pub given: &'a TrialContext<'a>,
     pub settings: &'a Settings,
@@ -220,10 +222,11 @@ pub struct Drives<'a> {
 }
 
 impl<'a> Drives<'a> {
-    /// `frames` are those of the drives beside the slow ones.
+    /// Prepares the drives; `frames` is the number of frames besides those of the slow drives.
     ///
     /// # Errors
-    /// A scenario without an impulse radar that suits, without a road, or with scans too far apart.
+    /// Returns an error for a scenario without a suitable impulse radar, without a road, or with scans too
+    /// far apart.
     pub fn new(
         given: &'a TrialContext<'a>,
         settings: &'a Settings,
@@ -239,7 +242,7 @@ impl<'a> Drives<'a> {
         Ok(Drives { given, settings, radars, scenery, done: Cell::new(0), all })
     }
 
-    /// Drives a site and takes the scans of the first `radars`, which are kept under `key`.
+    /// Drives a site and returns the scans of the first `radars`, which are kept under `key`.
     pub fn scans(&self, key: &str, site: &Site, radars: &[ImpulseRadar]) -> Result<Scans> {
         let whole = match self.scenery {
             Scenery::All => Some(Drive::new(site, self.given.engine)?),
@@ -263,10 +266,12 @@ impl<'a> Drives<'a> {
         Ok(all)
     }
 
-    /// Scans of the road without markers: several lengths of it, across the lane from side to side, each on other asphalt.
+    /// Scans of the road without markers: several lengths of it, across the lane from side to side, each on
+    /// other asphalt.
     ///
     /// # Errors
-    /// A scenario without a road and a vehicle on it; a road with nothing but objects.
+    /// Returns an error for a scenario without a road and a vehicle on it, or a road of which nothing is left
+    /// without its objects.
     pub fn quiet(&self) -> Result<Scans> {
         let settings = self.settings;
         let mut scenario = self.given.scenario.clone();
@@ -304,7 +309,8 @@ impl<'a> Drives<'a> {
         Ok(all)
     }
 
-    /// The slow drive past the markers at the scenario's own place in the lane: the site, for what is true, and its scans.
+    /// The slow drive past the markers at the scenario's own lateral position: the site, for the truth, and
+    /// its scans.
     pub fn histogram(&self) -> Result<Vec<(Site, Scans)>> {
         let (scenario, settings) = (self.given.scenario, self.settings);
         if settings.histogram_scans == 0 {
@@ -359,7 +365,7 @@ fn block(drive: &Drive<'_>, radars: &[ImpulseRadar], frames: Range<u32>) -> Resu
     frames.map(|index| radars.iter().map(|radar| scan(radar, index)).collect()).collect()
 }
 
-/// Whether an object stands.
+/// Whether an object is stationary.
 fn is_still(o: &Object) -> bool {
     o.motion.is_none() && o.velocity_mps == DVec3::ZERO
 }
@@ -369,11 +375,11 @@ fn is_road(o: &Object) -> bool {
     matches!(o.class.as_str(), "road" | "verge" | "lane_line")
 }
 
-/// Lengths of a pulse, c / 2B, that an echo reaches at most.
+/// Largest extent of an echo in range, in pulse lengths c / 2B.
 const ECHO_PULSES: f64 = 3.0;
 
-/// The site without what lies beyond the samples of all impulse_radars in these frames. With one bounce nothing there shows in them: its echoes
-/// come later, and it hides nothing nearer.
+/// The site without what lies beyond the samples of all radars in these frames. With one bounce nothing there
+/// shows in them: its echoes come later, and it hides nothing nearer.
 fn within_reach(site: &Site, radars: &[ImpulseRadar], frames: Range<u32>) -> Site {
     let scenario = &site.scenario;
     let mut near = Bounds::EMPTY;
@@ -446,7 +452,7 @@ fn missing(what: &str) -> BadInput {
         .remedy("scene.road = \"ROAD.toml\" and on_road = { lane = 1 }")
 }
 
-/// The vehicle's place on its road, and the road.
+/// The vehicle's position on its road, and the road.
 fn road_of<'a>(site: &'a Site, scenario: &'a Scenario) -> Result<(&'a OnRoad, &'a RoadLabel)> {
     let on = scenario.ego.on_road().ok_or_else(|| missing("a vehicle on a road"))?;
     let truth = site.road.as_ref().ok_or_else(|| missing("a road"))?;
@@ -455,7 +461,7 @@ fn road_of<'a>(site: &'a Site, scenario: &'a Scenario) -> Result<(&'a OnRoad, &'
     Ok((on, road.ok_or_else(|| missing("a road"))?))
 }
 
-/// Which way the vehicle goes, from where the scenario puts it.
+/// Whether the vehicle drives against the road's direction, from where the scenario puts it.
 fn goes_against(site: &Site, scenario: &Scenario) -> Result<bool> {
     let (on, road) = road_of(site, scenario)?;
     let now = site.scenario.ego.at(0.0);
@@ -464,8 +470,9 @@ fn goes_against(site: &Site, scenario: &Scenario) -> Result<bool> {
     Ok((now.rotation * DVec3::X).truncate().dot(place(i) - place(i - 1)) < 0.0)
 }
 
-/// The scenario as the vehicle comes to where it is at time zero, a frame for each scan on the way; None where the road begins there, or
-/// the vehicle has stood there. The drive is the scenario's own at negative times.
+/// The scenario with the vehicle's approach to its position at time zero, with a frame for each scan; None
+/// where the road begins there or the vehicle has stood there. The drive is the scenario's own at negative
+/// times.
 pub fn run_up(site: &Site, scenario: &Scenario, settings: &Settings) -> Result<Option<Scenario>> {
     let (on, road) = road_of(site, scenario)?;
     let against = goes_against(site, scenario)?;
@@ -498,7 +505,8 @@ pub fn run_up(site: &Site, scenario: &Scenario, settings: &Settings) -> Result<O
     Ok(Some(early))
 }
 
-/// How the slow drives divide `count` scans over a road: as many lengths of it as needed, and `least` drives at least.
+/// Divides the `count` scans of the slow drives over a road: as many lengths of it as needed, and at least
+/// `least` drives.
 fn slow_drives(
     site: &Site,
     scenario: &Scenario,
@@ -547,22 +555,22 @@ fn slowly(scenario: &Scenario, settings: &Settings, slow: &Slow, against: bool) 
     s
 }
 
-/// A marker as a radar passes it.
+/// The passage of a radar at a marker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passed {
     pub time_s: f64,
-    /// To the side, positive left, from the radar.
+    /// Lateral distance from the radar, m, positive to the left.
     pub lateral_m: f64,
 }
 
-/// When a radar passes a place between two times at which it lies so far ahead and aside.
+/// When a radar passes a place, given its distances ahead and aside at two times.
 fn passed([t, u]: [f64; 2], [a, b]: [f64; 2], lateral_m: f64, reach_m: f64) -> Option<Passed> {
     let passes = a > 0.0 && b <= 0.0 && lateral_m.abs() <= reach_m;
     passes.then(|| Passed { time_s: t + a / (a - b) * (u - t), lateral_m })
 }
 
-/// What is true of the markers of a drive for one radar: the passes within the gate, in order, and for each frame whether the radar
-/// is beside a plate and how far it is to the side, m.
+/// Truth of the markers of a drive for one radar: the passages within the gate, in order, and for each frame
+/// the lateral distance, m, if the radar is beside a plate.
 pub fn markers_of(
     drive: &Drive<'_>,
     radar: &ImpulseRadar,
@@ -581,7 +589,7 @@ pub fn markers_of(
     (passes, beside)
 }
 
-/// When a radar passes places that lie so in the level frame at a time, in order.
+/// When a radar passes places given in the level frame at a time, in order.
 fn passes(drive: &Drive<'_>, radar: &ImpulseRadar, at: &dyn Fn(f64) -> Vec<[f64; 2]>) -> Vec<Passed> {
     let ([rx, ry], reach_m) = (radar.at_m, radar.reach_m());
     let looks: Vec<(f64, Vec<[f64; 2]>)> =
@@ -597,7 +605,7 @@ fn passes(drive: &Drive<'_>, radar: &ImpulseRadar, at: &dyn Fn(f64) -> Vec<[f64;
     out
 }
 
-/// Places of single things of metal (manhole covers) beside a drive: the times at which the radar passes them.
+/// Times at which the radar passes single metal things (manhole covers) beside a drive, s.
 pub fn covers_of(drive: &Drive<'_>, radar: &ImpulseRadar) -> Vec<f64> {
     let rows = drive.site.road.iter().flat_map(|r| &r.marker_rows);
     let markers: Vec<u32> = rows.flat_map(|r| &r.markers).map(|m| m.id).collect();

@@ -1,4 +1,4 @@
-//! Rows and tables.
+//! Rows and tables of the trial.
 
 use crate::trial::kit::*;
 use crate::trial::uwb::pictures::pictures;
@@ -7,23 +7,23 @@ use crate::trial::uwb::settings::StandsFor;
 use crate::trial::uwb::tuning::{Tuned, energy, failed};
 use catseye_lane::uwb;
 
-/// Figures of Kim's document that rows are compared with.
+/// Values of Kim's document with which rows are compared.
 #[derive(Default)]
 struct Document {
-    /// Samples of the histogram over the threshold, %.
+    /// Share of the histogram's samples above the threshold, %.
     histogram: Option<f64>,
     /// Detection rate in runs, %.
     runs: Option<f64>,
     /// Mean and worst spacing error, m.
     mean_m: Option<f64>,
     worst_m: Option<f64>,
-    /// Largest energy of a pass over the threshold, dB.
+    /// Largest energy of a pass relative to the threshold, dB.
     contrast_db: Option<f64>,
-    /// Runs that warn, %.
+    /// Share of runs with a warning, %.
     warned: Option<f64>,
-    /// Largest energy where the departed plate was due, over the threshold, dB.
+    /// Largest energy where the plate was due after the departure, relative to the threshold, dB.
     departed_db: Option<f64>,
-    /// Covers over the threshold, and rejected, %.
+    /// Shares of covers above the threshold, and of covers rejected, %.
     covers: Option<[f64; 2]>,
 }
 
@@ -81,7 +81,7 @@ pub(super) fn fill(trial: &mut Trial, made: &UwbResults<'_>, steps: Vec<Step>) -
     pictures(trial, made)
 }
 
-/// Shares of scans beside a plate and of the others that are over the threshold, of the slow drive.
+/// Shares of scans above the threshold in the slow drive, of those beside a plate and of the others.
 fn slow_shares(made: &UwbResults<'_>, tuned: &Tuned, e: usize) -> Result<[Option<f64>; 2]> {
     let mut counts = [[0_u32; 2]; 2];
     for slow in &made.slow {
@@ -186,7 +186,7 @@ fn rows(
     Ok(())
 }
 
-/// Whether the energy passes the threshold within half a second of a time.
+/// Whether the energy exceeds the threshold within half a second of a time.
 fn over_near(run: &Run, s: &RunResult, time_s: f64, level: f64) -> bool {
     run.times_s.iter().zip(&s.energies).any(|(t, v)| (t - time_s).abs() < 0.5 && *v > level)
 }

@@ -1,8 +1,8 @@
 //! `catseye lane uwb`: the lane detection with an impulse radar (Kim 2020) through the whole chain.
 //!
-//! A slow drive over the bare road gives the threshold and the mean scan; a slow drive past the plates gives the histogram; the
-//! runs give passes, spacings, lane and warnings. All of it is told for the document's own rule (scans as they are, the greatest scan
-//! of a pass is its centre) and for the settings' rule.
+//! A slow drive over the bare road gives the threshold and the mean scan; a slow drive past the plates gives
+//! the histogram; the runs give passes, spacings, lane and warnings. All of it is reported for the document's
+//! own rule (scans as they are, a pass centred on its strongest scan) and for the settings' rule.
 
 mod drives;
 mod figures;
@@ -25,13 +25,14 @@ pub use settings::{Asphalt, Settings, StandsFor};
 use std::collections::VecDeque;
 pub(super) use tuning::{Rule, tune};
 
-/// Scans of the road without markers that set the threshold of a comparison: fewer than a trial of the method takes.
+/// Number of scans of the road without markers that set the threshold in a comparison: fewer than in a trial
+/// of the method.
 const QUIET_SCANS: u32 = 600;
-/// Scatterers on all rough surfaces, for a radar that sees some square metres of them.
+/// Number of scatterers on all rough surfaces, for a radar that sees a few square metres of them.
 const MOST_RAYS: u64 = 2000;
-/// Of the bus between looks.
+/// Stream of the draws of the bus between looks.
 const SPEEDS: u64 = 0x75_77_62;
-/// Times that differ by less are one, s.
+/// Largest difference of two times that are the same, s.
 const SAME_S: f64 = 1e-9;
 
 impl LaneMethod for Settings {
@@ -69,8 +70,9 @@ impl LaneMethod for Settings {
         Ok(trial)
     }
 
-    /// Its radar takes scans at its own rate, between the frames of the others, and has been on for some way before the first look, as a
-    /// vehicle's is: one plate is no lane. Each drive has a scene of its own: the band of impulse radars has an asphalt of its own.
+    /// The radar takes scans at its own rate, between the frames of the others, and has been on for some
+    /// distance before the first look, as a vehicle's is: one plate is no lane. Each drive has its own scene,
+    /// as the band of impulse radars has its own asphalt.
     fn ready(&self, given: &TrialContext<'_>, _: &Drive<'_>, run: u32) -> Result<Vec<(String, ReadyMethod)>> {
         let mut scenario = given.scenario_of(run);
         scenario.radars.retain(|r| matches!(r.waveform, Waveform::Pulse { .. }));
@@ -122,7 +124,7 @@ impl LaneMethod for Settings {
     }
 }
 
-/// From time zero to the last look, a frame for each scan.
+/// Frames from time zero to the last look, one for each scan.
 fn frames(scenario: &Scenario, radars: &[ImpulseRadar], settings: &Settings) -> Frames {
     let own_s = radars.iter().map(|e| scenario.radars[e.which].frame_time_s()).fold(0.0, f64::max);
     let interval_s = settings.scan_interval_s.unwrap_or(own_s);
@@ -174,7 +176,7 @@ fn one_run(drives: &Drives<'_>, tuned: &[Vec<Tuned>], number: u32, steps: &mut V
     Ok(Run { times_s, passes, beside, covers, seen, scans })
 }
 
-/// Of the rows of markers that pass within reach beside the vehicle.
+/// Truth of the rows of markers that pass within reach beside the vehicle.
 fn truth_at(drive: &Drive<'_>, time_s: f64, radars: &[ImpulseRadar], settings: &Settings) -> TrueLanes {
     let reach_m = radars.iter().map(ImpulseRadar::reach_m).fold(0.0, f64::max);
     let mut truth = drive.truth_of_rows(time_s, [0.0, settings.spacing_m]);
@@ -189,7 +191,7 @@ fn truth_at(drive: &Drive<'_>, time_s: f64, radars: &[ImpulseRadar], settings: &
     own_alone(&truth)
 }
 
-/// Way at each time, by the trapezoid rule of the true speeds.
+/// Distance driven at each time, m, by the trapezoidal rule of the true speeds.
 fn ways(times_s: &[f64], speeds_mps: &[f64]) -> Vec<f64> {
     let mut way = 0.0;
     let mut all = vec![0.0];

@@ -1,4 +1,4 @@
-//! Pictures as Kim's figures 7 to 14.
+//! Pictures in the form of Kim's figures 7 to 14.
 
 use crate::trial::kit::*;
 use crate::trial::uwb::runs::{Run, UwbResults, db};

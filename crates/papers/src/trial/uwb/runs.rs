@@ -1,4 +1,4 @@
-//! What the drives gave under each rule.
+//! Results of the drives under each rule.
 
 use crate::trial::kit::*;
 use crate::trial::uwb::drives::{ImpulseRadar, Passed, Scans};
@@ -9,31 +9,32 @@ use catseye_lane::uwb::{self, Histogram};
 /// Bins of the histograms.
 const BINS: usize = 60;
 
-/// A ratio of powers in decibels.
+/// Converts a ratio of powers to decibels.
 pub fn db(ratio: f64) -> f64 {
     10.0 * ratio.log10()
 }
 
-/// One run as one radar sees it under one rule.
+/// Result of one run by one radar under one rule.
 pub struct RunResult {
     pub energies: Vec<f64>,
     pub result: uwb::LaneEstimate,
     pub score: uwb::RunScore,
-    /// Departure warnings where no marker of the own line was due, and where one was.
+    /// Number of departure warnings where no marker of the own line was due; `warnings_wrong` counts those
+    /// where one was.
     pub warnings_right: usize,
     pub warnings_wrong: usize,
-    /// By counted markers, and by the speed alone: error at the last scan, m.
+    /// Errors of the distance at the last scan by counted markers and by the speed alone, m.
     pub odometer_m: Option<[f64; 2]>,
 }
 
 /// One run.
 pub struct Run {
     pub times_s: Vec<f64>,
-    /// By radar.
+    /// Passages of markers, by radar.
     pub passes: Vec<Vec<Passed>>,
     pub beside: Vec<Vec<Option<f64>>>,
     pub covers: Vec<Vec<f64>>,
-    /// `[rule][radar]`.
+    /// Results by `[rule][radar]`.
     pub seen: Vec<Vec<RunResult>>,
     pub scans: Scans,
 }
@@ -44,22 +45,23 @@ pub struct Slow {
     pub scans: Scans,
 }
 
-/// All that figures are made from.
+/// All data from which values and pictures are made.
 pub struct UwbResults<'a> {
     pub settings: &'a Settings,
     pub impulse_radars: Vec<ImpulseRadar>,
     pub rules: Vec<Rule>,
-    /// `[rule][radar]`.
+    /// Tuned options by `[rule][radar]`.
     pub tuned: Vec<Vec<Tuned>>,
     pub quiet: Scans,
     pub slow: Vec<Slow>,
     pub runs: Vec<Run>,
-    /// Lateral distance and scan of the first radar.
+    /// Lateral distance (m) and scan of the first radar.
     pub sweep: Vec<(f64, Vec<f32>)>,
 }
 
 impl UwbResults<'_> {
-    /// Of the bare road and of scans beside plates in the slow drive, on common edges in units of the bare road's mean.
+    /// Histograms of the bare road and of scans beside plates in the slow drive, on common edges in units of
+    /// the bare road's mean.
     pub fn histograms(&self, r: usize, e: usize) -> Result<Option<(Histogram, Histogram)>> {
         let tuned = &self.tuned[r][e];
         let floor = tuned.threshold.floor_energy;

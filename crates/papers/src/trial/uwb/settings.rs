@@ -4,93 +4,99 @@ use crate::trial::kit::*;
 use catseye::scene::toml_file::At;
 use catseye_lane::uwb::Centre;
 
-/// Which of Kim's scenarios this one stands for: the document's figures are printed beside ours.
+/// Kim's scenario that this one represents; the document's values are printed beside ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StandsFor {
-    /// No plates.
+    /// A road without plates.
     Scenario1,
-    /// 30 cm from the line.
+    /// A drive 30 cm from the line.
     Scenario2,
-    /// 120 cm from the line.
+    /// A drive 120 cm from the line.
     Scenario3,
-    /// Leaves the lane between plates 4 and 5.
+    /// A drive that leaves the lane between plates 4 and 5.
     Scenario4,
-    /// A round and a square manhole cover.
+    /// A road with a round and a square manhole cover.
     Manholes,
 }
 
-/// Lanes by an impulse radar that looks down at metal plates (Kim).
+/// Settings of the method with an impulse radar that looks down at metal plates (Kim).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// What of the document the scenario stands for; default nothing, and no figures of the document.
+    /// Scenario of the document that this one represents; default none, and no values of the document are
+    /// printed.
     pub stands_for: Option<StandsFor>,
-    /// From the beginning of a plate to that of the next, m.
+    /// Distance from the beginning of a plate to that of the next, m.
     pub spacing_m: f64,
-    /// m.
+    /// Length of a plate, m.
     pub plate_length_m: f64,
-    /// m.
+    /// Width of the lane, m.
     pub lane_width_m: f64,
-    /// m.
+    /// Width of the car, m.
     pub car_width_m: f64,
-    /// Nearest and farthest range that counts, m; default by Kim (2) and (3) from the height of the radar and the lengths above.
+    /// Least and largest range that counts, m; default by Kim (2) and (3) from the height of the radar and
+    /// the lengths above.
     pub gate_m: Option<[f64; 2]>,
-    /// Room for the length of a pulse at both ends of the gate, m.
+    /// Margin for the length of a pulse at both ends of the gate, m.
     pub gate_margin_m: f64,
-    /// Whether the mean scan of the road without markers is taken from each scan first. The document's own rule, which keeps it, is
-    /// reported in any case.
+    /// Whether the mean scan of the road without markers is subtracted from each scan first. The document's
+    /// own rule, which does not subtract it, is reported in any case.
     pub take_background: bool,
-    /// Which scan of a pass is its centre.
+    /// Definition of the centre of a pass.
     pub centre: Centre,
-    /// Largest error of a spacing that still counts as right, m; default a third of a plate.
+    /// Largest error of a spacing that counts as right, m; default a third of a plate.
     pub largest_error_m: Option<f64>,
-    /// Right spacings in a row that make a lane.
+    /// Number of successive right spacings that make a lane.
     pub confirm_spacings: u32,
-    /// Missing plates in a row that raise the departure warning.
+    /// Number of successive missing plates that raise the departure warning.
     pub misses_to_warn: u32,
-    /// Share of scans without markers that may pass the threshold; default none of those seen, as in the document.
+    /// Share of scans without markers that may exceed the threshold; default none of those seen, as in the
+    /// document.
     pub false_alarm_probability: Option<f64>,
-    /// Scans of the road without markers, from which the threshold comes.
+    /// Number of scans of the road without markers, from which the threshold is computed.
     pub quiet_scans: u32,
     /// Speed of that drive and of the one past the plates for the histogram, km/h. Both are without sway.
     pub quiet_speed_kmh: f64,
-    /// How far to either side of the lane's middle that drive goes, m; default as far as the vehicle fits into the lane.
+    /// Largest lateral distance of that drive to either side of the lane's middle, m; default as far as the
+    /// vehicle fits into the lane.
     pub quiet_aside_m: Option<f64>,
-    /// A road without markers, relative to the scenario; default the scenario's own road with nothing on it.
+    /// A road without markers, relative to the scenario; default the scenario's own road without objects.
     pub quiet_road: Option<At<String>>,
-    /// Class of the plates: the road without markers is then the scenario's own without these and without what moves.
+    /// Class of the plates: the road without markers is then the scenario's own without these and without
+    /// moving objects.
     pub plate_class: Option<String>,
-    /// Scans of the slow drive past the plates for the histogram; 0: none.
+    /// Number of scans of the slow drive past the plates for the histogram; 0 for none.
     pub histogram_scans: u32,
-    /// Whether the energy at the middle of a plate is also told against the lateral distance.
+    /// Whether the energy at the middle of a plate is also reported over the lateral distance.
     pub offset_sweep: bool,
-    /// Each run drives at speeds drawn between these, km/h, in place of the scenario's; default as the scenario says.
+    /// Range of speeds from which each run's are drawn, km/h, in place of the scenario's; default those of
+    /// the scenario.
     pub speed_range_kmh: Option<[f64; 2]>,
     /// Standard deviation of the bus speed, m/s.
     pub speed_std_mps: f64,
     /// Step of the bus speed, km/h; 0: not rounded.
     pub speed_step_kmh: f64,
-    /// Standard deviation that the lateral distance to a line is said to have, m.
+    /// Assumed standard deviation of the lateral distance to a line, m.
     pub offset_std_m: f64,
-    /// What the road between the plates is.
+    /// Asphalt of the road between the plates.
     pub asphalt: Asphalt,
-    /// In a comparison: time from scan to scan, s; default that of the radar's file, which is a frame of it.
+    /// In a comparison: time from scan to scan, s; default the frame time of the radar's file.
     pub scan_interval_s: Option<f64>,
-    /// In a comparison: way that the vehicle has come with the radar on before the first look, m, as far as the road reaches back;
-    /// default three spacings.
+    /// In a comparison: distance that the vehicle has driven with the radar on before the first look, m, as
+    /// far as the road reaches back; default three spacings.
     pub run_up_m: Option<f64>,
 }
 
-/// The asphalt of the road in the band of impulse radars: that of the table of materials is a mirror. It scatters by Oh's law
-/// (CONVENTIONS eq. 147).
+/// The asphalt of the road in the band of impulse radars, as that of the table of materials is a mirror. It
+/// scatters by Oh's law (CONVENTIONS eq. 147).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Asphalt {
     /// Relative permittivity; default that of ITU-R P.2040-3 for 1 to 40 GHz.
     pub relative_permittivity: f64,
-    /// Standard deviation of its height, mm; 0: a mirror. The default is an assumption for a fine dense surface: no figure for this
-    /// band was found that could be checked.
+    /// Standard deviation of its height, mm; 0 for a mirror. The default is an assumption for a fine dense
+    /// surface: no verifiable value for this band was found.
     pub roughness_mm: f64,
 }
 
@@ -140,7 +146,7 @@ impl Settings {
         self.run_up_m.unwrap_or(3.0 * self.spacing_m)
     }
 
-    /// Largest error of a spacing that still counts as right, m.
+    /// Largest error of a spacing that counts as right, m.
     pub fn largest_error_m(&self) -> f64 {
         self.largest_error_m.unwrap_or(self.plate_length_m / 3.0)
     }
@@ -148,7 +154,7 @@ impl Settings {
     /// Checks the settings.
     ///
     /// # Errors
-    /// The first value out of its range; a road without markers that is given twice.
+    /// Returns an error for the first value outside its range, or if the road without markers is given twice.
     pub fn check(&self) -> Result<()> {
         let s = self;
         let (longest, half) = (0.95 * s.spacing_m, 0.5 * s.spacing_m);

@@ -1,20 +1,20 @@
-//! Rules by which scans become passes, and thresholds by the bare road.
+//! Rules by which scans become passes, and thresholds from the bare road.
 
 use crate::trial::kit::*;
 use crate::trial::uwb::drives::{ImpulseRadar, Scans};
 use crate::trial::uwb::settings::Settings;
 use catseye_lane::uwb::{self, Background, Centre, OffsetSource, Threshold, UwbConfig, UwbLanes, UwbOptions};
 
-/// How scans become passes.
+/// A rule by which scans become passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rule {
-    /// In the report.
+    /// Name in the report.
     pub name: &'static str,
     pub take_background: bool,
     pub centre: Centre,
 }
 
-/// One radar under one rule.
+/// Options of one radar under one rule.
 pub struct Tuned {
     pub options: UwbOptions,
     pub threshold: Threshold,
@@ -34,7 +34,7 @@ pub fn energy(options: &UwbOptions, scan: &[f32]) -> Result<uwb::GateEcho> {
     options.echo(&wide(scan)).map_err(|why: LaneError| Error::Failed(format!("a scan's energy: {why}")))
 }
 
-/// The settings' rule comes last: it is that of the steps.
+/// The rules; that of the settings, which makes the steps, comes last.
 pub fn rules(settings: &Settings) -> Vec<Rule> {
     let document = Rule { name: "document's rule", take_background: false, centre: Centre::Maximum };
     let ours =
@@ -45,7 +45,7 @@ pub fn rules(settings: &Settings) -> Vec<Rule> {
     }
 }
 
-/// Each radar under a rule, its threshold by scans of the bare road.
+/// Tunes each radar under a rule, with its threshold from scans of the bare road.
 pub fn tune_all(
     settings: &Settings,
     rule: &Rule,
@@ -59,10 +59,10 @@ pub fn tune_all(
     radars.iter().enumerate().map(one).collect()
 }
 
-/// A radar under a rule, its threshold by scans of the bare road.
+/// Tunes a radar under a rule, with its threshold from scans of the bare road.
 ///
 /// # Errors
-/// What cannot be made, and why.
+/// Returns the name of what cannot be made, with the reason.
 pub fn tune(
     settings: &Settings,
     rule: &Rule,
@@ -112,10 +112,10 @@ pub fn tune(
     Ok(Tuned { options, threshold, bare })
 }
 
-/// The estimator of the steps: one radar, or a left and a right one.
+/// Makes the estimator of the steps: one radar, or a left and a right one.
 ///
 /// # Errors
-/// No radar; options that do not go together.
+/// Returns an error if there is no radar, or if options do not go together.
 pub fn estimator(tuned: &[Tuned]) -> Result<UwbLanes> {
     match tuned {
         [] => return Err(Error::Failed("no impulse radar".into())),
