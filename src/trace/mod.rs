@@ -1,4 +1,4 @@
-//! Waves through the scene: beams for what is smooth (`beams` and the kernels that clip them, `windows` for
+//! Waves through the scene: beams for what is smooth (`beams`, the kernels that clip them and their `clipper`, `windows` for
 //! a radar amid a scene), rays for closest hits and for the grids that beams are checked against (`launch`,
 //! `upload`), and the echoes that come out.
 
@@ -6,6 +6,7 @@ pub mod air;
 pub mod beam_ahead;
 pub mod beam_clip;
 pub mod beams;
+pub mod clipper;
 pub mod closest;
 pub mod cpu;
 pub mod echo;
