@@ -734,6 +734,7 @@ pub fn point_echo(position_m: DVec3, velocity_mps: DVec3, sigma_m2: f64, object:
         path_gain: [[s, Complex64::ZERO], [Complex64::ZERO, s]],
         chain,
         bounces: 1,
+        between_m: Box::default(),
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::base::error::{BadInput, Result};
 use crate::base::frames::direction_from_angles;
+use crate::scene::radar::Radar;
 use glam::{DMat2, DVec2, DVec3};
 use num_complex::Complex64;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -88,6 +89,13 @@ pub struct Standing {
 }
 
 impl Standing {
+    /// For a radar that moves at `velocity_mps` in its own frame.
+    pub fn seen_by(radar: &Radar, velocity_mps: DVec3) -> Standing {
+        // A body's peak is as wide as the burst is short, and its direction is not exact either.
+        let cell_mps = 2.0 * radar.max_velocity_mps() / radar.chirps as f64;
+        Standing { velocity_mps, tolerance_mps: 1.5 * cell_mps + 0.01 * velocity_mps.length() }
+    }
+
     /// How many times `modulo_mps` a range rate seen at (azimuth, elevation) has to grow to be that of something that stands; None
     /// where no multiple is near. Where rates that are near come often the tolerance is an eighth of them.
     pub fn fold(

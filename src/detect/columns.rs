@@ -2,6 +2,7 @@
 //! arrays and the page of tables in the manual are made of these lists.
 
 use super::points::Point;
+use super::spectra::SpectrumCell;
 use crate::adc::synthesis::Levels;
 use crate::base::frames::angles_from_direction;
 use crate::base::units::dbm_from_w;
@@ -73,6 +74,18 @@ pub const POINTS: [Column<Point>; 23] = [
 fn degrees(angle_rad: Option<f64>) -> f64 {
     angle_rad.map_or(f64::NAN, f64::to_degrees)
 }
+
+/// Columns of the cells of `angle_spectra.npy`, in the order of its first axis.
+pub const ANGLE_CELLS: [Column<SpectrumCell>; 4] = [
+    Column { name: "range_bin", about: "column of the map", get: Get::Count(|c| c.range_bin) },
+    Column { name: "doppler_row", about: "row of the map", get: Get::Count(|c| c.doppler_row) },
+    Column::number("range_m", "of the peak between cells, in the middle of the frame", |c| c.range_m),
+    Column::number(
+        "range_rate_mps",
+        "of the peak, positive receding; unfolded as far as the cell by itself tells",
+        |c| c.range_rate_mps,
+    ),
+];
 
 /// An echo as its radar hears it.
 pub struct HeardEcho<'a> {

@@ -1,7 +1,8 @@
-//! `points.csv` and `returns.csv`.
+//! `points.csv`, `returns.csv` and `angle_cells.csv`.
 
-use super::columns::{POINTS, echoes as echo_columns, heard};
+use super::columns::{ANGLE_CELLS, POINTS, echoes as echo_columns, heard};
 use super::points::Point;
+use super::spectra::SpectrumCell;
 use crate::formats::column::Column;
 use crate::formats::csv::Writer;
 use crate::scene::radar::Radar;
@@ -23,6 +24,14 @@ pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
 /// The writer's error.
 pub fn write_echoes<W: Write>(out: W, radar: &Radar, echoes: &Echoes) -> std::io::Result<W> {
     write(out, &echo_columns(), &heard(radar, echoes))
+}
+
+/// Writes the cells of angular spectra as CSV with a header; the columns are [`ANGLE_CELLS`].
+///
+/// # Errors
+/// Returns the error of the writer.
+pub fn write_angle_cells<W: Write>(out: W, cells: &[SpectrumCell]) -> std::io::Result<W> {
+    write(out, &ANGLE_CELLS, cells)
 }
 
 fn write<W: Write, T>(out: W, columns: &[Column<T>], rows: &[T]) -> std::io::Result<W> {

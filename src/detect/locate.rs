@@ -145,67 +145,10 @@ pub fn detected(
         return Ok(Vec::new());
     }
     found.noise.truncate(tops.len());
-    // Of a decoded channel: BPM averages its slots, and the map of DDM is scaled by B/N_tx.
-    let share = match radar.multiplex {
-        Multiplex::Tdm => 1.0,
-        Multiplex::Bpm => 1.0 / radar.slots() as f64,
-        Multiplex::Ddm { bands } => radar.tx.len() as f64 / bands as f64,
-    };
-    let noise: Vec<f64> = found.noise.iter().map(|w| w * share).collect();
     let folds = fold_test(radar)?;
-    let standing = velocity_mps.map(|velocity_mps| {
-        // A body's peak is as wide as the burst is short, and its direction is not exact either.
-        let cell_mps = 2.0 * radar.max_velocity_mps() / radar.chirps as f64;
-        Standing { velocity_mps, tolerance_mps: 1.5 * cell_mps + 0.01 * velocity_mps.length() }
-    });
-    let fold_mps = 2.0 * radar.max_velocity_mps();
-    let decoded: Vec<(Vec<Complex64>, f64, Ambiguity, f64)> = rates
-        .par_iter()
-        .zip(found.snapshots.data.par_chunks(channels))
-        .zip(&noise)
-        .zip(&found.cells)
-        .map(|(((rate, snapshot), noise), cell)| {
-            let (rate, state, modulo_mps) = match &folds {
-                Some(test) => {
-                    let t = test.test(snapshot, *rate, *noise, MODEL_ERROR, standing.as_ref());
-                    // In doubt the rate stays as it was measured.
-                    let is_unfolded = t.is_found || t.state.is_settled();
-                    (if is_unfolded { t.range_rate_mps } else { *rate }, t.state, t.modulo_mps)
-                }
-                None => (*rate, Ambiguity::Unresolved, fold_mps),
-            };
-            // Bands are counted from the cell's own row: a peak between rows may lie across the map's edge from it.
-            let rate = match radar.multiplex {
-                Multiplex::Ddm { .. } => {
-                    let row = range_rate_mps(radar, cell.doppler as f64);
-                    rate - fold_mps * ((rate - row) / fold_mps).round()
-                }
-                _ => rate,
-            };
-            let d = decode(radar, snapshot, rate);
-            let (state, modulo_mps) = match radar.multiplex {
-                Multiplex::Ddm { bands } if bands > radar.tx.len() => {
-                    let all_mps = fold_mps * bands as f64;
-                    let values = radar.rx.len() * (bands - radar.tx.len());
-                    let power = snapshot.iter().map(Complex64::norm_sqr).sum::<f64>() / snapshot.len() as f64;
-                    let [empty_w, second_w] = d.empty_w;
-                    match empty_bands(d.least_share, empty_w, second_w, values, noise + MODEL_ERROR * power) {
-                        Ambiguity::Resolved if is_alone(d.range_rate_mps, all_mps) => {
-                            (Ambiguity::Resolved, all_mps)
-                        }
-                        Ambiguity::Resolved => (Ambiguity::Ambiguous, all_mps),
-                        doubt => (doubt, fold_mps),
-                    }
-                }
-                _ => (state, modulo_mps),
-            };
-            (d.channels, d.range_rate_mps, state, modulo_mps)
-        })
-        .collect();
-    let snapshots = Snapshots {
-        channels: radar.virtual_channels(),
-        data: decoded.iter().flat_map(|d| d.0.iter().copied()).collect(),
-    };
+    let standing = velocity_mps.map(|velocity_mps| Standing::seen_by(radar, velocity_mps));
+    let Decoded { snapshots, noise, rates: decoded } =
+        decoded(radar, found, &rates, folds.as_ref(), standing.as_ref());
     let scalloping: Vec<f64> = tops
         .iter()
         .zip(&found.cells)
@@ -216,7 +159,7 @@ pub fn detected(
         .collect();
     let searched = Grid::new(radar)?;
     let make = |i: usize, azimuth_rad: f64, elevation_rad: f64, power_w: f64| {
-        let (_, rate, mut ambiguity, modulo_mps) = decoded[i];
+        let (rate, mut ambiguity, modulo_mps) = decoded[i];
         let mut unfolded_mps = rate - rates[i];
         // Folds that leave the direction as it is.
         let stands = standing.filter(|_| folds.is_none());
@@ -276,6 +219,81 @@ pub fn detected(
         .collect())
 }
 
+/// The cells of a map with their transmitters told apart.
+pub(super) struct Decoded {
+    /// Snapshots over the virtual channels, without the turns between transmitters.
+    pub snapshots: Snapshots<f64>,
+    /// Noise of a decoded channel, W, of each cell.
+    pub noise: Vec<f64>,
+    /// Range rate, m/s, what is known of its folds, and what it is known modulo, m/s, of each cell.
+    pub rates: Vec<(f64, Ambiguity, f64)>,
+}
+
+/// Tells the transmitters of the cells of `found` apart; `rates` are the range rates of their rows, m/s.
+pub(super) fn decoded(
+    radar: &Radar,
+    found: &RangeDoppler<f64>,
+    rates: &[f64],
+    folds: Option<&TdmFolds>,
+    standing: Option<&Standing>,
+) -> Decoded {
+    let channels = found.snapshots.channels;
+    // Of a decoded channel: BPM averages its slots, and the map of DDM is scaled by B/N_tx.
+    let share = match radar.multiplex {
+        Multiplex::Tdm => 1.0,
+        Multiplex::Bpm => 1.0 / radar.slots() as f64,
+        Multiplex::Ddm { bands } => radar.tx.len() as f64 / bands as f64,
+    };
+    let noise: Vec<f64> = found.noise.iter().map(|w| w * share).collect();
+    let fold_mps = 2.0 * radar.max_velocity_mps();
+    let cells: Vec<(Vec<Complex64>, (f64, Ambiguity, f64))> = rates
+        .par_iter()
+        .zip(found.snapshots.data.par_chunks(channels))
+        .zip(&noise)
+        .zip(&found.cells)
+        .map(|(((rate, snapshot), noise), cell)| {
+            let (rate, state, modulo_mps) = match folds {
+                Some(test) => {
+                    let t = test.test(snapshot, *rate, *noise, MODEL_ERROR, standing);
+                    // In doubt the rate stays as it was measured.
+                    let is_unfolded = t.is_found || t.state.is_settled();
+                    (if is_unfolded { t.range_rate_mps } else { *rate }, t.state, t.modulo_mps)
+                }
+                None => (*rate, Ambiguity::Unresolved, fold_mps),
+            };
+            // Bands are counted from the cell's own row: a peak between rows may lie across the map's edge from it.
+            let rate = match radar.multiplex {
+                Multiplex::Ddm { .. } => {
+                    let row = range_rate_mps(radar, cell.doppler as f64);
+                    rate - fold_mps * ((rate - row) / fold_mps).round()
+                }
+                _ => rate,
+            };
+            let d = decode(radar, snapshot, rate);
+            let (state, modulo_mps) = match radar.multiplex {
+                Multiplex::Ddm { bands } if bands > radar.tx.len() => {
+                    let all_mps = fold_mps * bands as f64;
+                    let values = radar.rx.len() * (bands - radar.tx.len());
+                    let power = snapshot.iter().map(Complex64::norm_sqr).sum::<f64>() / snapshot.len() as f64;
+                    let [empty_w, second_w] = d.empty_w;
+                    match empty_bands(d.least_share, empty_w, second_w, values, noise + MODEL_ERROR * power) {
+                        Ambiguity::Resolved if is_alone(d.range_rate_mps, all_mps) => {
+                            (Ambiguity::Resolved, all_mps)
+                        }
+                        Ambiguity::Resolved => (Ambiguity::Ambiguous, all_mps),
+                        doubt => (doubt, fold_mps),
+                    }
+                }
+                _ => (state, modulo_mps),
+            };
+            (d.channels, (d.range_rate_mps, state, modulo_mps))
+        })
+        .collect();
+    let data = cells.iter().flat_map(|c| c.0.iter().copied()).collect();
+    let snapshots = Snapshots { channels: radar.virtual_channels(), data };
+    Decoded { snapshots, noise, rates: cells.into_iter().map(|c| c.1).collect() }
+}
+
 /// Whether an angle stands at an end of the angles that are searched, or beyond. An axis of one value is not searched.
 fn is_at_edge(axis: &[f64], angle_rad: f64) -> bool {
     // Twice the finest step of the search between the grid's directions.
@@ -299,7 +317,7 @@ fn keep_heads(found: &mut RangeDoppler<f64>, extent: [usize; 2]) {
 }
 
 /// The test of folds of transmitters in turn; None where there is nothing to test.
-fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
+pub(super) fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
     if radar.multiplex != Multiplex::Tdm || radar.tx.len() < 2 {
         return Ok(None);
     }

@@ -57,6 +57,7 @@ pub mod points;
 mod response;
 pub mod same_slope;
 pub mod slope_pairs;
+pub mod spectra;
 pub mod track_table;
 pub mod tracker;
 pub mod unmarked;

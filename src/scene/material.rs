@@ -251,15 +251,14 @@ pub fn parse_spec(spec: &str) -> Result<Material> {
     base.with_layers(layers)
 }
 
-/// The complaint about a name that is in no table row.
+/// The complaint about a name that is in no table row, with all names and the nearest one where one is near.
 pub fn unknown(name: &str) -> BadInput {
-    let remedy = match nearest(name, names()) {
-        Some(n) => format!("did you mean '{n}'?"),
-        None => "map it with --material NAME=MATERIAL or give --default-material".into(),
-    };
-    BadInput::new(format!("no material is named '{name}'"))
-        .allowed_whole(names().collect::<Vec<_>>().join(", "))
-        .remedy(remedy)
+    let b = BadInput::new(format!("no material is named '{name}'"))
+        .allowed_whole(names().collect::<Vec<_>>().join(", "));
+    match nearest(name, names()) {
+        Some(n) => b.remedy(format!("did you mean '{n}'?")),
+        None => b,
+    }
 }
 
 const GHZ: f64 = 1e9;

@@ -171,6 +171,13 @@ pub enum AngleMethod {
     BiSvd,
 }
 
+impl AngleMethod {
+    /// Whether it finds directions without looking in each of a grid's, so that it has no spectrum.
+    pub fn is_gridless(self) -> bool {
+        matches!(self, AngleMethod::RootMusic | AngleMethod::Esprit)
+    }
+}
+
 /// How many sources a cell holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Sources {

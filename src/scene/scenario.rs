@@ -348,12 +348,16 @@ pub struct Output {
     pub range_doppler: bool,
     /// cfar_threshold.npy: the power that each cell of the map has to exceed, in the map's shape.
     pub cfar_threshold: bool,
+    /// angle_spectra.npy and angle_cells.csv: what the angle method saw in every direction, for each cell that it searched.
+    pub angle_spectra: bool,
     /// points.csv.
     pub points: bool,
     /// tracks.csv and ego_motion.csv of a run of several frames, from their points.
     pub tracks: bool,
     /// returns.csv, every echo.
     pub returns: bool,
+    /// return_places.npy: where the path of each echo touches something, a row for each row of returns.csv.
+    pub return_places: bool,
     /// truth.json.
     pub truth: bool,
     /// Classes and points on grids: mask_road.npy, mask_markers.npy, grid_road.npy, grid_markers.npy.
@@ -370,9 +374,11 @@ impl Default for Output {
             adc: true,
             range_doppler: true,
             cfar_threshold: false,
+            angle_spectra: false,
             points: true,
             tracks: true,
             returns: true,
+            return_places: false,
             truth: true,
             masks: false,
             scene: false,
@@ -1163,6 +1169,20 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         }
     };
     let trajectories = places.lasting;
+    let gridless = |r: &&Radar| r.processing.angle.method.is_gridless();
+    if f.output.angle_spectra
+        && let Some(radar) = radars.iter().find(gridless)
+    {
+        return Err(BadInput::new(format!(
+            "radar '{}' finds directions by a method without a spectrum",
+            radar.name
+        ))
+        .file(doc.file())
+        .key("output.angle_spectra")
+        .value(true)
+        .remedy("leave it out, or give the radar another angle method, such as music")
+        .into());
+    }
     Ok(Scenario {
         name: f.name,
         seed: f.seed,

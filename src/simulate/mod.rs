@@ -147,6 +147,7 @@ pub fn trace_options(scenario: &SitedScenario, which: usize, frame: u32) -> Resu
             _ => 0.0,
         }),
         merge: !settings.exact,
+        places: scenario.output.return_places,
         bounces: settings.bounces as usize,
         most_bounces: settings.most_bounces as usize,
         convention: settings.convention,

@@ -35,6 +35,9 @@ pub struct Echo {
     pub chain: [u32; MAX_BOUNCES],
     /// Number of bounces.
     pub bounces: u8,
+    /// Places of the bounces between the first and the last, sensor frame, m; empty unless they were asked for
+    /// ([`super::TraceOptions::places`]) and there are more than two bounces.
+    pub between_m: Box<[DVec3]>,
 }
 
 impl Echo {
@@ -52,6 +55,18 @@ impl Echo {
             && self.path_acceleration_and_jerk == [0.0; 2]
             && self.first_velocity_mps == DVec3::ZERO
             && self.last_velocity_mps == DVec3::ZERO
+    }
+    /// Where the path touches something, in the order met, in the middle of the frame, sensor frame, m. The places between the first
+    /// and the last are known only where they were asked for ([`super::TraceOptions::places`]); None where one is not known.
+    pub fn places_m(&self) -> Option<Vec<DVec3>> {
+        let ends = [self.departure * self.first_range_m, self.arrival * self.last_range_m];
+        let between = usize::from(self.bounces).saturating_sub(2);
+        match self.bounces {
+            0 => Some(Vec::new()),
+            1 => Some(vec![ends[0]]),
+            _ if self.between_m.len() == between => Some([&ends[..1], &self.between_m, &ends[1..]].concat()),
+            _ => None,
+        }
     }
     /// The object that scattered last.
     pub fn object_id(&self) -> u32 {

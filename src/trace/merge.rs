@@ -81,6 +81,7 @@ mod tests {
             path_gain: [[gain, Complex64::ZERO], [Complex64::ZERO, -gain]],
             chain: [7, 0, 0, 0, 0, 0, 0, 0],
             bounces: 1,
+            between_m: Box::default(),
         }
     }
 

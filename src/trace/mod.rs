@@ -50,6 +50,8 @@ pub struct TraceOptions {
     pub images: bool,
     /// Echoes of one place by one way are added up ([`merge`]).
     pub merge: bool,
+    /// Echoes carry the places of all of their bounces ([`Echo::places_m`]); else those of the first and the last.
+    pub places: bool,
     /// Samples of the diffuse echo of all rough surfaces, about, and as many of rain.
     pub rays: u64,
     /// Seed of the scatterers on rough surfaces, which are the same in all frames, and of rain.
@@ -78,6 +80,7 @@ impl Default for TraceOptions {
             reach_m: f64::INFINITY,
             images: true,
             merge: true,
+            places: false,
             rays: 100_000,
             seed: 0,
             frame: 0,

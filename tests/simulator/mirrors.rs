@@ -195,3 +195,48 @@ fn vertical_curves() {
         }
     }
 }
+
+/// The places of an echo's bounces make up its path, and each lies on the object that the chain names there: asked for of all, otherwise
+/// of the first and the last.
+#[test]
+fn places_of_bounces_make_up_the_path() {
+    let mut scene = Scene::default();
+    wall(&mut scene, "aluminium");
+    let m = scene.material_index(&material::by_name("asphalt").unwrap());
+    let plane = ground(DVec2::new(-20.0, -20.0), DVec2::new(80.0, 20.0), 0.0, m);
+    scene.add_mesh("road", "road", plane, Pose::IDENTITY);
+    let turned = Pose::new(DQuat::from_rotation_z(0.3), DVec3::new(15.0, 0.5, 0.2));
+    body(&mut scene, "trihedral:leg_m=0.3", turned);
+    let at = Pose::new(DQuat::IDENTITY, DVec3::new(22.0, -1.0, 0.8));
+    let point = Reflector::parse("point:rcs_dbsm=0").unwrap();
+    point.add_to(&mut scene, &material::by_name, ("post", ""), at, DVec3::ZERO).unwrap();
+    let height_m = 0.6;
+    let options = TraceOptions { bounces: 5, places: true, ..TraceOptions::default() };
+    let list = seen(&scene, height_m, &options);
+    let mut by_bounces = [0; 8];
+    for r in &list {
+        let places = r.places_m().unwrap();
+        assert_eq!(places.len(), usize::from(r.bounces));
+        by_bounces[places.len()] += 1;
+        let stops: Vec<DVec3> = [&[DVec3::ZERO], &places[..], &[DVec3::ZERO]].concat();
+        let length: f64 = stops.windows(2).map(|w| w[0].distance(w[1])).sum();
+        assert!((length - r.path_length_m).abs() < 1e-6, "{length} {r:?}");
+        for (place, id) in places.iter().zip(r.chain) {
+            let off = match id {
+                1 => place.y - WALL_M,
+                2 => place.z + height_m,
+                3 => (*place + DVec3::Z * (height_m - 0.2) - DVec3::new(15.0, 0.5, 0.0)).length() - 0.2,
+                4 => place.distance(DVec3::new(22.0, -1.0, 0.8 - height_m)),
+                _ => panic!("{id}"),
+            };
+            assert!(off.abs() < if id == 3 { 0.35 } else { 1e-9 }, "{off} {id} {r:?}");
+        }
+    }
+    assert!(by_bounces[1..5].iter().all(|n| *n > 0), "{by_bounces:?}");
+    let plain = seen(&scene, height_m, &TraceOptions { places: false, ..options });
+    assert_eq!(plain.len(), list.len());
+    for (r, with) in plain.iter().zip(&list) {
+        assert_eq!(r.places_m().is_some(), r.bounces < 3);
+        assert_eq!(*r, Echo { between_m: Box::default(), ..with.clone() });
+    }
+}

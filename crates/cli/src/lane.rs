@@ -63,13 +63,14 @@ impl Lane {
                 .into());
         }
         let engine = global.engine()?;
-        let bar = global.bar("looks", 0, Kept::Parts);
+        let bar = global.bar("preparing the methods", 0, Kept::Parts);
         let options = RunOptions {
             force: global.force,
             runs: self.runs,
             frames: self.frames,
             seed: global.seed,
             watch: &|done, all| {
+                bar.set_message("looks");
                 bar.set_length(all);
                 bar.set_position(done);
             },

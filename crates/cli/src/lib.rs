@@ -98,14 +98,15 @@ fn idle<'a>(root: &'a clap::Command, command: &str) -> impl Iterator<Item = &'a 
 /// The command line: each command with the global options that act for it, and with numbers that may be negative, so that what
 /// a number may be is said by whoever reads it.
 fn command() -> clap::Command {
-    let root = Cli::command();
+    let negative = |a: clap::Arg| match a.get_action().takes_values() {
+        true => a.allow_negative_numbers(true),
+        false => a,
+    };
+    let root = Cli::command().mut_args(negative);
     let mut out = root.clone();
     for (name, _) in ACTING {
         out = out.mut_subcommand(name, |c| {
-            let c = c.mut_args(|a| match a.get_action().takes_values() {
-                true => a.allow_negative_numbers(true),
-                false => a,
-            });
+            let c = c.mut_args(negative);
             c.args(idle(&root, name).map(|a| a.clone().hide(true)))
         });
     }
@@ -235,7 +236,8 @@ fn unreadable(e: &clap::Error) -> Option<BadInput> {
             // What the parsers of numbers say; they have no other way to tell what they read.
             let why = std::error::Error::source(e)?.to_string();
             match why.split_once(" is not in ") {
-                Some((_, range)) => ("is out of range", range.into()),
+                // A parser names the largest number of its type where the range has no upper end.
+                Some((_, range)) => ("is out of range", open_ended(range)),
                 None if why.contains("float") => ("is not a number", "a number such as 0.5 or 77e9".into()),
                 None if value.parse::<i128>().is_ok() => {
                     ("is out of range", "a whole number, 0 or more".into())
@@ -251,6 +253,16 @@ fn unreadable(e: &clap::Error) -> Option<BadInput> {
         Some(near) => bad.remedy(format!("did you mean '{near}'?")),
         None => bad,
     })
+}
+
+/// `1..=4294967295` in words, 1 or more; any other range as it is.
+fn open_ended(range: &str) -> String {
+    match range.split_once("..=") {
+        Some((least, most)) if most == u32::MAX.to_string() || most == u64::MAX.to_string() => {
+            format!("a whole number, {least} or more")
+        }
+        _ => range.into(),
+    }
 }
 
 /// Help and version go to stdout; a wrong command line is one line on stderr.

@@ -1,6 +1,6 @@
 //! How a command's file of a mesh is to be read.
 
-use catseye::base::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::scene::gltf::{self, ImportOptions};
 use catseye::scene::material;
 use clap::Args;
@@ -35,14 +35,14 @@ impl ImportArgs {
             .iter()
             .map(|m| match m.split_once('=') {
                 Some((a, b)) => {
-                    material::parse_spec(b)?;
+                    known("--material", m, b)?;
                     Ok((a.to_string(), b.to_string()))
                 }
                 None => Err(BadInput::new("expected NAME=MATERIAL").key("--material").value(m).into()),
             })
             .collect::<Result<Vec<_>>>()?;
         if let Some(m) = &self.default_material {
-            material::parse_spec(m)?;
+            known("--default-material", m, m)?;
         }
         Ok(ImportOptions {
             unit_m: self.unit.as_deref().map_or(Ok(1.0), gltf::unit_m)?,
@@ -54,4 +54,12 @@ impl ImportArgs {
             animations: gltf::Animations::from_name(&self.animation),
         })
     }
+}
+
+/// Errors: an option, given as `value`, names a radar material that does not exist.
+fn known(option: &str, value: &str, name: &str) -> Result<()> {
+    material::parse_spec(name).map(drop).map_err(|e| match e {
+        Error::Input(b) => b.key(option).value(value).into(),
+        e => e,
+    })
 }

@@ -1,12 +1,14 @@
 //! The files of one frame; their names, shapes and columns are a public interface.
 
 use catseye::base::error::{Error, Result};
-use catseye::detect::files::{write_echoes, write_points};
+use catseye::detect::files::{write_angle_cells, write_echoes, write_points};
 use catseye::detect::grid::PointGrid;
 use catseye::detect::points::Point;
+use catseye::detect::spectra::angle_spectra;
 use catseye::dsp::cpu::threshold;
+use catseye::dsp::doa_beamform::Grid as Directions;
 use catseye::dsp::{PowerMap, RangeDoppler};
-use catseye::engine::AnyCube;
+use catseye::engine::{AnyCube, Engine};
 use catseye::formats::npy;
 use catseye::road::labels::RoadTruth;
 use catseye::road::mask::{self, Grid};
@@ -16,6 +18,7 @@ use catseye::scene::scenario::Output;
 use catseye::scene::scenario::SitedScenario;
 pub use catseye::simulate::truth::{PoseRecord, Truth};
 use catseye::simulate::{Frame, Heard, Stages};
+use catseye::trace::Echoes;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -62,6 +65,26 @@ fn write_thresholds(dir: &Path, radar: &Radar, maps: &[RangeDoppler<f64>]) -> Re
     Ok(())
 }
 
+/// Writes `angle_spectra.npy`, float32 `[cell, elevation, azimuth]`, and `angle_cells.csv`, a row for each of its cells; and for the other
+/// ramps `angle_spectra_1.npy`, `angle_cells_1.csv` and so on.
+///
+/// # Errors
+/// Returns an error if the radar's angle method has no spectrum, if the engine fails or a file cannot be written.
+pub fn write_spectra(dir: &Path, engine: &Engine, radar: &Radar, frame: &Frame) -> Result<()> {
+    let own = frame.pose.inverse().direction(frame.velocity_mps);
+    for (i, found) in frame.maps.iter().enumerate() {
+        let spectra = angle_spectra(engine, &radar.part(i), found, Some(own))?;
+        let end = if i == 0 { String::new() } else { format!("_{i}") };
+        let shape = [spectra.cells.len(), spectra.grid.elevation_rad.len(), spectra.grid.azimuth_rad.len()];
+        let values: Vec<f32> = spectra.values.iter().map(|v| *v as f32).collect();
+        npy::write(dir.join(format!("angle_spectra{end}.npy")), &shape, &values)?;
+        let path = dir.join(format!("angle_cells{end}.csv"));
+        let file = File::create(&path).map_err(|e| Error::io(&path, e))?;
+        write_angle_cells(BufWriter::new(file), &spectra.cells).map_err(|e| Error::io(&path, e))?;
+    }
+    Ok(())
+}
+
 /// Writes `range_doppler.npy` for the first ramp, and `range_doppler_1.npy` and so on for the others.
 ///
 /// # Errors
@@ -103,6 +126,20 @@ pub fn write_masks(dir: &Path, scene: &Scene, frame: &Frame, truth: &Truth) -> R
     Ok(())
 }
 
+/// Writes `return_places.npy`, float32 `[echo, bounce, 3]`: a row for each row of `returns.csv`, the places of its bounces in the order met,
+/// sensor frame, m, and not a number after the last.
+fn write_places(dir: &Path, echoes: &Echoes) -> Result<()> {
+    let most = echoes.list.iter().map(|e| usize::from(e.bounces)).max().unwrap_or(0);
+    let mut data = vec![f32::NAN; echoes.list.len() * most * 3];
+    for (row, echo) in data.chunks_exact_mut((3 * most).max(1)).zip(&echoes.list) {
+        let places = echo.places_m().unwrap_or_default();
+        for (at, place) in row.chunks_exact_mut(3).zip(places) {
+            at.copy_from_slice(&place.as_vec3().to_array());
+        }
+    }
+    npy::write(dir.join("return_places.npy"), &[echoes.list.len(), most, 3], &data)
+}
+
 /// Writes the files that `output` selects, except the pictures and what [`write_masks`] writes.
 ///
 /// # Errors
@@ -125,6 +162,9 @@ pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, tr
         let file = File::create(&path).map_err(|e| Error::io(&path, e))?;
         write_echoes(BufWriter::new(file), radar, &frame.echoes).map_err(|e| Error::io(&path, e))?;
     }
+    if output.return_places {
+        write_places(dir, &frame.echoes)?;
+    }
     if output.truth {
         let path = dir.join("truth.json");
         let text = serde_json::to_string_pretty(truth).map_err(|e| Error::Failed(format!("truth: {e}")))?;
@@ -146,9 +186,10 @@ pub struct FrameBytes {
 
 /// Size of the header of a NumPy file, bytes.
 const HEADER_BYTES: u64 = 128;
-/// Size of the points of a frame: row size of `points.csv` times a typical number for road frames, as without
-/// samples the number is unknown.
-const POINTS_BYTES: u64 = 280 * 64;
+/// A typical number of points of a road frame, as without samples the number is unknown.
+const TYPICAL_POINTS: u64 = 64;
+/// Size of the points of a frame: row size of `points.csv` times their number.
+const POINTS_BYTES: u64 = 280 * TYPICAL_POINTS;
 /// Size of the four pictures of a radar's frame of a road, bytes; each is 150 to 260 kB.
 pub const PICTURES_BYTES: u64 = 740_000;
 
@@ -186,6 +227,13 @@ pub fn expected_bytes(
     let map_bytes = HEADER_BYTES + 4 * (radar.doppler_rows() * radar.range_bins()) as u64;
     let maps = u64::from(o.range_doppler) + u64::from(o.cfar_threshold);
     bytes.arrays += maps * radar.waveform.parts() as u64 * map_bytes;
+    if o.angle_spectra {
+        let grid = Directions::new(radar)?;
+        let directions = grid.azimuth_rad.len() * grid.elevation_rad.len();
+        bytes.arrays +=
+            radar.waveform.parts() as u64 * (HEADER_BYTES + 4 * TYPICAL_POINTS * directions as u64);
+        bytes.tables += radar.waveform.parts() as u64 * 48 * TYPICAL_POINTS;
+    }
     if o.masks {
         // A byte of the mask and four planes of f32.
         let cells = |g: &Grid| 2 * HEADER_BYTES + 17 * (g.rows * g.columns) as u64;
@@ -193,6 +241,10 @@ pub fn expected_bytes(
     }
     if o.points {
         bytes.tables += POINTS_BYTES;
+    }
+    if o.return_places {
+        let most = heard.echoes.list.iter().map(|e| u64::from(e.bounces)).max().unwrap_or(0);
+        bytes.arrays += HEADER_BYTES + 12 * most * heard.echoes.list.len() as u64;
     }
     if o.returns {
         let counter = write_echoes(Counter(0), radar, &heard.echoes);

@@ -4,6 +4,7 @@
 use catseye::adc::methods::Methods;
 use catseye::adc::synthesis::SynthesisStats;
 use catseye::base::error::{Error, Result};
+use catseye::dsp::doa_beamform::Grid;
 use catseye::engine::EngineReport;
 use catseye::formats::stage::MANIFEST;
 use catseye::scene::ImportReport;
@@ -32,15 +33,35 @@ impl Axis {
 }
 
 /// Axes of the range-Doppler map (CONVENTIONS eq. 15 and 16).
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Axes {
     /// Range of the columns, m.
     pub range_m: Axis,
     /// Range rate of the rows, m/s, positive receding.
     pub range_rate_mps: Axis,
+    /// Azimuths of the columns of `angle_spectra.npy`, degrees, where that file is written.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub azimuth_deg: Vec<f64>,
+    /// Elevations of its rows, degrees.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub elevation_deg: Vec<f64>,
 }
 
 impl Axes {
+    /// The same with the directions of `angle_spectra.npy`.
+    ///
+    /// # Errors
+    /// Returns an error if the radar's processing searches no directions.
+    pub fn with_angles(self, radar: &Radar) -> Result<Axes> {
+        let grid = Grid::new(radar)?;
+        let degrees = |axis: Vec<f64>| axis.into_iter().map(f64::to_degrees).collect();
+        Ok(Axes {
+            azimuth_deg: degrees(grid.azimuth_rad),
+            elevation_deg: degrees(grid.elevation_rad),
+            ..self
+        })
+    }
+
     /// Axes of a radar's map.
     pub fn of(radar: &Radar) -> Axes {
         let rows = radar.doppler_rows();
@@ -52,6 +73,8 @@ impl Axes {
                 count: radar.range_bins(),
             },
             range_rate_mps: Axis { first: -((rows / 2) as f64) * step, step, count: rows },
+            azimuth_deg: Vec::new(),
+            elevation_deg: Vec::new(),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Runs many frames into one folder. Each frame appears under its name when it is complete; an interrupted
 //! run continues where it stopped; the folder gets its own name at the very end.
 
-use super::files::{Truth, frame_name, write_frame, write_masks};
+use super::files::{Truth, frame_name, write_frame, write_masks, write_spectra};
 use super::follow;
 use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, keep_radars};
 use catseye::base::control::Control;
@@ -128,6 +128,9 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
             };
             fs::create_dir_all(&dir).map_err(|e| Error::io(&dir, e))?;
             write_frame(&dir, &scenario.output, radar, &frame, &truth)?;
+            if scenario.output.angle_spectra {
+                write_spectra(&dir, engine, radar, &frame)?;
+            }
             if scenario.output.masks {
                 write_masks(&dir, scene, &frame, &truth)?;
             }
@@ -168,7 +171,10 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         scenario: options.source.clone(),
         scenario_name: scenario.name.clone(),
         radar: keep_radars(staged.path(), &scenario.radars)?,
-        axes: PerRadar::of(&scenario.radars, |r| Ok(Axes::of(r)))?,
+        axes: PerRadar::of(&scenario.radars, |r| match scenario.output.angle_spectra {
+            true => Axes::of(r).with_angles(r),
+            false => Ok(Axes::of(r)),
+        })?,
         import: Some(scene.import.clone()),
         remarks: remarks.clone(),
         frames: records.clone(),

@@ -1,7 +1,9 @@
 //! Axes and their ticks.
 
+use serde::Serialize;
+
 /// A linear axis. `lo` is at the left or bottom, and may be larger than `hi`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Axis {
     /// Quantity and unit, e.g. `range (m)`.
     pub label: String,

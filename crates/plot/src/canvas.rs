@@ -6,6 +6,7 @@ pub use super::font::text_width;
 use catseye::base::error::{Error, Result};
 use catseye::formats::{check_extension, stage};
 use image::RgbImage;
+use serde::Serialize;
 use std::path::PathBuf;
 use tiny_skia::{
     Color, ColorU8, FillRule, IntRect, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke,
@@ -72,7 +73,7 @@ impl Picture {
 }
 
 /// Stroke of a line.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Pen {
     /// Colour of the stroke.
     pub colour: Rgb,

@@ -4,6 +4,7 @@
 use super::axis::{Axis, tick_labels};
 use super::canvas::{Anchor, BLACK, Canvas, GREY, GRID, Pen, Picture, Rect, Rgb, SCALE, text_width};
 use catseye::base::error::Result;
+use serde::Serialize;
 
 pub const TICK_SIZE: u32 = 12;
 pub const LABEL_SIZE: u32 = 13;
@@ -22,7 +23,8 @@ pub const CURVE_COLOURS: [Rgb; 7] = [
 ];
 
 /// A sequence of colours.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum ColourMap {
     /// Dark to bright, even steps in lightness.
     Viridis,
@@ -31,7 +33,7 @@ pub enum ColourMap {
 }
 
 /// Values to colours, and the colour bar that explains them.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scale {
     /// The colours.
     pub map: ColourMap,
@@ -59,7 +61,8 @@ impl Scale {
 }
 
 /// What colours marks.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Paint {
     /// One colour for all.
     Fixed(Rgb),
@@ -68,7 +71,8 @@ pub enum Paint {
 }
 
 /// Shape of a mark.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(tag = "shape", rename_all = "kebab-case")]
 pub enum Mark {
     /// A filled circle.
     Dot {
@@ -93,7 +97,8 @@ pub enum Mark {
 }
 
 /// One layer of a chart, in the units of its axes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "layer", rename_all = "kebab-case")]
 pub enum Layer {
     /// Cells of equal size between the given edges, `[row, column]`, row 0 at `y.0`.
     Cells {
@@ -151,7 +156,7 @@ pub enum Layer {
 }
 
 /// One entry of the legend.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Key {
     /// Text of the entry.
     pub label: String,
@@ -160,7 +165,8 @@ pub struct Key {
 }
 
 /// What stands before an entry of the legend.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Symbol {
     /// A short line.
     Line(Pen),
@@ -179,8 +185,9 @@ pub enum Symbol {
     Note,
 }
 
-/// A chart as plain data; [`draw`](Chart::draw) makes the picture.
-#[derive(Debug, Clone, PartialEq)]
+/// A chart as plain data; [`draw`](Chart::draw) makes the picture. As JSON it is what another program needs to draw it, such as a page
+/// in a browser: axes, layers in data coordinates, colours as [red, green, blue]. A number that is not finite becomes null.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Chart {
     /// Title above the frame.
     pub title: String,

@@ -626,3 +626,38 @@ fn a_white_line_shows_in_the_legend() {
     // 24 x 10 logical pixels less the line.
     assert!(dark(&chart) > 500);
 }
+
+/// What a page in a browser needs to draw the same chart.
+#[test]
+fn charts_are_json() {
+    let mut chart =
+        Chart::new("two", Axis::new("range (m)", 0.0, 10.0), Axis::new("power (dBm)", -90.0, 0.0));
+    let pen = Pen::solid([1, 2, 3], 2.0);
+    chart.layers.push(Layer::Line { points: vec![[0.0, -80.0], [5.0, f64::NAN]], pen });
+    chart.key("gain", Symbol::Line(pen));
+    chart.marks("points", vec![[2.0, -70.0]], Mark::Ring { radius: 4.0 }, [9, 8, 7]);
+    chart.scale = Some(Scale::new(ColourMap::BlueWhiteRed, "dB", -1.0, 1.0));
+    let pen = serde_json::json!({"colour": [1, 2, 3], "width": 2.0, "dash": null});
+    let ring = serde_json::json!({"shape": "ring", "radius": 4.0});
+    let axis = |label: &str, lo: f64, hi: f64| serde_json::json!({"label": label, "lo": lo, "hi": hi, "degrees": false, "names": []});
+    assert_eq!(
+        serde_json::to_value(&chart).unwrap(),
+        serde_json::json!({
+            "title": "two",
+            "x": axis("range (m)", 0.0, 10.0),
+            "y": axis("power (dBm)", -90.0, 0.0),
+            "width": 600.0,
+            "height": 400.0,
+            "grid": true,
+            "scale": {"map": "blue-white-red", "axis": axis("dB", -1.0, 1.0)},
+            "layers": [
+                {"layer": "line", "points": [[0.0, -80.0], [5.0, null]], "pen": pen},
+                {"layer": "marks", "points": [[2.0, -70.0]], "mark": ring, "paint": {"fixed": [9, 8, 7]}},
+            ],
+            "keys": [
+                {"label": "gain", "symbol": {"line": pen}},
+                {"label": "points", "symbol": {"mark": [ring, [9, 8, 7]]}},
+            ],
+        })
+    );
+}

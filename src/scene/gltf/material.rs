@@ -275,7 +275,14 @@ pub fn choose_material(
             let note = format!("material '{}' is taken as {}, the default", clip(name), d.name);
             Ok((d, Some(note)))
         }
-        (Err(Error::Input(e)), None) => Err(e.file(file).key(key).value(clip(name)).into()),
+        (Err(Error::Input(e)), None) => {
+            let e = e.file(file).key(key).value(clip(name));
+            Err(match e.remedy {
+                Some(_) => e,
+                None => e.remedy("map it with --material NAME=MATERIAL or give --default-material"),
+            }
+            .into())
+        }
         (Err(e), None) => Err(e),
     }
 }

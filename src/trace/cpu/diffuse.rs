@@ -326,6 +326,7 @@ impl Scatterer<'_> {
             path_gain: spread,
             chain,
             bounces: 1,
+            between_m: Box::default(),
         })
     }
 }

@@ -70,7 +70,8 @@ fn reversed(r: &Echo) -> Echo {
         last_velocity_mps: r.first_velocity_mps,
         path_gain: [[vv, hv], [vh, hh]],
         chain,
-        ..*r
+        between_m: r.between_m.iter().rev().copied().collect(),
+        ..r.clone()
     }
 }
 
@@ -124,7 +125,18 @@ pub fn from_clipped(
     let least = options.least;
     let images = options.images && !last;
     let lit = if images { lit(geometry, clipped, &direct) } else { FastMap::default() };
-    let radar = Station { geometry, clipped, pose, velocity_mps, bends, tau, spread_m, least, lit };
+    let radar = Station {
+        geometry,
+        clipped,
+        pose,
+        velocity_mps,
+        bends,
+        tau,
+        spread_m,
+        least,
+        places: options.places,
+        lit,
+    };
     let all = direct.par_iter().map(|r| match images {
         true => radar.with_reciprocals(r),
         false => radar.echoes(r, false),
@@ -311,6 +323,8 @@ struct Station<'a> {
     spread_m: f64,
     /// As `TraceOptions::least`.
     least: f64,
+    /// As `TraceOptions::places`.
+    places: bool,
     /// What the radar sees at first hand of small planes that mirror, by their patches.
     lit: FastMap<u32, Reflecting>,
 }
@@ -724,6 +738,7 @@ impl Station<'_> {
             dir = next;
         }
         let unfolded = place.distance(node(chain[count - 1]).frame.origin);
+        let to_sensor_m = |p: &DVec3| to_sensor * (*p - radar);
         Echo {
             path_length_m: unfolded + back_m,
             path_rate_mps: rate,
@@ -737,6 +752,11 @@ impl Station<'_> {
             path_gain: radiated.map(|row| row.map(|m| m / (unfolded * back_m))),
             chain: ids,
             bounces: (count + usize::from(over)) as u8,
+            between_m: match (self.places, over) {
+                (false, _) => Box::default(),
+                (true, false) => points[..count - 1].iter().skip(1).map(to_sensor_m).collect(),
+                (true, true) => points[..count].iter().skip(1).map(to_sensor_m).collect(),
+            },
         }
     }
 }

@@ -124,6 +124,7 @@ fn estimate(
         path_gain: [[Complex64::ZERO; 2]; 2],
         chain,
         bounces: (bounces + 1).min(MAX_BOUNCES) as u8,
+        between_m: Box::default(),
     };
     let most = e.left / (out_m + back_m);
     Some(Estimate {

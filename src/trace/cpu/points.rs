@@ -67,7 +67,7 @@ pub fn point_echoes_over(
     options: &TraceOptions,
 ) -> Vec<Echo> {
     let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
-    let radar = Radar { geometry, pose, velocity_mps, bends, mirrors };
+    let radar = Radar { geometry, pose, velocity_mps, bends, mirrors, places: options.places };
     let points = geometry.points.iter().flat_map(|p| {
         let s = (crate::base::units::power_from_db(p.rcs_dbsm) / (4.0 * PI)).sqrt();
         let target =
@@ -119,6 +119,8 @@ struct Radar<'a> {
     velocity_mps: DVec3,
     bends: Bends,
     mirrors: &'a [Reflecting],
+    /// As `TraceOptions::places`.
+    places: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -217,6 +219,10 @@ impl Radar<'_> {
                     path_gain: scattering(out, back).map(|row| row.map(|z| z / lengths)),
                     chain,
                     bounces,
+                    between_m: match bounces {
+                        3 if self.places => [to_sensor * (target.place_m - self.pose.translation_m)].into(),
+                        _ => Box::default(),
+                    },
                 });
             }
         }

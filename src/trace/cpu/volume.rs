@@ -74,6 +74,7 @@ pub fn echoes(
             path_gain: [[s, Complex64::ZERO], [Complex64::ZERO, s]],
             chain: [0; MAX_BOUNCES],
             bounces: 1,
+            between_m: Box::default(),
         })
     };
     (0..count).into_par_iter().filter_map(echo).collect()

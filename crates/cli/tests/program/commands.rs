@@ -55,6 +55,21 @@ fn wrong_input_is_one_line_and_code_2() {
     refused(d, &["rcs", "sphere", "--device", "voodoo2"], &["device", "voodoo2"]);
     refused(d, &["rcs", "sphere", "--nonsense"], &["--nonsense"]);
     refused(d, &["rcs", "sphere:material=unobtainium"], &["unobtainium", "aluminium"]);
+    let e = refused(
+        d,
+        &["rcs", "a.glb", "--default-material", "unobtainium"],
+        &["--default-material", "aluminium"],
+    );
+    assert!(!e.contains("give --default-material"), "{e}");
+    refused(d, &["rcs", "a.glb", "--material", "Stahl=steal"], &["--material", "did you mean 'steel'"]);
+    for frames in ["-1", "0"] {
+        refused(
+            d,
+            &["simulate", "s.toml", "--frames", frames],
+            &["--frames", frames, "allowed: a whole number, 1 or more"],
+        );
+    }
+    refused(d, &["simulate", "s.toml", "--seed", "-3"], &["--seed = '-3'", "0 or more"]);
     refused(d, &["simulate", "missing.toml", "-o", "x"], &["missing.toml"]);
     refused(d, &["init", "novel"], &["novel"]);
     std::fs::write(d.join("s.toml"), "name = \"x\"\nradar = \"front77\"\n[frames]\ncuont = 3\n").unwrap();
@@ -264,7 +279,7 @@ fn thresholds_and_the_scene_are_written_on_request() {
     let object =
         "[[object]]\nreflector = \"type1\"\nposition_m = [12, 1, 0]\nvelocity_mps = [-2, 0, 0]\n[frames]";
     let asked = text
-        .replace("plots = false", "plots = false\ncfar_threshold = true\nscene = true")
+        .replace("plots = false", "plots = false\ncfar_threshold = true\nangle_spectra = true\nscene = true")
         .replace("[frames]", object);
     std::fs::write(d.join("asked.toml"), asked).unwrap();
     done(d, &["simulate", "s.toml", "-o", "plain"]);
@@ -276,6 +291,38 @@ fn thresholds_and_the_scene_are_written_on_request() {
     let above = map.data.iter().zip(&level.data).filter(|(p, t)| p > t).count();
     let rows = std::fs::read_to_string(d.join("out/frame_000000/points.csv")).unwrap().lines().count() - 1;
     assert!(rows > 0 && above >= rows && above < map.data.len() / 20, "{above} cells for {rows} points");
+    // Each point stands where the spectrum of its cell is largest, to a step of the search.
+    let manifest: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(d.join("out/manifest.json")).unwrap()).unwrap();
+    let azimuth_deg: Vec<f64> = serde_json::from_value(manifest["axes"]["azimuth_deg"].clone()).unwrap();
+    let spectra = read("angle_spectra.npy");
+    let frame = d.join("out/frame_000000");
+    let cells = catseye::formats::csv::Table::read(&frame.join("angle_cells.csv")).unwrap();
+    assert_eq!(spectra.shape, [cells.len(), 1, azimuth_deg.len()]);
+    let points = catseye::formats::csv::Table::read(&frame.join("points.csv")).unwrap();
+    let column = |t: &catseye::formats::csv::Table, name: &str| t.numbers(name).unwrap();
+    let (range_m, rate_mps) = (column(&cells, "range_m"), column(&cells, "range_rate_mps"));
+    for ((range, rate), azimuth) in column(&points, "range_m")
+        .iter()
+        .zip(column(&points, "range_rate_mps"))
+        .zip(column(&points, "azimuth_deg"))
+    {
+        let i = (0..cells.len())
+            .find(|i| (range_m[*i] - range).abs() < 1e-9 && (rate_mps[*i] - rate).abs() < 1e-9);
+        let row = &spectra.data[i.unwrap() * azimuth_deg.len()..][..azimuth_deg.len()];
+        let top = (0..row.len()).max_by(|a, b| row[*a].total_cmp(&row[*b])).unwrap();
+        let step = azimuth_deg[(top + 1).min(row.len() - 1)] - azimuth_deg[top.saturating_sub(1)];
+        assert!((azimuth_deg[top] - azimuth).abs() < 0.5 * step, "{azimuth}: {}", azimuth_deg[top]);
+    }
+    let gridless = "angle = { method = \"esprit\", sources = 1 }\nazimuth_bins";
+    std::fs::write(d.join("esprit.toml"), small_radar().replace("azimuth_bins", gridless)).unwrap();
+    let text = std::fs::read_to_string(d.join("asked.toml")).unwrap().replace("radar.toml", "esprit.toml");
+    std::fs::write(d.join("no.toml"), text).unwrap();
+    refused(
+        d,
+        &["simulate", "no.toml", "-o", "no"],
+        &["no.toml", "output.angle_spectra", "without a spectrum", "music"],
+    );
     // It is the scene that the frames were traced in, and the manifest knows it.
     let scene = catseye::scene::gltf::import(&d.join("out/scene.glb"), &Default::default()).unwrap();
     let mut speeds: Vec<f64> = scene.objects.iter().map(|o| o.velocity_mps.x).collect();
@@ -333,8 +380,8 @@ fn a_finished_frame_that_changed_is_made_again() {
         .stdout(std::process::Stdio::null())
         .spawn()
         .unwrap();
-    // Three notes: three frames are done.
-    let note = d.join(".part.unfinished/notes/frame_000002.json");
+    // A note that is there may still be empty, so the one after the third frame's is waited for.
+    let note = d.join(".part.unfinished/notes/frame_000003.json");
     while !note.exists() && child.try_wait().unwrap().is_none() {
         std::thread::sleep(std::time::Duration::from_millis(1));
     }

@@ -12,7 +12,7 @@ pub fn text(bytes: &[u8]) -> String {
 }
 
 /// Exit code 2, and one line that says all of `parts`.
-pub fn refused(dir: &Path, args: &[&str], parts: &[&str]) {
+pub fn refused(dir: &Path, args: &[&str], parts: &[&str]) -> String {
     let out = catseye(dir, args);
     let err = text(&out.stderr);
     assert_eq!(out.status.code(), Some(2), "{args:?}: {err}");
@@ -21,4 +21,5 @@ pub fn refused(dir: &Path, args: &[&str], parts: &[&str]) {
     for p in parts {
         assert!(lines[0].contains(p), "{args:?}: '{p}' is not in: {err}");
     }
+    lines[0].to_string()
 }

@@ -153,10 +153,7 @@ pub fn compare(engine: &Engine, paths: &[PathBuf], out: &Path, o: &RunOptions<'_
                 given.kept(&format!("scenario{number}_run{run}"), || {
                     // Frames of a drive that is part of preparing a method are not told.
                     let inner = TrialContext { watch: &|_, _| {}, keep: None, ..given };
-                    let mut told = || {
-                        done += 1;
-                        (o.watch)(done, all);
-                    };
+                    let mut told = |frames| (o.watch)(before + u64::from(frames), all);
                     let made =
                         drive_once(&inner, table, run, false, &mut told).map_err(|e| e.in_file(path))?;
                     let cannot = made.cannot.into_iter().map(|(variant, why)| (variant, Err(why)));

@@ -110,7 +110,7 @@ pub fn driven(engine: &Engine, path: &Path, frames: u32) -> Result<Vec<Driven>> 
     let mut scenario = Scenario::load(path)?;
     scenario.frames.count = frames;
     let given = TrialContext { scenario: &scenario, path, engine, runs: 1, keep: None, watch: &|_, _| {} };
-    Ok(drive_once(&given, &table, 0, true, &mut || {})?.driven)
+    Ok(drive_once(&given, &table, 0, true, &mut |_| {})?.driven)
 }
 
 /// Output of one radar at one look.
@@ -120,7 +120,8 @@ struct RadarLook {
     tracks: Vec<LaneTrack>,
 }
 
-/// Runs one drive with all methods, `with_looks` or without. `told` is called after each frame.
+/// Runs one drive with all methods, `with_looks` or without. `told` is given the number of finished frames: 0 once the methods are
+/// prepared, which may take a drive of its own, and then each count.
 ///
 /// # Errors
 /// Returns the errors of the site and of the frames.
@@ -129,7 +130,7 @@ pub fn drive_once(
     table: &LaneTable,
     run: u32,
     with_looks: bool,
-    told: &mut dyn FnMut(),
+    told: &mut dyn FnMut(u32),
 ) -> Result<ComparedDrive> {
     let site = Site::new(&given.scenario_of(run))?;
     let drive = Drive::new(&site, given.engine)?;
@@ -147,6 +148,7 @@ pub fn drive_once(
             *follower = Some(TrackFollower::new()?);
         }
     }
+    told(0);
     for index in 0..drive.frames() {
         let time_s = drive.time_s(index);
         let level = drive.level(time_s);
@@ -189,7 +191,7 @@ pub fn drive_once(
                 looks.push(look);
             }
         }
-        told();
+        told(index + 1);
     }
     Ok(out)
 }

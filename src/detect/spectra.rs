@@ -1,0 +1,80 @@
+//! The spectra over angle behind the points of a map.
+
+use super::ambiguity::Standing;
+use super::locate::{Decoded, accuracy, decoded, fold_test, manifold, options};
+use super::points::{peaks, range_m};
+use crate::base::error::Result;
+use crate::dsp::RangeDoppler;
+use crate::dsp::doa_beamform::{Beamformer, Grid};
+use crate::dsp::doa_estimate::{Cells, Estimator};
+use crate::engine::Engine;
+use crate::scene::radar::{AngleMethod, Radar};
+use glam::DVec3;
+
+/// What the processing saw in every direction that it searched, for the cells of one map that it searched.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AngleSpectra {
+    /// Directions of the columns and rows.
+    pub grid: Grid,
+    /// The cells, in the order of the map's.
+    pub cells: Vec<SpectrumCell>,
+    /// Values `[cell, elevation, azimuth]`: power in W, but for MUSIC and Bi-SVD a number of 1 or more that is large where a source is.
+    pub values: Vec<f64>,
+}
+
+/// A cell whose directions were searched.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct SpectrumCell {
+    /// Column of the map.
+    pub range_bin: u32,
+    /// Row of the map.
+    pub doppler_row: u32,
+    /// Range of the peak between the cells, m.
+    pub range_m: f64,
+    /// Range rate of the peak, unfolded as far as it is known, m/s.
+    pub range_rate_mps: f64,
+}
+
+/// The spectra over angle behind the points of one map. `found` is that map after [`points`] or [`detected`] has chosen its cells;
+/// `radar` is that of the map's ramp ([`Radar::part`]) and `velocity_mps` the radar's own in its frame, where it is known.
+///
+/// # Errors
+/// Returns an error if the radar's angle method has no spectrum (ESPRIT and root-MUSIC), if its array or calibration does not suit the
+/// method, or if the engine fails.
+pub fn angle_spectra(
+    engine: &Engine,
+    radar: &Radar,
+    found: &RangeDoppler<f64>,
+    velocity_mps: Option<DVec3>,
+) -> Result<AngleSpectra> {
+    let grid = Grid::new(radar)?;
+    let accuracy = accuracy(radar)?;
+    let (tops, rates) = peaks(radar, found, &accuracy);
+    if tops.is_empty() {
+        return Ok(AngleSpectra { grid, cells: Vec::new(), values: Vec::new() });
+    }
+    let folds = fold_test(radar)?;
+    let standing = velocity_mps.map(|velocity_mps| Standing::seen_by(radar, velocity_mps));
+    let Decoded { snapshots, noise, rates } =
+        decoded(radar, found, &rates, folds.as_ref(), standing.as_ref());
+    let angle = &radar.processing.angle;
+    let values = if angle.method == AngleMethod::Bartlett && angle.calibration.is_none() {
+        engine.angular_power(&Beamformer::new(radar)?, &snapshots, &vec![0.0; tops.len()])?
+    } else {
+        let estimator = Estimator::new(manifold(radar)?, grid.clone(), options(angle))?;
+        let cells = Cells { snapshots: 1, data: &snapshots.data, noise_w: Some(&noise) };
+        estimator.spectra(&cells, |steering, forms| engine.forms(steering, forms))?
+    };
+    let cells = tops
+        .iter()
+        .zip(&found.cells)
+        .zip(&rates)
+        .map(|((top, cell), (range_rate_mps, ..))| SpectrumCell {
+            range_bin: cell.range,
+            doppler_row: cell.doppler,
+            range_m: range_m(radar, top.range, *range_rate_mps, accuracy.coupling_s),
+            range_rate_mps: *range_rate_mps,
+        })
+        .collect();
+    Ok(AngleSpectra { grid, cells, values })
+}
