@@ -100,8 +100,7 @@ pub enum ElementKind {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ElementTable {
-    /// Shape of the element: a straight line, an arc of constant curvature, or a clothoid, whose curvature
-    /// changes evenly along it.
+    /// Shape of the element.
     pub kind: At<ElementKind>,
     /// Length of the element, m, more than 0; an arc may have `angle_deg` in its place.
     pub length_m: Option<At<f64>>,

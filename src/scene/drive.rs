@@ -10,9 +10,10 @@ use std::f64::consts::TAU;
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DriveTable {
-    /// Along the lane.
+    /// Constant speed along the lane, m/s; from -150 to 150.
     pub speed_mps: At<f64>,
-    /// In its place [time in s, speed in m/s], straight between times, constant before the first and after the last.
+    /// Speed over time in place of `speed_mps`: pairs [time in s, speed in m/s], with straight lines between, constant
+    /// before the first and after the last.
     pub speed_profile: At<Vec<[f64; 2]>>,
     /// Moves to the side, in the order of their times.
     pub lane_change: Vec<LaneChangeTable>,
@@ -26,9 +27,9 @@ pub struct DriveTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LaneChangeTable {
-    /// Its beginning.
+    /// Time at which the move begins, s.
     pub at_s: At<f64>,
-    /// Positive to the left as the vehicle goes.
+    /// Distance of the move, m, positive to the left as the vehicle goes.
     pub by_m: At<f64>,
     /// How long it takes, s.
     pub over_s: At<f64>,
@@ -42,7 +43,7 @@ pub struct SwayTable {
     pub amplitude_m: At<f64>,
     /// Time of a whole swing, s.
     pub period_s: At<f64>,
-    /// Share of a period that has passed at time zero.
+    /// Share of a period that has passed at time zero, from -1 to 1.
     #[serde(default)]
     pub phase: At<f64>,
 }
