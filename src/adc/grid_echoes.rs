@@ -83,12 +83,12 @@ struct Part {
     rate: Vec<f64>,
     acceleration: Vec<f64>,
     jerk: Vec<f64>,
-    /// Of the way to and from each element that the channels have, in their order; empty for others.
+    /// Excess of the way to and from each element that the channels have, in their order; empty for others.
     tx: Vec<Excess>,
     rx: Vec<Excess>,
 }
 
-/// By what the way to an element is longer than that to the phase centre, m, and its first and second derivative.
+/// Length of the way to an element less that to the phase centre, m, with its first and second derivative.
 #[derive(Default)]
 struct Excess {
     length: Vec<f64>,
@@ -97,7 +97,7 @@ struct Excess {
 }
 
 impl Excess {
-    /// Of all elements in use, for ways with these directions, ranges and velocities.
+    /// Computes the excesses of all elements in use, for ways with these directions, ranges and velocities.
     fn of(elements: &[Antenna], used: &[bool], ways: &[(DVec3, f64, DVec3)]) -> Vec<Excess> {
         let of = |(element, used): (&Antenna, &bool)| {
             let p = element.position_m;
@@ -131,7 +131,7 @@ impl Part {
 }
 
 impl Paths {
-    /// Of `indices` into the returns of the plan, as some channels need them.
+    /// Collects the paths of the plan's echoes with these `indices`, as these channels need them.
     fn new(plan: &Plan, indices: &[u32], channels: Range<usize>) -> Paths {
         let mut used = (vec![false; plan.radar.tx.len()], vec![false; plan.radar.rx.len()]);
         for way in &plan.ways[channels] {

@@ -100,7 +100,7 @@ pub struct Sorted {
 }
 
 impl Sorted {
-    /// For echoes that are to go into one line each, the same number into every line.
+    /// Shares the echoes out among the lines in equal numbers, for echoes that go into one line each.
     pub fn shared_out(echoes: &GridEchoes, lines: usize) -> Sorted {
         let n = echoes.count;
         Sorted {
@@ -110,7 +110,7 @@ impl Sorted {
         }
     }
 
-    /// By place among the lines.
+    /// Sorts the echoes by their place among the lines of the layout.
     pub fn by_line(echoes: &GridEchoes, layout: &Layout) -> Sorted {
         if layout.lines == 1 {
             return Sorted {

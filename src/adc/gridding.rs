@@ -225,7 +225,7 @@ pub struct Layout {
 pub struct Level {
     /// Mean of m, chirps.
     pub centre: f64,
-    /// At m = 0, chirps².
+    /// Value at m = 0, chirps².
     pub mean: f64,
     /// Chirps.
     pub slope: f64,
@@ -265,7 +265,7 @@ pub struct Bells {
 }
 
 impl Bells {
-    /// For this many samples on an engine of these costs.
+    /// The bells for this many samples on an engine of these costs.
     pub fn new(samples: usize, costs: &Costs) -> Bells {
         let cells = cells(samples, costs);
         let oversampling = cells as f64 / samples.max(1) as f64;
@@ -289,7 +289,7 @@ pub(super) fn lines(block: usize, samples: usize, [low, high]: [f64; 2], warp: &
 }
 
 impl Layout {
-    /// For echoes that do not change from chirp to chirp: one chirp, one line.
+    /// Layout for echoes that do not change from chirp to chirp: one chirp, one line.
     pub fn still(samples: usize, costs: &Costs) -> Layout {
         let cells = cells(samples, costs);
         let oversampling = cells as f64 / samples.max(1) as f64;
@@ -317,7 +317,7 @@ impl Layout {
         cells <= costs.longest && gridded < echoes as f64 * n * costs.direct
     }
 
-    /// For echoes whose a1 goes over `range` during the frame, in blocks of `block` chirps.
+    /// Layout for echoes whose a1 goes over `range` during the frame, in blocks of `block` chirps.
     pub fn moving(
         (chirps, samples): (usize, usize),
         block: usize,
@@ -464,8 +464,8 @@ pub struct Finish<'a> {
 }
 
 impl Finish<'_> {
-    /// At chirp `i` of a block and sample `n` of the ramp: turns from line to line, and the factor's
-    /// turns and magnitude.
+    /// The factor at chirp `i` of a block and sample `n` of the ramp: its turns from line to line, its turns and its
+    /// magnitude.
     pub fn at(&self, i: usize, n: usize) -> (f64, f64, f64) {
         let layout = self.layout;
         let m = i as f64 - (layout.block / 2) as f64;

@@ -88,8 +88,8 @@ pub fn direct(
     Ok(arrival(sender, number, receivers.collect(), (at.velocity_mps - place.velocity_mps).dot(u)))
 }
 
-/// By way of a body at `body_m` with the velocity `body_mps` that scatters σ into all directions and keeps V
-/// and H as an isotropic point target does: power P_t G_t G_r λ² σ/((4π)³ R₁² R₂²).
+/// The interferer's wave by way of a body at `body_m` with the velocity `body_mps` that scatters σ into all directions
+/// and keeps V and H as an isotropic point target does: power P_t G_t G_r λ² σ/((4π)³ R₁² R₂²).
 pub fn scattered(
     sender: &Interferer,
     number: u32,

@@ -7,7 +7,7 @@ pub enum Method {
     /// Every echo at every sample.
     #[default]
     Direct,
-    /// On a grid, with its size.
+    /// The echoes are spread on a grid, whose size this holds.
     Gridded(Gridded),
 }
 
@@ -36,8 +36,8 @@ fn one() -> usize {
 /// How the echoes of one frame were summed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Methods {
-    /// Of the echoes that do not move against the radar.
+    /// Method for the echoes that do not move against the radar.
     pub still: Method,
-    /// Of the echoes that move.
+    /// Method for the echoes that move.
     pub moving: Method,
 }

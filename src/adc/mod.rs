@@ -79,7 +79,7 @@ pub struct DeviceCube {
     pub channels: usize,
     /// Number of samples of a chirp.
     pub samples: usize,
-    /// In order of chirps, together the whole cube.
+    /// Pieces in the order of chirps; together they are the whole cube.
     pub pieces: Vec<CubePiece>,
 }
 

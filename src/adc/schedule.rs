@@ -52,7 +52,7 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// Of the plan's echoes that move, on an engine of these costs.
+    /// The schedule of the plan's echoes that move, on an engine of these costs.
     pub fn new(plan: &Plan, costs: &Costs) -> Schedule {
         let mut schedule = Schedule::default();
         let moving = plan.set(Set::Moving);
@@ -134,7 +134,8 @@ pub struct Shape {
 /// What the choice looks at of an echo.
 #[derive(Debug, Clone, Copy)]
 pub struct Term {
-    /// At the phase centre in the first slot, about the middle of frame and ramp, without what the transmitter's code adds.
+    /// Phase at the phase centre in the first slot, about the middle of frame and ramp, without what the transmitter's
+    /// code adds.
     pub polynomial: PhasePolynomial,
     /// a1, a2 and a3 in the last slot.
     pub last_a1: [f64; 3],
@@ -174,7 +175,7 @@ impl Deviation {
         }
     }
 
-    /// At `half` chirps and `n` samples from the middle, rad.
+    /// The three deviations at `half` chirps and `n` samples from the middle, rad.
     fn corner(&self, half: f64, n: f64) -> [f64; 3] {
         [self.a2 * half * half, self.b1 * half * n, self.c * n * n].map(|turns| TAU * turns.abs())
     }

@@ -200,7 +200,7 @@ pub struct Plan<'a> {
     pub channels: usize,
     /// Number of samples of a chirp.
     pub samples: usize,
-    /// Of the lines: what is not mixed with the sweep is real, if at all, only after shaping.
+    /// Whether the lines are real or complex; what is not mixed with the sweep is real, if at all, only after shaping.
     pub sampling: Sampling,
     /// What the front end did with the echoes.
     pub front_end: SynthesisStats,
@@ -227,7 +227,7 @@ impl<'a> Plan<'a> {
         Self::with_lines(radar, radar.lines(), echoes)
     }
 
-    /// With lines of one's choice.
+    /// Plans the synthesis of frequency lines other than the radar's own.
     ///
     /// # Errors
     /// When an echo is not finite.
@@ -368,7 +368,7 @@ impl<'a> Plan<'a> {
         self.channel(channel).coefficients(index)
     }
 
-    /// For many echoes in one channel: what they have in common is worked out once.
+    /// A channel in which many echoes are evaluated: what they have in common is worked out once.
     pub fn channel(&self, channel: usize) -> Channel<'_> {
         let way = self.ways[channel];
         Channel {
@@ -598,13 +598,13 @@ impl Channel<'_> {
 /// Eq. 11 in eq. 12a as a polynomial, for one slot. With τ = a + b m + d n: b the change of delay
 /// from loop to loop, d from line to line.
 pub(super) struct Polynomial {
-    /// Of the sweep that the echo is mixed with; zero when it is not.
+    /// Slope of the sweep that the echo is mixed with, Hz/s; zero when it is not mixed.
     slope: f64,
-    /// From line to line, Hz and s.
+    /// Step of the frequency from line to line, Hz; `line` is that of the time, s.
     step: f64,
     line: f64,
     loop_: f64,
-    /// Of the first line of the frame.
+    /// Time of the first line of the frame, s.
     start: f64,
     /// Frequency of that line, Hz.
     f: f64,

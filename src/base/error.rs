@@ -193,7 +193,7 @@ fn final_name(path: &Path) -> PathBuf {
     out
 }
 
-/// At most `most` characters of `text`, the end left out.
+/// Shortens `text` to at most `most` characters, leaving out its end.
 fn shortened(text: &str, most: usize) -> String {
     match text.chars().count() <= most {
         true => text.to_string(),
@@ -201,7 +201,7 @@ fn shortened(text: &str, most: usize) -> String {
     }
 }
 
-/// At most `most` characters of a path, the beginning left out: its end says which file it is.
+/// Shortens a path to at most `most` characters, leaving out its beginning: its end says which file it is.
 fn shortened_path(path: &Path, most: usize) -> String {
     let text = path.display().to_string();
     let count = text.chars().count();
@@ -274,8 +274,8 @@ impl Error {
         }
     }
 
-    /// For `--json`: `{"error": {"message": …, "exit_code": …}}`, and of bad input file, line, key, value, problem, what is allowed and
-    /// the remedy, as far as they are known.
+    /// The error as JSON, for `--json`: `{"error": {"message": …, "exit_code": …}}`; for a bad input file also line,
+    /// key, value, problem, what is allowed and the remedy, as far as they are known.
     pub fn json(&self) -> serde_json::Value {
         let mut error = serde_json::Map::new();
         error.insert("message".into(), self.to_string().into());

@@ -24,7 +24,7 @@ pub struct AxisAccuracy {
     pub bias: f64,
     /// What the parabola is off under this window, which is taken out; None where that cannot be.
     pub response: Option<Interpolator>,
-    /// From the middle of the data to the window's centroid, in values: half a value under a periodic window.
+    /// Distance from the middle of the data to the window's centroid, in values: half a value under a periodic window.
     pub late: f64,
 }
 
@@ -154,13 +154,13 @@ pub struct PointAccuracy {
 /// Standard deviations of one point. Angles are None where the array cannot tell them.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct PointStd {
-    /// Of the range, m.
+    /// Standard deviation of the range, m.
     pub range_m: f64,
-    /// Of the range rate, m/s.
+    /// Standard deviation of the range rate, m/s.
     pub range_rate_mps: f64,
-    /// Of the azimuth, rad.
+    /// Standard deviation of the azimuth, rad.
     pub azimuth_rad: Option<f64>,
-    /// Of the elevation, rad.
+    /// Standard deviation of the elevation, rad.
     pub elevation_rad: Option<f64>,
 }
 

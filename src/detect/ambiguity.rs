@@ -398,9 +398,9 @@ impl TdmFolds {
         (y.norm_sqr(), if step.is_finite() { step } else { DVec2::ZERO })
     }
 
-    /// By how many dB the beam of the best wrong fold falls short of the right one, for the direction
-    /// in which that is least: 0 when the array can tell nothing (a receiver that no two
-    /// transmitters double, say), and what decides the SNR that a decision takes.
+    /// How many dB the beam of the best wrong fold falls short of the right one, for the direction in which that is
+    /// least. It is 0 when the array can tell nothing (a receiver that no two transmitters double, say), and decides
+    /// the SNR that a decision takes.
     pub fn separation_db(&self) -> f64 {
         let channels = self.channels.len();
         let mut worst: f64 = 0.0;

@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 pub struct Mount {
     /// Place of the radar, m.
     pub position_m: DVec2,
-    /// Of boresight.
+    /// Direction of boresight in the vehicle's frame, rad, positive to the left.
     pub yaw_rad: f64,
 }
 
@@ -99,7 +99,7 @@ impl Default for EgoSettings {
 pub struct EgoMotion {
     /// m/s, yaw rate in rad/s; as many as the model has, then 0.
     pub value: [f64; 3],
-    /// Of those, row by row.
+    /// Covariance of `value`, row by row.
     pub covariance: [[f64; 3]; 3],
     /// Which points stand.
     pub standing: Vec<bool>,

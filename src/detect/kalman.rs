@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 pub struct Station {
     /// Place of the sensor, m.
     pub position_m: DVec2,
-    /// Of boresight, from the plane's x axis, positive to the left.
+    /// Direction of boresight, rad, from the plane's x axis, positive to the left.
     pub heading_rad: f64,
     /// Velocity of the sensor, m/s.
     pub velocity_mps: DVec2,
@@ -229,7 +229,7 @@ impl Estimate {
         Expectation { value: e.value + DVec3::from(bent.map(trace)) * 0.5, covariance, towards }
     }
 
-    /// With the plot of `innovation` taken in.
+    /// The estimate with the plot of `innovation` taken in.
     pub fn updated(&self, innovation: &Innovation) -> Estimate {
         let [a, b, c] = innovation.gain;
         let r = innovation.residual;

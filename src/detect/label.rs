@@ -217,7 +217,7 @@ pub struct Label {
     pub share: f64,
 }
 
-/// Of a point's power, what echoes have to bring so that it is not noise.
+/// Least share of a point's power that echoes have to bring so that the point is not noise.
 const LEAST_EXPLAINED: f64 = 0.1;
 /// Echoes that can bring less than this share of a point's power are not followed through the array.
 const LEAST_ECHO: f64 = 1e-6;

@@ -48,7 +48,8 @@ pub struct Detected {
 /// A point of the cloud, sensor frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// At least half a resolution cell: nearer than that nothing is told from the radar itself ([`least_range_m`]).
+    /// Range, m, at least half a resolution cell: nearer than that nothing is told from the radar itself
+    /// ([`least_range_m`]).
     pub range_m: f64,
     /// Positive when receding. As measured it lies within ±`Radar::max_velocity_mps`; beyond that where the array, empty
     /// Doppler bands, another slope or the ego's speed said which fold it is in (`ambiguity`).
@@ -67,9 +68,9 @@ pub struct Point {
     pub rcs_dbsm: f64,
     /// Standard deviations (eq. 115-117).
     pub std: PointStd,
-    /// Of its column, in cells.
+    /// Standard deviation of the point's column, cells.
     pub beat_std_cells: f64,
-    /// Of the range rate.
+    /// How the ambiguity of the range rate was decided.
     pub ambiguity: Ambiguity,
     /// The radar itself knows the range rate but for whole multiples of this, m/s; infinite: for none.
     pub modulo_mps: f64,

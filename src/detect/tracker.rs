@@ -21,7 +21,8 @@ pub struct TrackerSettings {
     pub gate_probability: f64,
     /// A track is confirmed by so many plots within [`Self::confirm_scans`] scans, its first counted.
     pub confirm_hits: u32,
-    /// At most [`MAX_CONFIRM_SCANS`].
+    /// Number of scans within which a track must have [`Self::confirm_hits`] plots to be confirmed, at most
+    /// [`MAX_CONFIRM_SCANS`].
     pub confirm_scans: u32,
     /// A confirmed track ends after so many scans in a row that should have shown it.
     pub max_misses: u32,
@@ -147,7 +148,7 @@ impl TrackerSettings {
 pub struct Coverage {
     /// Largest range, m.
     pub max_range_m: f64,
-    /// To each side of boresight.
+    /// Half the field of view in azimuth, to each side of boresight, rad.
     pub azimuth_rad: f64,
 }
 
@@ -190,11 +191,11 @@ impl TrackState {
 /// A body that is followed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
-    /// From 1, in the order of birth; never used again.
+    /// Number of the track from 1, in the order of birth; never used again.
     pub id: u64,
     /// How far it has come.
     pub state: TrackState,
-    /// In the tracker's plane, at the time of the latest scan.
+    /// State in the tracker's plane, at the time of the latest scan.
     pub estimate: Estimate,
     /// Time of its first plot, s.
     pub born_s: f64,

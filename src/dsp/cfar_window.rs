@@ -27,7 +27,7 @@ pub(crate) enum Halves {
     /// The training cells at smaller and at larger range than the cell's own column, whose training cells
     /// belong to neither.
     AlongRange,
-    /// Without training columns: the rows before and after.
+    /// There are no training columns: the halves are the rows before and after.
     AlongDoppler,
 }
 

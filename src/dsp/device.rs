@@ -69,7 +69,7 @@ pub fn noise(
 /// Room for this many detected cells; a frame with more costs a second, small submission.
 pub(super) const CELLS: usize = 4096;
 
-/// From the cube to detected cells in one submission: the twin of the cpu engine's `process`.
+/// Processes a cube to detected cells in one submission: the twin of the cpu engine's `process`.
 ///
 /// # Errors
 /// A cube that is not this radar's, bad settings, samples that are not finite, failures of the adapter.
@@ -137,7 +137,7 @@ impl<'a> Recorded<'a> {
         Ok(Recorded { recorder, gpu, found, cells, map, mask, limit })
     }
 
-    /// For more commands of the same submission.
+    /// The recorder, for more commands of the same submission.
     pub fn recorder(&mut self) -> &mut Recorder<'a> {
         &mut self.recorder
     }

@@ -63,9 +63,9 @@ impl Manifold {
 }
 
 impl Calibration {
-    /// From the snapshots of one reflector at each position of a turntable: their principal
-    /// eigenvector, with the ratio to the manifold smoothed over azimuth (local quadratic regression
-    /// with tricube weights, Cleveland, J. Am. Stat. Assoc. 74, 829, 1979).
+    /// Measures a calibration from the snapshots of one reflector at each position of a turntable: the principal
+    /// eigenvector of each, with the ratio to the manifold smoothed over azimuth (local quadratic regression with
+    /// tricube weights, Cleveland, J. Am. Stat. Assoc. 74, 829, 1979).
     ///
     /// `snapshots`: for each elevation, each azimuth: `[snapshot, channel]`, one or more snapshots.
     /// `manifold`: the ideal array, at the reflector's distance `range_m` if that is near.

@@ -33,7 +33,7 @@ pub struct Estimator {
     axes: [bool; 2],
     whole: View,
     smoothed: Option<View>,
-    /// Of the whole array, for the mark of ambiguous directions.
+    /// Steering vectors of the whole array, which mark ambiguous directions.
     table: Steering,
 }
 

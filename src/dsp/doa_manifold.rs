@@ -114,12 +114,12 @@ impl Manifold {
         Ok(self)
     }
 
-    /// Without what was measured, for sources at infinity.
+    /// The manifold without what was measured, for sources at infinity.
     pub(super) fn unmeasured(&self) -> Manifold {
         Manifold { range_m: None, residual: None, ..self.clone() }
     }
 
-    /// With what a measurement has over [`Self::unmeasured`].
+    /// The manifold with what a measurement has over [`Self::unmeasured`].
     pub(super) fn with_residual(mut self, residual: Residual) -> Manifold {
         self.residual = Some(Arc::new(residual));
         self
@@ -359,7 +359,7 @@ impl Lattice {
         crate::base::frames::angles_from_direction(flat + out)
     }
 
-    /// For a line: whether it lies nearer the horizontal plane than the vertical.
+    /// Whether a line of channels lies nearer the horizontal plane than the vertical.
     pub fn tells_azimuth(&self) -> bool {
         let d = self.step_m[1];
         d.z.abs() <= d.x.hypot(d.y)

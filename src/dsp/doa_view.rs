@@ -19,7 +19,7 @@ pub(super) struct View {
     pub mirror: Option<Vec<usize>>,
     pub manifold: Manifold,
     pub steering: Steering,
-    /// Of one subarray.
+    /// The lattice of one subarray.
     pub lattice: Option<Lattice>,
 }
 

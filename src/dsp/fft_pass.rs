@@ -100,7 +100,7 @@ impl Scratch {
 /// Tables of one axis on the device.
 pub(super) struct Passes {
     length: usize,
-    /// Of the input.
+    /// Number of values of an input line.
     count: usize,
     plan: Plan,
     twiddles: Buffer<Complex32>,

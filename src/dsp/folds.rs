@@ -41,17 +41,18 @@ pub fn over_folds<T>(
     Ok(strongest(found, &Smear::new(radar, &transform)))
 }
 
-/// Over how many cells `[doppler, range]` a target is smeared in the map of another fold.
+/// Number of cells `[doppler, range]` over which a target is smeared in the map of another fold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Smear {
-    /// For each fold between the two, cells from the first to the last.
+    /// Number of cells of the smear for each fold by which the two differ.
     pub per_fold: [f64; 2],
     /// Half the width of a peak, cells.
     pub peak: [f64; 2],
 }
 
 impl Smear {
-    /// By what a target of one fold more walks during the frame, and by what its Doppler frequency differs over the ramp.
+    /// Computes the smear: how much farther a target of the next fold walks during the frame, and how much its Doppler
+    /// frequency changes over the ramp.
     pub fn new(radar: &Radar, t: &Transform) -> Smear {
         let lines = radar.lines();
         let walk_m = 2.0 * radar.max_velocity_mps() * radar.frame_time_s();
@@ -71,8 +72,9 @@ impl Smear {
     }
 }
 
-/// Of the cells that were found with each fold those that no stronger cell of another fold explains: within the smear of that
-/// one the strongest has the right fold. The map is that of fold zero, and about each cell of another fold that of its own.
+/// Keeps of the cells that were found with each fold those that no stronger cell of another fold explains: within the
+/// smear of that one the strongest has the right fold. The map is that of fold zero, and about each cell of another
+/// fold that of its own.
 fn strongest(mut found: Vec<(i32, RangeDoppler<f64>)>, smear: &Smear) -> RangeDoppler<f64> {
     let (rows, columns) = (found[0].1.map.doppler_bins, found[0].1.map.range_bins);
     // (power, map, index), strongest first; equal ones as the maps have them, those of slower folds before others.

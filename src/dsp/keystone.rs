@@ -76,7 +76,7 @@ fn words(x: u64) -> [u32; 2] {
 /// What all channels of a spectrum share.
 pub(super) struct Warp {
     axis: Axis,
-    /// Of the convolution.
+    /// Length of the convolution.
     length: usize,
     /// Lines that are transformed together.
     lines: usize,

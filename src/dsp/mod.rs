@@ -134,7 +134,7 @@ pub struct RangeDoppler<T> {
     /// Estimated mean noise power in W in each of `cells`: for CA the mean of the training cells, for GO, SO
     /// and OS their statistic divided by its expectation on noise of unit mean.
     pub noise: Vec<T>,
-    /// In the order of `cells`.
+    /// Snapshots in the order of `cells`.
     pub snapshots: Snapshots<T>,
 }
 

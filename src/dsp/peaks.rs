@@ -128,7 +128,7 @@ pub struct Interpolator {
 const OFFSETS: usize = 128;
 
 impl Interpolator {
-    /// For data with these weights and a transform of length `fft`.
+    /// The interpolator for data with these weights and a transform of length `fft`.
     ///
     /// # Errors
     /// No weights or a shorter transform; a window that is not symmetric, or whose offsets the parabola does not tell

@@ -44,7 +44,7 @@ pub(crate) fn check_bands(t: &Transform) -> Result<()> {
 /// where one block is all or nothing was detected. Blocks are as large as one buffer of the adapter holds.
 ///
 /// # Errors
-/// Of the source; as [`super::device::process`]; Doppler bands.
+/// What `source` fails with, what [`super::device::process`] refuses, and Doppler bands.
 pub fn process(
     gpu: &Gpu,
     transform: &Transform,

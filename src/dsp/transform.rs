@@ -27,7 +27,7 @@ pub struct Transform {
     pub bands: usize,
     /// Factor of the power map: bands over transmitters (CONVENTIONS eq. 19a), since empty ones hold noise alone.
     pub map_scale: f64,
-    /// In place of the Doppler transform.
+    /// Keystone transform, in place of the Doppler transform.
     pub keystone: Option<Keystone>,
     /// Samples are taken from the last to the first, as of a falling chirp.
     pub reversed: bool,
@@ -98,7 +98,7 @@ impl Transform {
         })
     }
 
-    /// For a cube of this radar's lines.
+    /// The transform for a cube that holds this radar's lines.
     ///
     /// # Errors
     /// A cube whose shape is not the radar's.

@@ -20,7 +20,7 @@ pub struct AtRest {
 }
 
 impl AtRest {
-    /// For this radar's chirps.
+    /// The projection for this radar's chirps.
     pub fn of(radar: &Radar) -> AtRest {
         match radar.multiplex {
             Multiplex::Ddm { bands } => AtRest::turning(radar.chirps, bands, radar.tx.len()),
@@ -28,7 +28,7 @@ impl AtRest {
         }
     }
 
-    /// For transmitters k of which each is turned by -k / `bands` from chirp to chirp.
+    /// The projection for transmitters k of which each is turned by -k / `bands` of a turn from chirp to chirp.
     pub fn turning(chirps: usize, bands: usize, transmitters: usize) -> AtRest {
         let count = |j: usize| (chirps + bands - 1 - j) / bands;
         let dot = |a: &[Complex64], b: &[Complex64]| -> Complex64 {

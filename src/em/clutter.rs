@@ -34,7 +34,7 @@ pub struct Front {
 /// Grazing angle up to which Kulemin's law was measured, degrees.
 pub const KULEMIN_GRAZING_DEG: f64 = 30.0;
 
-/// At incidence cosine `cos_i` in (0, 1] and `wavenumber` rad/m.
+/// Backscatter per area of the ground at incidence cosine `cos_i` in (0, 1] and `wavenumber` rad/m.
 pub fn sigma0(backscatter: &Backscatter, wavenumber: f64, front: &Front, cos_i: f64) -> Sigma0 {
     let alike = |law: f64| {
         let across = backscatter.cross_db.map_or(0.0, power_from_db);

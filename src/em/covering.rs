@@ -72,7 +72,7 @@ pub struct Covering {
     pub mass_kg: Option<f64>,
     /// Thickness of the layer, m.
     pub thickness_m: f64,
-    /// Of the layer at 77 GHz.
+    /// Relative permittivity of the layer at 77 GHz.
     pub eps_r: Complex64,
     /// Aluminium under the layer.
     pub material: Material,

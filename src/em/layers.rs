@@ -167,9 +167,9 @@ pub struct Crossing {
     pub transmission: (Complex64, Complex64),
 }
 
-/// From the medium `front` to the medium `back` through `layers`, the first met first (CONVENTIONS eq.
-/// 56). `tangential` is the wavenumber along the boundary over that in air. Phases are those on the
-/// layers' front, for the transmission on their back. (Balanis, section 5.5.2.)
+/// Reflection and transmission from the medium `front` to the medium `back` through `layers`, the first met first
+/// (CONVENTIONS eq. 56). `tangential` is the wavenumber along the boundary over that in air. Phases are those on the
+/// layers' front; for the transmission those on their back. (Balanis, section 5.5.2.)
 pub fn crossing(
     front: Complex64,
     layers: &[Layer],

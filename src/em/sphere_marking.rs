@@ -39,7 +39,7 @@ pub fn rayleigh_m2(radius_m: f64, freq_hz: f64) -> f64 {
     9.0 * (wavenumber(freq_hz) * radius_m).powi(4) * optical_m2(radius_m)
 }
 
-/// Of a large one: pi a^2.
+/// Cross section of a large sphere, pi a^2, m².
 pub fn optical_m2(radius_m: f64) -> f64 {
     PI * radius_m * radius_m
 }

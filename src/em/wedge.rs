@@ -26,7 +26,7 @@ const GRAZING: f64 = 1e-7;
 pub struct Wedge {
     /// Unit vector along the edge: `into[0]` × `normal[0]`.
     pub tangent: DVec3,
-    /// In each face, at right angles to the edge and away from it.
+    /// Unit vector in each face, at right angles to the edge and away from it.
     pub into: [DVec3; 2],
     /// Unit normals of the faces, out of the metal.
     pub normal: [DVec3; 2],

@@ -13,7 +13,7 @@ use crate::scene::waveform::Multiplex;
 pub struct FrameMemory {
     /// Samples as the converter delivers them.
     pub cube_bytes: f64,
-    /// Of one ramp, both transforms' lengths.
+    /// Spectrum of one ramp, with both transforms' lengths.
     pub spectrum_bytes: f64,
     /// Range-Doppler maps of all ramps with the detector's mask.
     pub map_bytes: f64,

@@ -22,7 +22,7 @@ pub struct Table {
     path: PathBuf,
     comments: Vec<String>,
     names: Vec<String>,
-    /// By column; NaN where a cell is no number.
+    /// Cells by column; NaN where a cell is no number.
     cells: Vec<Vec<f64>>,
 }
 

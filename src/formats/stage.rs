@@ -31,13 +31,13 @@ pub struct StagedDir {
     kind: &'static str,
     force: bool,
     done: bool,
-    /// Of a resumable one: the hidden folder with all that a later start needs.
+    /// The hidden folder of a resumable stage, with all that a later start needs.
     workshop: Option<PathBuf>,
     /// Held to the end: no other process makes the same folder.
     _lock: Lock,
 }
 
-/// In a workshop: what is made there; the folder under construction; notes on the way.
+/// Names in the hidden folder: what is made there, the folder under construction, and notes on the way.
 const IDENTITY: &str = "identity";
 const RESULT: &str = "result";
 const NOTES: &str = "notes";

@@ -16,7 +16,7 @@ pub struct Cell {
     pub surface: u32,
     /// Volume, m³.
     pub volume_m3: f64,
-    /// Of all that bounds it, metal too.
+    /// Area of all that bounds the cell, metal too, m².
     pub area_m2: f64,
 }
 

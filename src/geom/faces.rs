@@ -90,7 +90,7 @@ pub struct HalfSpace {
 /// Convex faces of a body or of a scene, with the tree over them.
 #[derive(Debug, Default)]
 pub struct Faces {
-    /// In the order of the tree's leaves.
+    /// Faces in the order of the tree's leaves.
     pub faces: Vec<Face>,
     /// Corners of all faces, m; a face names a range of them.
     pub corners: Vec<DVec3>,

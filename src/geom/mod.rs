@@ -46,7 +46,7 @@ pub use triangle::Triangle;
 pub struct Body {
     /// Number of the object.
     pub id: u32,
-    /// Of its origin, which stands at `origin_m`.
+    /// Velocity of the body's origin, which stands at `origin_m`, m/s.
     pub velocity_mps: DVec3,
     /// Its origin in the world, m.
     pub origin_m: DVec3,
@@ -54,7 +54,7 @@ pub struct Body {
     pub rotation: DQuat,
     /// Its rate of rotation about the origin, rad/s.
     pub spin_rad_per_s: DVec3,
-    /// From where it is to where it is `Geometry::reach_s` before and after.
+    /// Motions from where the body is to where it is `Geometry::reach_s` before and after.
     pub shifts: [Shift; 2],
 }
 
@@ -101,7 +101,7 @@ impl Shift {
 }
 
 impl Body {
-    /// Of the particle at a place.
+    /// Velocity of the body's particle at a place, m/s.
     #[inline]
     pub fn velocity_at(&self, place_m: DVec3) -> DVec3 {
         self.velocity_mps + self.spin_rad_per_s.cross(place_m - self.origin_m)
@@ -196,7 +196,7 @@ pub struct Geometry {
     pub t_min_m: f64,
     /// Least and largest corner of all triangles, m.
     pub bounds_m: (DVec3, DVec3),
-    /// To the frame's start and end, for which bodies have their shifts; 0 where only the instant counts.
+    /// Time to the frame's start and end, for which bodies have their shifts, s; 0 where only the instant counts.
     pub reach_s: f64,
     /// Meshes of the bodies.
     placed: Vec<Arc<PlacedMesh>>,
@@ -213,7 +213,7 @@ pub struct RigidScene<'a> {
     freq_hz: f64,
     surfaces: Vec<Surface>,
     terms: Arc<Terms>,
-    /// Of each mesh of the scene.
+    /// The rigid parts of each mesh of the scene.
     meshes: Vec<OnceLock<Arc<RigidMesh>>>,
     /// Where each object stood last.
     last: Vec<Mutex<Option<Arc<PlacedMesh>>>>,

@@ -44,7 +44,7 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// Of facets that stand for the surface as if they were flat.
+    /// The limit for facets that stand for the surface as if they were flat.
     pub fn flat(sagitta_m: f64) -> Limit {
         Limit { sagitta_m, turn_rad: PI, off_m: f64::INFINITY, short_m: 0.0 }
     }
@@ -126,7 +126,7 @@ pub(super) struct Arc {
     /// Height of its middle over the chord, along `up`.
     pub(super) height: f64,
     pub(super) up: DVec3,
-    /// At least what any point of it lies off the chord.
+    /// Bound of the distance from any point of the arc to the chord, m.
     pub(super) sagitta: f64,
     /// Normal in its middle.
     normal: DVec3,

@@ -11,9 +11,9 @@ const DEGENERATE: f64 = 1e-12;
 pub struct Triangle {
     /// First corner, m.
     pub v0: DVec3,
-    /// From the first corner to the second, m.
+    /// Edge from the first corner to the second, m.
     pub e1: DVec3,
-    /// From the first corner to the third, m.
+    /// Edge from the first corner to the third, m.
     pub e2: DVec3,
     /// Unit normal, right-handed about v0, v1, v2.
     pub normal: DVec3,

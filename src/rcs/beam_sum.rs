@@ -139,7 +139,7 @@ struct BeamSweep<'a> {
     clipper: Clipper<'a>,
     options: &'a BeamOptions,
     frequencies: &'a [FrequencyPoint<'a>],
-    /// For each frequency.
+    /// Surfaces at each frequency.
     surfaces: Vec<Buffer<[f32; 4]>>,
 }
 

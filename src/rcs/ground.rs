@@ -236,7 +236,7 @@ impl FresnelZone {
         FresnelZone { near_m: (height_m * height_m - q * q) / top, far_m: top / (sin * sin) }
     }
 
-    /// From a radar at `radar_height_m`, `ground_range_m` away along the plane.
+    /// The zone for a radar at `radar_height_m` over the plane, `ground_range_m` away along it.
     pub fn at_range(
         ground_range_m: f64,
         radar_height_m: f64,

@@ -23,7 +23,7 @@ pub struct Row {
     pub s: Matrix2,
 }
 
-/// To a billionth of a degree: angles that were given in degrees come back as they were.
+/// Degrees, rounded to a billionth, so that angles that were given in degrees come back as they were.
 fn degrees(radians: f64) -> f64 {
     (radians.to_degrees() * 1e9).round() / 1e9
 }

@@ -91,7 +91,7 @@ struct Element {
 pub struct AxisPoint {
     /// Position, m.
     pub position_m: DVec3,
-    /// In plan, from world x to the left; not wrapped.
+    /// Direction of the axis in plan, rad, from world x to the left; not wrapped.
     pub heading_rad: f64,
     /// Rise over run along the axis.
     pub grade: f64,
@@ -106,7 +106,7 @@ pub struct AxisPoint {
 pub struct RoadPoint {
     /// Along the axis, m.
     pub s_m: f64,
-    /// To the left of the axis, m.
+    /// Distance to the left of the axis, m.
     pub t_m: f64,
     /// Above the road, m.
     pub h_m: f64,

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// Between two keys of a motion: what a cubic through them leaves out of a road with clothoids is below a micrometre.
 const KEY_S: f64 = 0.05;
-/// For slopes at the keys.
+/// Step with which the slopes at the keys are computed, s.
 const STEP_S: f64 = 1e-4;
 /// A way that leaves a straight line by less is one, m.
 const STRAIGHT_M: f64 = 1e-9;
@@ -21,7 +21,7 @@ const STRAIGHT_M: f64 = 1e-9;
 pub struct OnRoad<'a> {
     /// The road.
     pub road: &'a Road,
-    /// At time zero.
+    /// Station of the vehicle at time zero, m.
     pub s_m: f64,
     /// Where on it the vehicle goes.
     pub lateral: &'a Lateral,

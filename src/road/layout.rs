@@ -169,7 +169,7 @@ pub struct Road {
     pub axis: RoadAxis,
     /// Where the lanes begin, to the left of the axis.
     pub lane_offset: Profile,
-    /// From the axis outwards.
+    /// Lanes to the left of the axis, from it outwards.
     pub left: Vec<Lane>,
     /// Lanes to the right, from the axis outwards.
     pub right: Vec<Lane>,

@@ -17,9 +17,9 @@ pub struct Grid {
     pub rows: usize,
     /// Number of columns, across.
     pub columns: usize,
-    /// From the radar forwards.
+    /// Extent of the grid from the radar forwards, m.
     pub ahead_m: f64,
-    /// From side to side, the radar in the middle.
+    /// Extent from side to side, m, with the radar in the middle.
     pub across_m: f64,
 }
 

@@ -68,14 +68,14 @@ pub struct LinePlan {
     pub paint: Paint,
     /// Material of the road under it.
     pub under: String,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
 }
 
 /// A sheet of ground beside the outermost lane that falls over its first metre and goes on level.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VergePlan {
-    /// On which side.
+    /// The side of the road on which it lies.
     pub side: Side,
     /// Width, m.
     pub width_m: f64,
@@ -83,7 +83,7 @@ pub struct VergePlan {
     pub drop_m: f64,
     /// Material of the ground.
     pub material: String,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
 }
 
@@ -94,7 +94,7 @@ pub struct RailPlan {
     pub lateral: Lateral,
     /// Where the traffic is.
     pub faces: Side,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
     /// Height of the beam's upper edge, m.
     pub height_m: f64,
@@ -111,7 +111,7 @@ pub struct WallPlan {
     pub class: &'static str,
     /// Lateral position of the wall's middle.
     pub lateral: Lateral,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
     /// Height, m.
     pub height_m: f64,
@@ -126,7 +126,7 @@ pub struct WallPlan {
 pub struct FencePlan {
     /// Where it runs.
     pub lateral: Lateral,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
     /// Height, m.
     pub height_m: f64,
@@ -195,7 +195,7 @@ pub struct RowPlan {
     pub reflector: Reflector,
     /// Where the row runs.
     pub lateral: Lateral,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
     /// Gaps between the reflectors.
     pub spacing: Spacing,
@@ -249,16 +249,16 @@ pub struct ThingPlan {
     pub lift_m: f64,
     /// Along its own x.
     pub speed_mps: f64,
-    /// Goes along the road; in place of that speed.
+    /// How it goes along the road, in place of that speed.
     pub drive: Option<Drive>,
-    /// Against the direction of the road.
+    /// Whether it goes against the direction of the road.
     pub against: bool,
     /// Whether it follows the slopes of the road.
     pub lying: bool,
 }
 
 impl ThingPlan {
-    /// At time zero, along its own x.
+    /// Speed at time zero along the thing's own x axis, m/s.
     pub fn first_speed_mps(&self) -> f64 {
         self.drive.as_ref().map_or(self.speed_mps, |d| d.speed_mps(0.0))
     }

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// All that frames are made from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Site {
-    /// With the ego vehicle's motion.
+    /// The scenario, with the ego vehicle's motion.
     pub scenario: SitedScenario,
     /// What stands there.
     pub scene: Scene,

@@ -25,7 +25,7 @@ pub enum Ground {
 }
 
 impl Ground {
-    /// With the names that files use.
+    /// All kinds of ground, each with the name that files use.
     pub const ALL: [(&'static str, Ground); 8] = [
         ("concrete", Ground::Concrete),
         ("arable-land", Ground::ArableLand),

@@ -35,7 +35,7 @@ pub struct LaneChangeTable {
     pub over_s: At<f64>,
 }
 
-/// To and fro about the middle, as a sine.
+/// Sway to and fro about the middle of the lane, as a sine.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SwayTable {
@@ -123,7 +123,7 @@ impl Drive {
         if time_s >= 0.0 { way } else { -way }
     }
 
-    /// To the left of its lateral place.
+    /// Distance at `time_s` to the left of the vehicle's lateral place, m, from lane changes and sway.
     pub fn shift_m(&self, time_s: f64) -> f64 {
         let changes = self.lane_changes.iter().map(|c| {
             let u = ((time_s - c.at_s) / c.over_s).clamp(0.0, 1.0);

@@ -17,13 +17,13 @@ use std::sync::Arc;
 pub struct Interferer {
     /// Name of the radar.
     pub name: String,
-    /// At the ramp's start.
+    /// Frequency at the ramp's start, Hz.
     pub start_hz: f64,
     /// Falling when negative.
     pub slope_hz_per_s: f64,
     /// Length of a ramp, s.
     pub ramp_time_s: f64,
-    /// From ramp to ramp; silent after the ramp.
+    /// Time from ramp to ramp, s; the interferer is silent after the ramp.
     pub period_s: f64,
     /// When a ramp starts, against the middle of the frame; drawn for each frame when None.
     pub start_s: Option<f64>,
@@ -31,9 +31,9 @@ pub struct Interferer {
     pub coherent: bool,
     /// Power that it sends, dBm.
     pub power_dbm: f64,
-    /// In the origin of its own frame.
+    /// Its antenna, in the origin of its own frame.
     pub antenna: Antenna,
-    /// At time zero.
+    /// Its pose at time zero.
     pub pose: Pose<Sensor, World>,
     /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
@@ -112,7 +112,7 @@ pub struct InterfererTable {
     /// Exponent of the cosine over elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_exponent: Option<At<f64>>,
-    /// In the world at time zero.
+    /// Place in the world at time zero, [forward, left, up], m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_m: Option<At<[f64; 3]>>,
     /// 180 looks back along the road. On a trajectory it counts from the heading.
@@ -127,7 +127,7 @@ pub struct InterfererTable {
     /// Velocity in the world, m/s.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
-    /// In place of position and velocity: where it is when, and where it heads.
+    /// Where the interferer is at which time, and where it heads, in place of position and velocity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trajectory: Option<TrajectoryTable>,
 }

@@ -77,7 +77,7 @@ pub struct Material {
 /// A plane layer on a material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
-    /// Without layers of its own; its roughness is not used.
+    /// Material of the layer; it has no layers of its own, and its roughness is not used.
     pub material: Material,
     /// Thickness, m.
     pub thickness_m: f64,

@@ -304,7 +304,7 @@ pub enum Joint {
         /// Angle at time zero, rad.
         angle_rad: f64,
     },
-    /// To and fro about an axis: amplitude x sin(rate t + phase).
+    /// A swing to and fro about an axis: angle amplitude × sin(rate t + phase).
     Swing {
         /// Unit vector of the axis.
         axis: DVec3,
@@ -339,7 +339,7 @@ pub enum Joint {
         /// Distance that was travelled, m.
         distance_m: Arc<Channel<f64>>,
     },
-    /// By positions and rotations over time.
+    /// A motion that is given by positions and rotations over time.
     Track {
         /// Positions, m.
         position_m: Option<Arc<Channel<DVec3>>>,

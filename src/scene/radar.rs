@@ -163,9 +163,9 @@ pub enum AngleMethod {
     Ml,
     /// MUSIC.
     Music,
-    /// For uniform lines.
+    /// Root-MUSIC, for uniform lines.
     RootMusic,
-    /// For uniform lines and rectangles.
+    /// ESPRIT, for uniform lines and rectangles.
     Esprit,
     /// MUSIC on a subspace that is tracked through snapshots.
     BiSvd,
@@ -275,7 +275,7 @@ pub struct Radar {
     pub waveform: Waveform,
     /// How transmitters share a frame.
     pub multiplex: Multiplex,
-    /// From the start of a chirp (run, pulse, code) to the first sample.
+    /// Time from the start of a chirp (run, pulse, code) to the first sample, s.
     pub adc_start_s: f64,
     /// Samples a second, Hz.
     pub sample_rate_hz: f64,
@@ -355,7 +355,7 @@ impl Radar {
             Waveform::Coded { chip_rate_hz, .. } => *chip_rate_hz,
         }
     }
-    /// From chirp to chirp (any transmitter).
+    /// Time from the start of one chirp to the start of the next, of any transmitter, s.
     pub fn chirp_period_s(&self) -> f64 {
         self.waveform.period_s()
     }

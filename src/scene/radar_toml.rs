@@ -66,7 +66,7 @@ pub enum PatternName {
     Isotropic,
     /// Power cos(azimuth)^azimuth_exponent cos(elevation)^elevation_exponent, zero behind.
     CosinePower,
-    /// From a CSV file (`table_file`) or the three `table_…` lists.
+    /// A table from a CSV file (`table_file`) or from the three `table_…` lists.
     Table,
 }
 
@@ -307,7 +307,7 @@ pub struct AngleTable {
 pub enum SourcesTable {
     /// This many.
     Given(usize),
-    /// By a criterion.
+    /// The criterion that finds the number.
     By(SourcesName),
 }
 

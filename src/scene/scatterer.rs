@@ -107,8 +107,8 @@ impl ScatteringTable {
     /// Reads a table.
     ///
     /// # Errors
-    /// With file and line: rows that do not fill a grid, with the first that is missing; rows given
-    /// twice; values that are not finite; dBsm that contradict re and im; receivers apart from the transmitter.
+    /// `BadInput` with file and line for rows that do not fill a grid (it names the first that is missing), rows given
+    /// twice, values that are not finite, dBsm that contradict re and im, and receivers apart from the transmitter.
     pub fn read(path: impl AsRef<Path>) -> Result<ScatteringTable> {
         let path = path.as_ref();
         let (_, rows) = rcs_csv::read(path)?;

@@ -86,10 +86,10 @@ pub struct MountedRadar {
     pub name: At<String>,
     /// A preset or the path of a radar file.
     pub radar: At<String>,
-    /// In place of the mounting that the radar file gives.
+    /// Mounting of this radar, in place of the mounting that the radar file gives.
     pub mounting: Option<MountingTable>,
-    /// In place of a mounting: how the radar moves on the vehicle, whose rear-axle centre is the origin; in the world, where the
-    /// vehicle stands at the origin.
+    /// How the radar moves on the vehicle, whose rear-axle centre is the origin, in place of a mounting; if the vehicle
+    /// stands at the origin, how it moves in the world.
     pub trajectory: Option<TrajectoryTable>,
 }
 
@@ -161,7 +161,7 @@ pub struct SceneTable {
     pub up: Option<At<String>>,
     /// Animations of the glTF file that move it: all (default) that do not contradict each other, none, or one by its name.
     pub animation: Option<At<String>>,
-    /// For surfaces of the file whose material is missing or unknown.
+    /// Radar material for surfaces of the file whose material is missing or unknown.
     pub default_material: Option<At<String>>,
     /// Material of the file = material of the table.
     #[serde(default)]
@@ -178,12 +178,12 @@ pub struct PointTable {
     /// Class of the target.
     #[serde(default)]
     pub class: String,
-    /// At the middle of frame 0: [forward, left, up] in the world.
+    /// Place at the middle of frame 0, [forward, left, up] in the world, m.
     pub position_m: Option<At<[f64; 3]>>,
-    /// In the world; default at rest.
+    /// Velocity in the world, m/s; default at rest.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
-    /// In place of position and velocity: where it is when.
+    /// Where the point is at which time, in place of position and velocity.
     pub trajectory: Option<TrajectoryTable>,
     /// Radar cross section, dBsm.
     pub rcs_dbsm: At<f64>,
@@ -220,10 +220,10 @@ pub struct ObjectTable {
     /// Positive left side up.
     #[serde(default)]
     pub roll_deg: At<f64>,
-    /// In the world; added to what the file gives its nodes.
+    /// Velocity in the world, m/s, which is added to what the file gives its nodes.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
-    /// In place of position and velocity: where its origin is when, and where it heads.
+    /// Where the object's origin is at which time, and where it heads, in place of position and velocity.
     pub trajectory: Option<TrajectoryTable>,
     /// Unit of the file's lengths.
     pub unit: Option<At<String>>,
@@ -256,7 +256,7 @@ pub struct EgoTable {
     pub on_road: Option<OnRoadTable>,
     /// How it goes along that road.
     pub drive: Option<DriveTable>,
-    /// In place of all these: where its rear axle's centre is when, and where it heads.
+    /// Where the centre of the rear axle is at which time, and where the vehicle heads, in place of all other keys.
     pub trajectory: Option<TrajectoryTable>,
 }
 
@@ -271,7 +271,7 @@ pub struct OnRoadTable {
     /// Along the road at time zero.
     #[serde(default)]
     pub s_m: At<f64>,
-    /// To the left of the lane's middle as it goes.
+    /// Distance to the left of the lane's middle, as the vehicle goes, m.
     #[serde(default)]
     pub offset_m: At<f64>,
     /// Goes against the direction of the road; default as the lane is driven.
@@ -284,7 +284,7 @@ pub struct OnRoadTable {
 pub struct FramesTable {
     /// Number of frames.
     pub count: At<u32>,
-    /// From the middle of a frame to the middle of the next.
+    /// Time from the middle of one frame to the middle of the next, s.
     pub interval_s: At<f64>,
 }
 
@@ -581,7 +581,7 @@ pub struct OnRoad {
     pub against: Option<bool>,
     /// Speed and lateral motion.
     pub drive: Drive,
-    /// For complaints.
+    /// The place in the file, for error messages.
     pub at: BadInput,
 }
 
@@ -633,7 +633,8 @@ pub struct TraceSettings {
     pub accuracy_db: f64,
     /// Most facets of curved bodies.
     pub facets: u64,
-    /// Over the noise of a cell; None: what cannot show in sum is left out.
+    /// Power over the noise of a cell below which an echo is left out, dB; with None only what cannot show in sum is
+    /// left out.
     pub floor_db: Option<f64>,
     /// Every single echo is kept.
     pub exact: bool,
@@ -737,7 +738,7 @@ impl<E> Scenario<E> {
         self.furnish(scene, builder)
     }
 
-    /// To the middle of the last frame, and a second more.
+    /// Time to the middle of the last frame, and a second more, s.
     pub fn duration_s(&self) -> f64 {
         self.frames.time_s(self.frames.count.saturating_sub(1)) + 1.0
     }
@@ -856,7 +857,7 @@ pub struct Placement {
     pub pose: Pose<Target, World>,
     /// Its velocity in the world, m/s.
     pub velocity_mps: DVec3,
-    /// From its own frame to the world, when it does not go straight on.
+    /// Motion from the thing's own frame to the world, if it does not go straight on.
     pub joints: Option<Vec<Joint>>,
 }
 

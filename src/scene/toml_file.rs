@@ -366,7 +366,7 @@ fn is_toml(file: &Path) -> bool {
     file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
-/// At most 60 characters of one line.
+/// Shortens a text to at most 60 characters of one line.
 pub(crate) fn clip(s: &str) -> String {
     let s: String = s.trim().chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     if s.chars().count() <= 60 { s } else { s.chars().take(57).chain("...".chars()).collect() }

@@ -11,7 +11,7 @@ pub struct Ramp {
     pub bandwidth_hz: f64,
     /// Length of the ramp, s.
     pub time_s: f64,
-    /// From the start of this ramp to the start of what follows it (any transmitter).
+    /// Time from the start of this ramp to the start of what follows it, of any transmitter, s.
     pub period_s: f64,
 }
 
@@ -130,7 +130,7 @@ pub enum Waveform {
     Stepped {
         /// Distance from tone to tone, Hz.
         step_hz: f64,
-        /// From the first tone of a run to the first of the next.
+        /// Time from the first tone of a run to the first tone of the next, s.
         period_s: f64,
     },
     /// Impulse radio: a pulse, and samples while its echoes come in.
@@ -146,7 +146,7 @@ pub enum Waveform {
         code: Vec<i8>,
         /// Chips a second, Hz.
         chip_rate_hz: f64,
-        /// From the code that is sampled to the next one.
+        /// Time from the code that is sampled to the next one, s.
         period_s: f64,
     },
 }
@@ -173,7 +173,7 @@ impl Waveform {
         }
     }
 
-    /// From the start of one chirp, run, pulse or code to the next one's (any transmitter).
+    /// Time from the start of one chirp, run, pulse or code to the start of the next, of any transmitter, s.
     pub fn period_s(&self) -> f64 {
         match self {
             Waveform::Fmcw(s) => s.ramps[s.this].period_s,
@@ -224,7 +224,7 @@ pub struct FrequencySamples {
 }
 
 impl FrequencySamples {
-    /// With `margin` more at either end.
+    /// The same samples with `margin` more at either end.
     pub fn wider(self, margin: usize) -> FrequencySamples {
         let m = margin as f64;
         FrequencySamples {

@@ -151,7 +151,7 @@ impl Weather {
     }
 }
 
-/// By its name or, with layers on it, the name of its base.
+/// Whether a material has this name or, with layers on it, its base has it.
 fn is_named(m: &Material, name: &str) -> bool {
     m.name == name || m.name.split('+').next() == Some(name)
 }

@@ -59,7 +59,7 @@ pub struct Frame {
     pub radar: usize,
     /// Middle of the frame, from the middle of frame 0.
     pub time_s: f64,
-    /// Of the radar, at that time.
+    /// Pose of the radar at that time.
     pub pose: Pose<Sensor, World>,
     /// Velocity of the radar in the world, m/s.
     pub velocity_mps: DVec3,
@@ -97,7 +97,7 @@ fn radar_seed(scenario: &SitedScenario, which: usize) -> u64 {
 
 /// What is left out of a frame stays in sum this far under the noise of a cell after all channels, dB.
 const BUDGET_DB: f64 = 10.0;
-/// Without noise: this share of the power of all.
+/// Share of the power of all echoes that may be left out where there is no noise.
 const BUDGET_SHARE: f64 = 1e-10;
 /// Single echoes of facets are not worked out this far under `trace.floor_db`, dB.
 const FLOOR_MARGIN_DB: f64 = 30.0;
@@ -213,7 +213,7 @@ pub struct Prepared<'a> {
 pub struct Heard {
     /// Middle of the frame, from the middle of frame 0.
     pub time_s: f64,
-    /// Of the radar, at that time.
+    /// Pose of the radar at that time.
     pub pose: Pose<Sensor, World>,
     /// Velocity of the radar in the world, m/s.
     pub velocity_mps: DVec3,
@@ -221,7 +221,7 @@ pub struct Heard {
     pub triangles: usize,
     /// Echoes of the scene.
     pub echoes: Echoes,
-    /// For placing the scene and for tracing, s.
+    /// Time taken to place the scene and to trace it, s.
     pub seconds: [f64; 2],
 }
 
@@ -242,7 +242,7 @@ impl Depths {
 }
 
 impl<'a> Prepared<'a> {
-    /// For all radars.
+    /// Prepares the scene for all radars of the scenario.
     ///
     /// # Errors
     /// Surfaces that cannot be cut.

@@ -31,7 +31,7 @@ pub struct PoseRecord {
     pub rotation_xyzw: [f64; 4],
     /// Velocity in the world, m/s.
     pub velocity_mps: [f64; 3],
-    /// In the world, right-handed about its direction.
+    /// Angular velocity in the world, rad/s, right-handed about its direction.
     pub spin_rad_per_s: [f64; 3],
 }
 
@@ -86,7 +86,7 @@ impl Visibility {
 pub struct MarkerTruth {
     /// Number of the object.
     pub id: u32,
-    /// Of its origin, in the world.
+    /// Place of the marker's origin in the world, m.
     pub position_m: [f64; 3],
     /// The row that it stands in.
     pub row: Option<String>,
@@ -107,9 +107,9 @@ pub struct Truth {
     pub ego: PoseRecord,
     /// Pose of the radar.
     pub radar: PoseRecord,
-    /// Of all objects, in the order of the scene, in the world; those without `part` are wholes.
+    /// Boxes of all objects in the world, in the order of the scene; those without `part` are whole objects.
     pub boxes: Vec<TruthBox>,
-    /// Of all actors but the ground.
+    /// All actors except the ground.
     pub actors: Vec<ActorTruth>,
     /// Within [`REACH_M`] of the radar, where the road is known; so are the next three.
     pub lanes: Vec<LaneTruth>,

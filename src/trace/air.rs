@@ -27,7 +27,7 @@ pub struct Rain {
     pub eta_per_m: f64,
     /// Downwards, of equal shares of it.
     pub fall_mps: [f64; FALLS],
-    /// In the world.
+    /// Velocity of the wind in the world, m/s.
     pub wind_mps: DVec3,
 }
 

@@ -49,7 +49,7 @@ impl BeamOptions {
 pub enum Port {
     /// Unit vector from the target towards the radar at infinity.
     Far(DVec3),
-    /// At this place, m.
+    /// A port at this place, m.
     At(DVec3),
 }
 
@@ -254,7 +254,7 @@ impl BeamArrays {
     }
 }
 
-/// For each face and each other: bit 0 when no corner of the other is above the plane, bit 1 when none is
+/// Compares each face with each other: bit 0 is set when no corner of the other is above the plane, bit 1 when none is
 /// below.
 fn sides(faces: &Faces, flat_m: f64) -> Vec<[u32; 4]> {
     let n = faces.faces.len();

@@ -25,18 +25,18 @@ gpu_struct! {
 gpu_struct! {
     /// Where a ray ends: at v0 + u (v1 - v0) + v (v2 - v0) of a triangle.
     pub struct Hit {
-        /// In units of the direction's length; the ray's `t_max` for a miss.
+        /// Distance in units of the direction's length; the ray's `t_max` for a miss.
         pub t: f32,
         pub u: f32,
         pub v: f32,
-        /// In the order of the tree's leaves; [`NO_TRIANGLE`] for a miss.
+        /// Triangle in the order of the tree's leaves; [`NO_TRIANGLE`] for a miss.
         pub triangle: u32,
     }
 }
 
 /// What a ray gives that meets nothing.
 pub const NO_TRIANGLE: u32 = u32::MAX;
-/// For rays that start on no patch.
+/// Number of the patch of a ray that starts on none.
 pub const NO_PATCH: u32 = u32::MAX;
 
 /// The kernel's row: sources, parameters, bindings and tolerance.

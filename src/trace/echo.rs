@@ -18,13 +18,13 @@ pub struct Echo {
     pub path_acceleration_and_jerk: [f64; 2],
     /// Unit vector to the first scatterer, sensor frame; and the distance to it.
     pub departure: DVec3,
-    /// From the transmitter to the first place it touches, m.
+    /// Length from the transmitter to the first place that the echo touches, m.
     pub first_range_m: f64,
     /// How departure · first_range_m changes, m/s in the sensor frame, which turns with the radar (CONVENTIONS eq. 144).
     pub first_velocity_mps: DVec3,
     /// Unit vector to the last scatterer, sensor frame; and the distance to it.
     pub arrival: DVec3,
-    /// From the last place it touches to the receiver, m.
+    /// Length from the last place that the echo touches to the receiver, m.
     pub last_range_m: f64,
     /// How arrival · last_range_m changes, m/s in the sensor frame.
     pub last_velocity_mps: DVec3,

@@ -124,7 +124,7 @@ impl Cell {
 pub struct Fan {
     /// Where the rays start, m.
     pub origin_m: DVec3,
-    /// From the axes in which azimuth and elevation of the cells are meant to the world's.
+    /// Rotation from the axes in which azimuth and elevation of the cells are meant to those of the world.
     pub rotation: DQuat,
     /// Cells of the fan.
     pub cells: Vec<Cell>,

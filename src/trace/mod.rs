@@ -35,8 +35,8 @@ pub struct TraceOptions {
     pub amplitude_floor: f64,
     /// Echoes of smooth surfaces below this (1/m) are left out, and mostly not worked out.
     pub least: f64,
-    /// Of beams that the limit of bounces ends, those that could return more than this, 1/m, are asked what one bounce more would
-    /// bring ([`Echoes::cut`], CONVENTIONS eq. 68). None asks none.
+    /// Return, 1/m, above which a beam that the limit of bounces ends is asked what one bounce more would bring
+    /// ([`Echoes::cut`], CONVENTIONS eq. 68). None asks no beam.
     pub least_cut: Option<f64>,
     /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
     pub accuracy_db: f64,

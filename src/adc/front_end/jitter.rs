@@ -9,8 +9,7 @@ pub fn chirp_start_s(rms_s: f64, seed: u64, frame: u32, ramp: usize) -> f64 {
     rms_s * normals(seed, frame, CHIRP_JITTER_STREAM, ramp as u64)[0]
 }
 
-/// By how much sample `sample` of ramp `ramp` is taken late, s: the same in all channels, which share
-/// the clock.
+/// Delay with which sample `sample` of ramp `ramp` is taken, s: the same in all channels, which share the clock.
 pub fn aperture_s(rms_s: f64, seed: u64, frame: u32, ramp: usize, sample: usize) -> f64 {
     let index = (ramp as u64) << 32 | sample as u64;
     rms_s * normals(seed, frame, APERTURE_JITTER_STREAM, index)[0]

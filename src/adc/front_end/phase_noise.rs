@@ -45,7 +45,7 @@ pub fn reach(timing: &Timing) -> usize {
 /// Ramps that share one stretch of φ.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stretch {
-    /// Of `Timing::starts_s`.
+    /// Ramps of the stretch, as indices into `Timing::starts_s`.
     pub ramps: Range<usize>,
     /// Place of the first sample of each of these ramps, in half samples from the stretch's beginning.
     pub first: Vec<usize>,

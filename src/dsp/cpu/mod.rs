@@ -22,7 +22,7 @@ use crate::dsp::transform::Transform;
 use crate::dsp::{self, Cell, Detection, PowerMap, RangeDoppler, Real, Spectrum};
 use crate::scene::radar::{Cfar, CfarKind, Radar};
 
-/// From the cube to detected cells: windows, range and Doppler transform, power, CFAR, peaks, snapshots.
+/// Processes a cube to detected cells: windows, range and Doppler transform, power, CFAR, peaks, snapshots.
 ///
 /// # Errors
 /// A cube that is not this radar's, bad settings, samples that are not finite.

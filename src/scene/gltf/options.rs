@@ -27,7 +27,7 @@ impl Up {
 /// Which animations of a file move its nodes.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Animations {
-    /// In the order of the file, but those that move what an earlier one moves already.
+    /// All animations in the order of the file, except those that move what an earlier one moves already.
     #[default]
     All,
     /// Nodes stand where the file puts them.

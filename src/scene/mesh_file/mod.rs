@@ -33,7 +33,7 @@ pub const READ: [&str; 4] = ["glb", "gltf", "stl", "obj"];
 /// Size of an object, m, that needs no unit.
 pub const OBJECT_M: RangeInclusive<f64> = 1e-3..=100.0;
 
-/// Of a whole scene.
+/// Size of a whole scene, m, that needs no unit.
 pub const SCENE_M: RangeInclusive<f64> = 1e-3..=1e5;
 
 /// Whether a text that may also name something else is meant as a file: it has a folder or an extension, or there is such a file.

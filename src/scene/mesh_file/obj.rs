@@ -52,7 +52,7 @@ struct Reader<'a> {
     name: String,
     part: Part,
     material: u32,
-    /// Of all parts that are complete.
+    /// Number of triangles in all parts that are complete.
     triangles: usize,
     vertices: usize,
     out: Contents,

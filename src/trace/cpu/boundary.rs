@@ -8,11 +8,11 @@ use std::f64::consts::{PI, TAU};
 /// A part of the integral: `value` exp(-j k `length_m`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wave {
-    /// In the plane.
+    /// Place in the plane, m.
     pub place: DVec2,
-    /// Both ways.
+    /// Length of both ways, m.
     pub length_m: f64,
-    /// In square metres.
+    /// Value of this part of the integral, m².
     pub value: Complex64,
     /// The same part of the integral of exp(-j k L) times the gradient of L.
     pub flux: [Complex64; 2],
@@ -171,7 +171,7 @@ impl Plane {
         out
     }
 
-    /// Of the kernel: an angle over this is an area.
+    /// Scale of the kernel: an angle divided by it is an area.
     fn measure(&self) -> f64 {
         self.k * self.determinant
     }
@@ -289,7 +289,7 @@ impl Plane {
 struct Side<'a> {
     plane: &'a Plane,
     along: DVec2,
-    /// From the place of mirror reflection to the side's line, along the outward normal.
+    /// Distance from the place of mirror reflection to the side's line, along the outward normal, m.
     offset: f64,
 }
 

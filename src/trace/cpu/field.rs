@@ -25,7 +25,7 @@ impl CVec {
     pub fn dot(&self, v: DVec3) -> Complex64 {
         Complex64::new(self.re.dot(v), self.im.dot(v))
     }
-    /// Without a conjugate.
+    /// Product of the two vectors without a conjugate.
     #[inline]
     pub fn times(&self, o: &CVec) -> Complex64 {
         Complex64::new(self.re.dot(o.re) - self.im.dot(o.im), self.re.dot(o.im) + self.im.dot(o.re))

@@ -38,7 +38,7 @@ const AIR: Medium = Medium { index: 1.0, decay_np_per_m: 0.0 };
 #[derive(Debug, Clone, PartialEq)]
 pub struct Media {
     cells: Vec<Option<Medium>>,
-    /// By surface.
+    /// Whether each surface is a sheet.
     sheets: Vec<bool>,
 }
 

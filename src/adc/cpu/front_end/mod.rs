@@ -30,7 +30,7 @@ pub struct Inputs<'a> {
     pub seed: u64,
     /// Number of the frame, which selects the random numbers.
     pub frame: u32,
-    /// Of the starts and phases of other radars, which are the same for all ramps of a frame.
+    /// Seed of the starts and phases of other radars, which are the same for all ramps of a frame.
     pub interference_seed: u64,
 }
 
