@@ -251,7 +251,8 @@ impl Engine {
     /// is no echo.
     ///
     /// # Errors
-    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
+    /// Returns an error if `scene` cannot be followed by the method, a material has no value at a frequency, or the
+    /// engine fails.
     pub fn rcs_convergence_db(
         &self,
         scene: &Scene,
@@ -385,7 +386,7 @@ impl Engine {
     /// S for each aspect by a grid of rays.
     ///
     /// # Errors
-    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
+    /// Returns an error if the adapter fails, or if a scattering table has no value at the frequency.
     pub fn rcs_rays(
         &self,
         geometry: &Geometry,

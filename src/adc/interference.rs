@@ -54,7 +54,7 @@ pub struct RadarState {
 /// The straight way: power P_t G_t G_r λ²/(4πR)², times |p_r·p_t|². `place` is the interferer's.
 ///
 /// # Errors
-/// One that stands where a receiver does.
+/// Returns an error if the interferer stands where a receiver stands.
 pub fn direct(
     sender: &Interferer,
     number: u32,

@@ -101,7 +101,7 @@ impl Shaping {
     /// The echoes as set `order` of lines needs them.
     ///
     /// # Errors
-    /// When an echo is not finite.
+    /// Returns an error if an echo is not finite.
     pub fn plan<'a>(&self, radar: &'a Radar, echoes: &'a Echoes, order: u32) -> Result<Plan<'a>> {
         let plan = Plan::with_lines(radar, self.lines, echoes)?;
         if order == 0 {

@@ -222,7 +222,7 @@ impl<'a> Plan<'a> {
     /// ([`crate::adc::shaping`]).
     ///
     /// # Errors
-    /// When an echo is not finite.
+    /// Returns an error if an echo is not finite.
     pub fn new(radar: &'a Radar, echoes: &'a Echoes) -> Result<Plan<'a>> {
         Self::with_lines(radar, radar.lines(), echoes)
     }
@@ -230,7 +230,7 @@ impl<'a> Plan<'a> {
     /// Plans the synthesis of frequency lines other than the radar's own.
     ///
     /// # Errors
-    /// When an echo is not finite.
+    /// Returns an error if an echo is not finite.
     pub fn with_lines(radar: &'a Radar, lines: FrequencySamples, echoes: &'a Echoes) -> Result<Plan<'a>> {
         let filters = &radar.front_end.filters;
         let front_end = SynthesisStats {
@@ -868,7 +868,8 @@ impl Plan<'_> {
     /// too long, or when one chirp exceeds a binding.
     ///
     /// # Errors
-    /// A plan that is larger than the adapter holds; failures of the adapter; interrupted, when cancelled.
+    /// Returns an error if the beat frequency of an echo drifts too fast for the shader, or if one chirp does not fit a
+    /// binding of the adapter.
     pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder) -> Result<DeviceCube> {
         self.record_some(gpu, recorder, &self.still, &self.moving)
     }
@@ -876,7 +877,7 @@ impl Plan<'_> {
     /// The same of some of the echoes at rest and of those that move.
     ///
     /// # Errors
-    /// A plan that is larger than the adapter holds; failures of the adapter; interrupted, when cancelled.
+    /// Returns the errors of [`Self::record`].
     pub fn record_some(
         &self,
         gpu: &Gpu,

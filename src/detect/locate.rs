@@ -38,7 +38,7 @@ const SLOPE_LEVEL_DB: f64 = 2.0;
 /// What the standard deviations of this radar's points depend on.
 ///
 /// # Errors
-/// Those of its windows and grid.
+/// Returns an error if a window or the grid of directions of the radar's settings cannot be computed.
 pub fn accuracy(radar: &Radar) -> Result<PointAccuracy> {
     let p = &radar.processing;
     let axis = |w, n: usize, bins: usize| -> Result<AxisAccuracy> {
@@ -126,7 +126,8 @@ pub fn options(a: &AngleSettings) -> Options {
 /// were taken (`Processing::max_points`). `velocity_mps` is the radar's own in its frame, where it is known.
 ///
 /// # Errors
-/// Those of the array, its calibration and the method.
+/// Returns an error if the array, its calibration or the method of the radar's settings does not allow an estimate, or
+/// if the engine fails.
 pub fn detected(
     engine: &Engine,
     radar: &Radar,
@@ -337,7 +338,7 @@ struct OfSlope<'a> {
 /// where it is known. What would stand nearer than [`least_range_m`] is no point.
 ///
 /// # Errors
-/// Those of [`detected`].
+/// Returns the errors of [`detected`].
 pub fn points(
     engine: &Engine,
     radar: &Radar,

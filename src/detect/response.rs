@@ -103,7 +103,7 @@ pub(super) struct Response {
 
 impl Response {
     /// # Errors
-    /// Those of the radar's windows.
+    /// Returns an error if a window of the radar's settings cannot be computed.
     pub fn new(radar: &Radar) -> Result<Response> {
         let p = &radar.processing;
         let lines = radar.lines();

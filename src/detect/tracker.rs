@@ -251,7 +251,7 @@ impl Tracker {
     /// left. A scan without plots is a scan in which nothing was seen.
     ///
     /// # Errors
-    /// Leave the tracker as it was: time that runs back, plots that are not finite.
+    /// Returns an error, and leaves the tracker as it was, if time runs back or a plot is not finite.
     pub fn step(&mut self, scan: &Scan) -> Result<()> {
         let last = self.time_s.unwrap_or(scan.time_s);
         if !(scan.time_s.is_finite() && scan.time_s >= last) {

@@ -27,7 +27,7 @@ pub static KERNEL: Kernel = Kernel {
 /// K is whole; solved in logarithms, so it holds for any pfa that f64 has.
 ///
 /// # Errors
-/// Pfa outside 0..1.
+/// Returns an error if `pfa` is not between 0 and 1.
 pub fn factor(channels: usize, training: usize, pfa: f64) -> Result<f64> {
     check_pfa(pfa)?;
     let (k, n) = (channels as f64, training as f64);

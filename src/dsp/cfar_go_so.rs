@@ -47,7 +47,7 @@ const NODES: usize = 16;
 /// panels of two standard deviations of the narrower one that is there.
 ///
 /// # Errors
-/// Pfa outside 0..1.
+/// Returns an error if `pfa` is not between 0 and 1.
 pub fn factor(kind: CfarKind, channels: usize, parts: [usize; 2], pfa: f64) -> Result<Factor> {
     check_pfa(pfa)?;
     if parts.contains(&0) {

@@ -26,7 +26,7 @@ pub static KERNEL: Kernel = Kernel {
 /// that decays exponentially, on which that rule converges faster than any power.
 ///
 /// # Errors
-/// Pfa outside 0..1.
+/// Returns an error if `pfa` is not between 0 and 1.
 pub fn factor(channels: usize, training: usize, rank: usize, pfa: f64) -> Result<Factor> {
     check_pfa(pfa)?;
     let (k, n, r) = (channels as f64, training as f64, rank as f64);

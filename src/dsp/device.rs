@@ -72,7 +72,8 @@ pub(super) const CELLS: usize = 4096;
 /// Processes a cube to detected cells in one submission: the twin of the cpu engine's `process`.
 ///
 /// # Errors
-/// A cube that is not this radar's, bad settings, samples that are not finite, failures of the adapter.
+/// Returns an error if the cube's shape is not the radar's, a setting is out of its range, a sample is not finite, or
+/// the adapter fails.
 pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
     process_by(gpu, cube, &Transform::of_cube(cube, radar)?, &radar.processing.cfar)
 }
@@ -80,7 +81,7 @@ pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpec
 /// [`process`] by a transform of one's choice.
 ///
 /// # Errors
-/// As [`process`].
+/// Returns the errors of [`process`].
 pub fn process_by(
     gpu: &Gpu,
     cube: &Cube<f32>,

@@ -41,7 +41,7 @@ impl DeviceSpectrum {
     /// Copies it to the host.
     ///
     /// # Errors
-    /// Failures of the adapter.
+    /// Returns an error if the adapter fails.
     pub fn read(&self, gpu: &Gpu) -> Result<Spectrum<f32>> {
         let mut recorder = gpu.recorder("spectrum");
         let pending: Vec<_> = self.chunks.iter().map(|c| recorder.read(&c.spectrum)).collect();

@@ -117,7 +117,7 @@ impl Beamformer {
     /// Channel weights are the angle window at the channels' positions along y ([`window::at_positions`]).
     ///
     /// # Errors
-    /// Those of [`Grid::new`] and of the window; no antennas.
+    /// Returns the errors of [`Grid::new`] and of the window, and an error if there are no antennas.
     pub fn new(radar: &Radar) -> Result<Self> {
         let grid = Grid::new(radar)?;
         let (mut position_m, mut slot) = (Vec::new(), Vec::new());

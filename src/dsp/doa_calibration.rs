@@ -261,7 +261,7 @@ impl Calibration {
     /// Writes the table that [`Self::from_table`] reads. `comments` come first.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if the output cannot be written.
     pub fn write(&self, out: impl Write, comments: &[String]) -> std::io::Result<()> {
         let mut comments = comments.to_vec();
         comments.extend(self.range_m.map(|r| format!("{RANGE} = {r}")));

@@ -188,7 +188,7 @@ impl Estimator {
     /// from which powers are taken.
     ///
     /// # Errors
-    /// As [`Self::estimate_cells`]; a method that does not track.
+    /// Returns the errors of [`Self::estimate_cells`], and an error if the method does not track.
     pub fn track_cells<T: Real>(
         &self,
         bases: &[Matrix],
@@ -225,7 +225,7 @@ impl Estimator {
     /// zeros.
     ///
     /// # Errors
-    /// Those of [`Self::estimate_cells`]; a method without a spectrum.
+    /// Returns the errors of [`Self::estimate_cells`], and an error if the method has no spectrum.
     pub fn spectra<T: Real>(
         &self,
         cells: &Cells<'_>,
@@ -269,7 +269,7 @@ impl Estimator {
     /// `snapshots`: as many as [`Self::looks`] was given at a time.
     ///
     /// # Errors
-    /// As [`Self::estimate_cells`]; a method that does not track.
+    /// Returns the errors of [`Self::estimate_cells`], and an error if the method does not track.
     pub fn track_spectra<T: Real>(
         &self,
         bases: &[Matrix],

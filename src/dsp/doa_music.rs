@@ -23,7 +23,7 @@ pub fn complement(signal: &Matrix) -> Result<Matrix> {
 /// the step along the direction. `noise`: orthonormal columns of the noise subspace.
 ///
 /// # Errors
-/// As [`music`]; an array that is not on one uniform line.
+/// Returns the errors of [`music`], and an error if the array is not one uniform line.
 pub fn root_music(noise: &Matrix, count: usize) -> Result<Vec<f64>> {
     let n = noise.nrows();
     let c = noise * noise.adjoint();

@@ -106,7 +106,7 @@ pub static KERNEL: Kernel = Kernel {
 /// pieces as the adapter's bindings ask for.
 ///
 /// # Errors
-/// Failures of the adapter.
+/// Returns an error if the adapter fails.
 pub fn spectra(gpu: &Gpu, steering: &Steering, forms: &Forms) -> Result<Vec<f32>> {
     let narrow = |z: &Complex64| Complex32::new(z.re as f32, z.im as f32);
     let (directions, channels) = (steering.directions(), forms.channels);

@@ -18,7 +18,7 @@ const SHOWN: i64 = 2;
 /// asked for; one fold is as if there were no others.
 ///
 /// # Errors
-/// A cube that is not the radar's; those of `process`.
+/// Returns an error if the cube's shape is not the radar's, and what `process` fails with.
 pub fn over_folds<T>(
     radar: &Radar,
     cube: &Cube<T>,

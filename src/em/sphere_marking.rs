@@ -190,7 +190,7 @@ pub fn table(marking: &Marking, freq_hz: f64) -> Result<Vec<Row>> {
 /// projection times the bin's share. The marking has to be short against the range.
 ///
 /// # Errors
-/// As [`mie_m2`] and [`bin_share`].
+/// Returns the errors of [`mie_m2`] and [`bin_share`].
 pub fn seen_m2(
     marking: &Marking,
     radius_m: f64,

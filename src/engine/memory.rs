@@ -68,7 +68,7 @@ impl FrameMemory {
     /// Refuses a frame that needs more than the machine has, with what asks for most of it.
     ///
     /// # Errors
-    /// A frame that needs more than the machine has.
+    /// Returns an error if the frame needs more memory than the machine has.
     pub fn check(&self, radar: &Radar) -> Result<()> {
         let Err(e) = machine::require(self.peak_bytes, "its frames") else { return Ok(()) };
         let p = &radar.processing;

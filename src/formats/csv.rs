@@ -238,7 +238,7 @@ impl<W: Write> Writer<W> {
     /// Comments are written first, one line each, then the header.
     ///
     /// # Errors
-    /// What the output fails with.
+    /// Returns an error if the output cannot be written.
     pub fn new(mut out: W, comments: &[String], header: &[&str]) -> std::io::Result<Self> {
         for c in comments {
             for line in c.lines() {
@@ -253,7 +253,7 @@ impl<W: Write> Writer<W> {
     /// A row of as many cells as the header has; text is quoted where it must be.
     ///
     /// # Errors
-    /// What the output fails with.
+    /// Returns an error if the output cannot be written.
     pub fn row<'a>(&mut self, cells: impl IntoIterator<Item = &'a dyn Display>) -> std::io::Result<()> {
         let mut n = 0;
         for cell in cells {
@@ -279,7 +279,7 @@ impl<W: Write> Writer<W> {
     /// Writes what is still held and gives the output back.
     ///
     /// # Errors
-    /// What the output fails with.
+    /// Returns an error if the output cannot be written.
     pub fn finish(mut self) -> std::io::Result<W> {
         self.out.flush()?;
         Ok(self.out)

@@ -48,7 +48,7 @@ fn kind(_: &Metadata) -> &'static str {
 /// Opens a regular file.
 ///
 /// # Errors
-/// As [`regular`].
+/// Returns the errors of [`regular`], and an error if the file cannot be opened.
 pub fn open(path: &Path, what: &str) -> Result<File> {
     regular(path, what)?;
     File::open(path).map_err(|e| Error::io(path, e))
@@ -57,7 +57,7 @@ pub fn open(path: &Path, what: &str) -> Result<File> {
 /// The bytes of a regular file of at most `most` bytes.
 ///
 /// # Errors
-/// As [`regular`]; a file that is larger, or than memory.
+/// Returns the errors of [`regular`], and an error if the file is larger than `most` or than memory, or cannot be read.
 pub fn read(path: &Path, what: &str, most: u64) -> Result<Vec<u8>> {
     let length = regular(path, what)?.len();
     let too_large = |length: u64| {

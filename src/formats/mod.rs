@@ -16,7 +16,7 @@ use std::path::Path;
 /// Serialises a path as text. Where its bytes are not UTF-8, U+FFFD stands in their place, since JSON holds nothing else.
 ///
 /// # Errors
-/// Those of the serialiser.
+/// Returns an error if the serialiser fails.
 pub fn path_text<S: serde::Serializer>(path: &Path, serializer: S) -> std::result::Result<S::Ok, S::Error> {
     serializer.serialize_str(&path.to_string_lossy())
 }

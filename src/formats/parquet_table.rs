@@ -111,7 +111,7 @@ impl Columns for Table {
 /// Writes columns of equal length.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be written.
 pub fn write(path: impl AsRef<Path>, comments: &[String], columns: &[(&str, Vec<f64>)]) -> Result<()> {
     let path = path.as_ref();
     let failed = |e: ParquetError| Error::io(path, std::io::Error::other(e));

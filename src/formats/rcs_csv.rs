@@ -79,7 +79,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<(Vec<String>, Vec<RawRow>)> {
 /// As [`read`], from text; `path` is only named in errors.
 ///
 /// # Errors
-/// As [`read`].
+/// Returns `BadInput` for a missing column, a cell that is not a number, or a table without rows.
 pub fn parse(path: impl AsRef<Path>, text: String) -> Result<(Vec<String>, Vec<RawRow>)> {
     rows(&path, &Table::parse(&path, text)?)
 }

@@ -63,7 +63,7 @@ impl StagedDir {
     /// them empty.
     ///
     /// # Errors
-    /// As [`StagedDir::new`].
+    /// Returns the errors of [`StagedDir::new`].
     pub fn resumable(
         final_path: impl AsRef<Path>,
         force: bool,
@@ -103,7 +103,7 @@ impl StagedDir {
     /// and comes back if the renaming fails.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if a file cannot be read, or the folder cannot be written or renamed.
     pub fn commit(self) -> Result<PathBuf> {
         let sums = checksums(&self.temporary)?;
         self.commit_with(sums)
@@ -112,7 +112,7 @@ impl StagedDir {
     /// The same with [`checksums`] that are known already.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if a file cannot be read, or the folder cannot be written or renamed.
     pub fn commit_with(mut self, checksums: BTreeMap<String, String>) -> Result<PathBuf> {
         seal(&self.temporary, self.kind, checksums)?;
         // Checked again: somebody may have written there meanwhile.
@@ -292,7 +292,7 @@ impl Drop for StagedFile {
 /// Writes `bytes` to `final_path` in one go.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be written, or exists and `force` is false.
 pub fn write_file(final_path: impl AsRef<Path>, force: bool, bytes: &[u8]) -> Result<PathBuf> {
     let staged = StagedFile::new(final_path, force)?;
     fs::write(staged.path(), bytes).map_err(|e| Error::io(staged.final_path(), e))?;
@@ -412,7 +412,7 @@ fn hidden(path: &Path, suffix: &str) -> Result<PathBuf> {
 /// SHA-256 (FIPS 180-4) of a file's bytes, 64 hexadecimal digits.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be read.
 pub fn sha256_of_file(path: impl AsRef<Path>) -> Result<String> {
     let path = path.as_ref();
     let mut file = super::input::open(path, "a file")?;
@@ -440,7 +440,7 @@ fn hex(bytes: &[u8]) -> String {
 /// in order.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the folder or a file in it cannot be read.
 pub fn checksums(dir: impl AsRef<Path>) -> Result<BTreeMap<String, String>> {
     let dir = dir.as_ref();
     let names = files_of(dir)?.into_iter().filter(|name| name != MANIFEST);
@@ -450,7 +450,7 @@ pub fn checksums(dir: impl AsRef<Path>) -> Result<BTreeMap<String, String>> {
 /// Every file under `dir`, relative to it with forward slashes, in order.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if a folder cannot be read.
 pub fn files_of(dir: &Path) -> Result<Vec<String>> {
     fn walk(dir: &Path, prefix: &str, out: &mut Vec<String>) -> Result<()> {
         for entry in fs::read_dir(dir).map_err(|e| Error::io(dir, e))? {
@@ -472,7 +472,7 @@ pub fn files_of(dir: &Path) -> Result<Vec<String>> {
 /// Returns when what was written to the file would survive a loss of power.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be opened or synchronised.
 pub fn sync_file(path: &Path) -> Result<()> {
     fs::File::open(path).and_then(|f| f.sync_all()).map_err(|e| Error::io(path, e))
 }
@@ -480,7 +480,7 @@ pub fn sync_file(path: &Path) -> Result<()> {
 /// The same for the names in a folder, where the system opens folders.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the folder cannot be opened or synchronised.
 pub fn sync_folder(path: &Path) -> Result<()> {
     match cfg!(unix) {
         true => sync_file(path),
@@ -491,7 +491,7 @@ pub fn sync_folder(path: &Path) -> Result<()> {
 /// Everything under `dir`, and its own name.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if a file or folder cannot be opened or synchronised.
 pub fn sync_tree(dir: &Path) -> Result<()> {
     let mut folders = std::collections::BTreeSet::from([dir.to_path_buf()]);
     for name in files_of(dir)? {

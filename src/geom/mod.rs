@@ -413,7 +413,7 @@ impl Geometry {
     /// these are.
     ///
     /// # Errors
-    /// As [`Geometry::build`].
+    /// Returns the errors of [`Geometry::build`].
     pub fn of_frame(scene: &Scene, time_s: f64, freq_hz: f64, reach_s: f64) -> Result<Geometry> {
         RigidScene::new(Cow::Borrowed(scene), freq_hz, Facets::Curved)?.at(time_s, reach_s)
     }
@@ -422,7 +422,7 @@ impl Geometry {
     /// geometry.
     ///
     /// # Errors
-    /// A material without a value there.
+    /// Returns an error if a material has no value at that frequency.
     pub fn surfaces_at(&self, freq_hz: f64) -> Result<Vec<Surface>> {
         of_materials(&self.materials, freq_hz)
     }

@@ -114,7 +114,7 @@ impl Surface {
 /// The scene's materials at a frequency, in their order.
 ///
 /// # Errors
-/// A material without a value there.
+/// Returns an error if a material has no value at that frequency.
 pub fn surfaces_at(scene: &Scene, freq_hz: f64) -> Result<Vec<Surface>> {
     of_materials(&scene.materials, freq_hz)
 }

@@ -206,7 +206,7 @@ pub fn check_mesh(mesh: &Mesh, freq_hz: f64, dielectric: &dyn Fn(u32) -> bool) -
 /// Examines each mesh of a scene that an object uses: (name of the first such object, report).
 ///
 /// # Errors
-/// As [`check_mesh`], and what [`MeshReport::error`] says; both name the object.
+/// Returns the errors of [`check_mesh`] and what [`MeshReport::error`] says; both name the object.
 pub fn check_scene(scene: &Scene, freq_hz: f64) -> Result<Vec<(String, MeshReport)>> {
     let dielectric = |m: u32| scene.materials.get(m as usize).is_some_and(|m| m.is_dielectric());
     let mut seen = vec![false; scene.meshes.len()];

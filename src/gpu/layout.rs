@@ -31,7 +31,7 @@ macro_rules! gpu_struct {
 /// Parses and validates WGSL. `label` begins the message.
 ///
 /// # Errors
-/// All that is wrong, in words.
+/// Returns a text that says where and why the source is not valid.
 pub fn module_from_wgsl(
     label: &str,
     source: &str,
@@ -52,7 +52,7 @@ pub fn module_from_wgsl(
 /// its structs agree member for member. The error lists all that is wrong.
 ///
 /// # Errors
-/// All that is wrong, in words.
+/// Returns a text with everything that does not agree.
 pub fn check_kernel(kernel: &Kernel) -> Result<(), String> {
     let (module, _) = module_from_wgsl(kernel.stem, &kernel.source())?;
     let mut wrong = Vec::new();

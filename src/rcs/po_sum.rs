@@ -102,10 +102,11 @@ const TUBES_PER_BLOCK: u32 = 256;
 /// workgroups per dimension.
 const BLOCKS_PER_DISPATCH: usize = 8192;
 
-/// S of the geometry for each aspect (monostatic), as `rcs::cpu::po_sum::by_rays` gives it.
+/// Computes S of the geometry for each aspect (monostatic) with a grid of rays on the device, as
+/// `rcs::cpu::po_sum::by_rays` does.
 ///
 /// # Errors
-/// Failures of the adapter.
+/// Returns an error if the adapter fails.
 pub fn by_rays(
     gpu: &Gpu,
     geometry: &Geometry,

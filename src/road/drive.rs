@@ -65,7 +65,7 @@ impl OnRoad<'_> {
     /// at a steady speed.
     ///
     /// # Errors
-    /// A drive that leaves the road, or turns sharper than the road allows.
+    /// Returns an error if the vehicle leaves the road, or turns sharper than the road allows.
     pub fn motion(&self, window_s: Range<f64>) -> Result<Motion> {
         let times = keys(window_s);
         let (place, turn) = self.at(0.0);
@@ -119,7 +119,7 @@ impl OnRoad<'_> {
     /// Way since time zero over that stretch of time; None at a steady speed.
     ///
     /// # Errors
-    /// A drive that leaves the road, or turns sharper than the road allows.
+    /// Returns an error if the vehicle leaves the road, or turns sharper than the road allows.
     pub fn way_m(&self, window_s: Range<f64>) -> Result<Option<Channel<f64>>> {
         if self.drive.speed.len() == 1 {
             return Ok(None);

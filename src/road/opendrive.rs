@@ -97,7 +97,7 @@ pub fn read(file: &Path) -> Result<Vec<Road>> {
 /// (grass for what is not driven).
 ///
 /// # Errors
-/// One line with the file and the line in it.
+/// Returns an error, with the file and the line in it, if the text is not a road network that catseye can read.
 pub fn parse(file: &Path, text: &str) -> Result<Vec<Road>> {
     let options = roxmltree::ParsingOptions { allow_dtd: false, ..Default::default() };
     let doc = Document::parse_with_options(text, options).map_err(|e| {

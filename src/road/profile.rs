@@ -53,7 +53,7 @@ impl Profile {
     /// A chain of cubics in the order of their beginnings.
     ///
     /// # Errors
-    /// None at all, beginnings that fall, numbers that are not finite.
+    /// Returns an error if there are no cubics, a cubic begins before the one ahead of it, or a number is not finite.
     pub fn cubics(pieces: Vec<Piece>) -> Result<Profile> {
         let finite = |p: &Piece| p.s0_m.is_finite() && p.coefficients.iter().all(|c| c.is_finite());
         if pieces.is_empty() || !pieces.iter().all(finite) {

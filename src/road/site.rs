@@ -26,7 +26,8 @@ impl Site {
     /// Builds the scene that a scenario names.
     ///
     /// # Errors
-    /// Those of its files; a road or lane that is not there; a radar under the road or inside a body.
+    /// Returns an error if a file of the scene cannot be read, a road or lane is not there, or a radar is under the
+    /// road or inside a body.
     pub fn new(scenario: &Scenario) -> Result<Site> {
         match &scenario.scene {
             SceneSource::Road { path } => Site::on(scenario, scene_toml::load(path)?),

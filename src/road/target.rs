@@ -80,7 +80,7 @@ impl Target {
 /// the file; their default material is also that of a reflector that names none.
 ///
 /// # Errors
-/// Those of the importer, of reflectors and of materials.
+/// Returns an error if the file cannot be imported, or the reflector or a material is unknown.
 pub fn load(target: &str, options: &ImportOptions) -> Result<Target> {
     let path = Path::new(target);
     if is_file(target) {

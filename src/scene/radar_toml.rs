@@ -979,7 +979,7 @@ fn table_file(doc: &Document<'_>, name: &At<String>) -> Result<(Pattern, f64)> {
 /// pattern relative to its peak and the peak.
 ///
 /// # Errors
-/// One line with the line number.
+/// Returns an error of one line with the line number if a row is wrong, missing or given twice.
 pub fn pattern_csv(file: &Path, text: &str) -> Result<(Pattern, f64)> {
     const HEADER: &str = "azimuth_deg,elevation_deg,gain_db";
     let bad = |line: usize, problem: &str| BadInput::new(problem).file(file).line(line);

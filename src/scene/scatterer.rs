@@ -118,7 +118,7 @@ impl ScatteringTable {
     /// As [`read`](Self::read), from text; `path` is only named.
     ///
     /// # Errors
-    /// As [`read`](Self::read).
+    /// Returns the errors of [`read`](Self::read), except those of opening the file.
     pub fn parse(path: impl AsRef<Path>, text: String) -> Result<ScatteringTable> {
         let (_, rows) = rcs_csv::parse(&path, text)?;
         Self::from_rows(path.as_ref(), &rows)
@@ -243,7 +243,7 @@ impl ScatteringTable {
     /// Where `freq_hz` lies among the table's frequencies.
     ///
     /// # Errors
-    /// Outside them.
+    /// Returns an error if the frequency lies outside those of the table.
     pub fn band(&self, freq_hz: f64) -> Result<Stencil> {
         let (lo, hi) = self.frequency_range_hz();
         let slack = SAME_HZ * hi;

@@ -647,17 +647,17 @@ pub trait Builder {
     /// The built-in scene of that name.
     ///
     /// # Errors
-    /// What the builder refuses.
+    /// Returns an error if the scene cannot be built.
     fn builtin(&self, name: Builtin) -> Result<Scene>;
     /// The scene of a road file, its vehicles under way for `duration_s`.
     ///
     /// # Errors
-    /// What the builder refuses.
+    /// Returns an error if the road file cannot be read or its scene cannot be built.
     fn road(&self, path: &Path, duration_s: f64) -> Result<Scene>;
     /// The objects of a reflector's spec string, in its target frame.
     ///
     /// # Errors
-    /// What the builder refuses.
+    /// Returns an error if the spec is wrong or the reflector cannot be built.
     fn reflector(&self, spec: &str) -> Result<Scene>;
     /// A vehicle of the library at rest, its origin on the road below its middle.
     ///
@@ -672,7 +672,8 @@ impl Scenario {
     /// Reads and checks a scenario file.
     ///
     /// # Errors
-    /// One line with file, line, key, value and remedy.
+    /// Returns an error of one line with file, line, key, value and remedy if the file cannot be read or a value is not
+    /// allowed.
     pub fn load(path: &Path) -> Result<Scenario> {
         parse(path, &read_text(path)?)
     }
@@ -725,7 +726,7 @@ impl<E> Scenario<E> {
     /// The scene with all points and objects in it.
     ///
     /// # Errors
-    /// What a file or builder of the scene refuses.
+    /// Returns an error if a file of the scene cannot be read, or if the builder fails.
     pub fn build(&self, builder: &dyn Builder) -> Result<Scene> {
         let scene = match &self.scene {
             SceneSource::Builtin(Builtin::Empty) => Scene::default(),
@@ -746,7 +747,7 @@ impl<E> Scenario<E> {
     /// Adds the points and objects of the scenario to a scene.
     ///
     /// # Errors
-    /// What a file or builder of the scene refuses.
+    /// Returns an error if a file of the scene cannot be read, or if the builder fails.
     pub fn furnish(&self, mut scene: Scene, builder: &dyn Builder) -> Result<Scene> {
         for p in &self.points {
             let pose = Pose::new(glam::DQuat::IDENTITY, p.position_m);

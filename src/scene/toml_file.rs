@@ -89,7 +89,7 @@ pub struct Document<'a> {
 /// The text of a TOML file.
 ///
 /// # Errors
-/// What is no regular file, more than 16 MiB, not UTF-8.
+/// Returns an error if the path is no regular file, or if the file is larger than 16 MiB or not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     read_text_of(path, "a TOML file", MAX_BYTES)
 }
@@ -97,7 +97,7 @@ pub fn read_text(path: &Path) -> Result<String> {
 /// The text of a file of another kind, `what` in errors, of `most` bytes.
 ///
 /// # Errors
-/// What is no regular file, more than `most` bytes, not UTF-8.
+/// Returns an error if the path is no regular file, or if the file is larger than `most` bytes or not UTF-8.
 pub fn read_text_of(path: &Path, what: &str, most: u64) -> Result<String> {
     let bad = |problem: &str| BadInput::new(problem).file(path);
     let bytes = input::read(path, what, most)?;
@@ -129,7 +129,7 @@ pub fn read_beside(doc: &Document<'_>, name: &At<String>) -> Result<(PathBuf, St
 /// document.
 ///
 /// # Errors
-/// There is no such file.
+/// Returns an error, with its place in the file, if there is no such file.
 pub fn referred(of: &Path, name: &At<String>) -> Result<PathBuf> {
     Document::parse(of, &read_text(of)?)?.beside(name)
 }
@@ -138,7 +138,7 @@ impl<'a> Document<'a> {
     /// Parses `text`; `file` is named in errors.
     ///
     /// # Errors
-    /// What is wrong, with file, line, key and value.
+    /// Returns an error with file and line if the text is not TOML.
     pub fn parse(file: impl AsRef<Path>, text: &'a str) -> Result<Self> {
         let file = file.as_ref().to_path_buf();
         match DeTable::parse(text) {
@@ -172,7 +172,7 @@ impl<'a> Document<'a> {
     /// The path of a file that this one names, relative to its folder.
     ///
     /// # Errors
-    /// There is no such file.
+    /// Returns an error, with its place in the file, if there is no such file.
     pub fn beside(&self, name: &At<String>) -> Result<PathBuf> {
         let path = self.file.parent().unwrap_or(Path::new("")).join(&name.value);
         self.existing(&name.span, &path)?;
@@ -221,7 +221,7 @@ impl<'a> Document<'a> {
     /// The value when it lies in the range.
     ///
     /// # Errors
-    /// One line with the range.
+    /// Returns an error of one line with the range if the value lies outside it.
     pub fn in_range<T, R>(&self, at: &At<T>, range: R, remedy: &str) -> Result<T>
     where
         T: PartialOrd + Copy + Display,
@@ -236,7 +236,7 @@ impl<'a> Document<'a> {
     /// The value when it is finite.
     ///
     /// # Errors
-    /// What is wrong, with file, line, key and value.
+    /// Returns an error with file, line, key and value if the value is not finite.
     pub fn finite(&self, at: &At<f64>, remedy: &str) -> Result<f64> {
         if at.value.is_finite() {
             return Ok(at.value);
@@ -247,7 +247,7 @@ impl<'a> Document<'a> {
     /// Three finite numbers no larger than a million (metres, metres per second).
     ///
     /// # Errors
-    /// What is wrong, with file, line, key and value.
+    /// Returns an error with file, line, key and value if a number is not finite or too large.
     pub fn vector(&self, at: &At<[f64; 3]>) -> Result<glam::DVec3> {
         if at.value.iter().all(|x| x.abs() <= 1e6) {
             return Ok(at.value.into());

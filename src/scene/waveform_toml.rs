@@ -433,7 +433,7 @@ fn scaled(
 /// Reads `time_s,re,im` rows at equidistant, rising times; the one next to zero is time zero.
 ///
 /// # Errors
-/// One line with the line number.
+/// Returns an error of one line with the line number if a row is wrong or the times are not equidistant.
 pub fn pulse_csv(file: &Path, text: &str) -> Result<PulseShape> {
     const HEADER: &str = "time_s,re,im";
     let bad = |line: usize, problem: &str| BadInput::new(problem).file(file).line(line);

@@ -169,7 +169,7 @@ pub fn trace_options(scenario: &SitedScenario, which: usize, frame: u32) -> Resu
 /// seed, engine and index give the same frame, whatever was run before.
 ///
 /// # Errors
-/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
+/// Returns an error if the frame needs more memory than the machine has, or if the engine fails.
 pub fn simulate(engine: &Engine, scenario: &SitedScenario, scene: &Scene, index: u32) -> Result<Frame> {
     simulate_with(engine, scenario, scene, (0, index), &Depths::default(), Control::default())
 }
@@ -178,7 +178,7 @@ pub fn simulate(engine: &Engine, scenario: &SitedScenario, scene: &Scene, index:
 /// how many bounces they follow; without it frame 0 is traced again for each.
 ///
 /// # Errors
-/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
+/// Returns an error if the frame needs more memory than the machine has, the engine fails, or `control` is cancelled.
 pub fn simulate_with(
     engine: &Engine,
     scenario: &SitedScenario,
@@ -193,7 +193,7 @@ pub fn simulate_with(
 /// [`Prepared::remarks`] as radar number `which` sees the scene.
 ///
 /// # Errors
-/// What the scene cannot be at the frequency of that radar.
+/// Returns an error if a material or a mesh of the scene cannot be used at the frequency of that radar.
 pub fn remarks(scenario: &SitedScenario, scene: &Scene, which: usize) -> Result<Vec<String>> {
     Prepared::of(scenario, scene, which..which + 1)?.remarks()
 }
@@ -245,7 +245,7 @@ impl<'a> Prepared<'a> {
     /// Prepares the scene for all radars of the scenario.
     ///
     /// # Errors
-    /// Surfaces that cannot be cut.
+    /// Returns an error if a curved surface cannot be cut.
     pub fn new(scenario: &'a SitedScenario, scene: &'a Scene) -> Result<Prepared<'a>> {
         Prepared::of(scenario, scene, 0..scenario.radars.len())
     }
@@ -277,7 +277,8 @@ impl<'a> Prepared<'a> {
     /// Frame `index` of radar number `which`.
     ///
     /// # Errors
-    /// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
+    /// Returns an error if the frame needs more memory than the machine has, the engine fails, or `control` is
+    /// cancelled.
     pub fn frame(&self, engine: &Engine, which: usize, index: u32, control: Control<'_>) -> Result<Frame> {
         self.frame_within(engine, which, index, budget(self.scenario, which), control)
     }
@@ -286,7 +287,7 @@ impl<'a> Prepared<'a> {
     /// the number of places and a remedy. None for a scene that is clean.
     ///
     /// # Errors
-    /// What the scene cannot be at the frequency of its first radar.
+    /// Returns an error if a material or a mesh of the scene cannot be used at the frequency of the first radar.
     pub fn remarks(&self) -> Result<Vec<String>> {
         let Some(seen) = self.radars.first() else { return Ok(Vec::new()) };
         let radar = &self.scenario.radars[self.first];
@@ -300,7 +301,7 @@ impl<'a> Prepared<'a> {
     /// What the radar hears in frame `index`, before anything is synthesised.
     ///
     /// # Errors
-    /// What the scene or the weather cannot be at this frequency.
+    /// Returns an error if a material, a mesh or the weather cannot be used at the radar's frequency.
     pub fn echoes(&self, engine: &Engine, which: usize, index: u32) -> Result<Heard> {
         self.heard(engine, which, index, budget(self.scenario, which))
     }
@@ -467,7 +468,7 @@ pub fn detect(
 /// Points of maps, with labels.
 ///
 /// # Errors
-/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
+/// Returns the errors of [`crate::detect::locate::points`].
 pub fn located(
     engine: &Engine,
     radar: &Radar,
@@ -502,7 +503,7 @@ pub struct Convergence {
 /// object's strongest echoes. Objects under the thermal noise of a cell are left out.
 ///
 /// # Errors
-/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
+/// Returns an error if a frame needs more memory than the machine has, or if the engine fails.
 pub fn convergence(
     engine: &Engine,
     scenario: &SitedScenario,

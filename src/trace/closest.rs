@@ -70,13 +70,13 @@ pub enum Find {
 /// The tree and its triangles on the device, as `shaders/shared/bvh.wgsl` reads them.
 #[derive(Clone)]
 pub struct Tree {
-    /// Five a node.
+    /// Nodes of the tree, five words each.
     pub nodes: Buffer<[u32; 4]>,
-    /// Three a triangle.
+    /// Triangles, three words each.
     pub triangles: Buffer<[f32; 4]>,
 }
 
-/// One pass over `rays`; `skip_patches` and `hits` are as long. The tree is at most 24 levels deep.
+/// Records one pass over `rays`; `skip_patches` and `hits` have their length. The tree is at most 24 levels deep.
 pub fn record(
     recorder: &mut Recorder<'_>,
     tree: &Tree,
@@ -97,7 +97,7 @@ pub fn record(
 /// If the two differ in length.
 ///
 /// # Errors
-/// Failures of the adapter.
+/// Returns an error if the adapter fails.
 pub fn hits(
     gpu: &Gpu,
     tree: &Tree,

@@ -54,7 +54,7 @@ const STILL_PART: usize = 1024;
 /// than the direct sum and accurate.
 ///
 /// # Errors
-/// Only when cancelled.
+/// Returns an error only if `control` is cancelled.
 pub fn synthesise(plan: &Plan, control: Control) -> Result<(Cube<f32>, Methods)> {
     synthesise_with(plan, costs(), control)
 }

@@ -61,7 +61,7 @@ impl Precision for f32 {
 /// The cube of one frame without noise, √W.
 ///
 /// # Errors
-/// Only when cancelled.
+/// Returns an error only if `control` is cancelled.
 pub fn synthesise<T: Precision>(plan: &Plan, control: Control) -> Result<Cube<T>> {
     synthesise_some(plan, plan.set(Set::Still), plan.set(Set::Moving), control)
 }

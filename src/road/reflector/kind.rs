@@ -25,7 +25,7 @@ pub trait Builder {
     /// Checks the parameters together.
     ///
     /// # Errors
-    /// Parameters that do not go together.
+    /// Returns an error if the parameters do not go together.
     fn check(&self, _kind: &Kind) -> Result<()> {
         Ok(())
     }

@@ -201,7 +201,7 @@ impl Body {
 /// The body of a kind with materials found by their names (table in `scene/material.rs`).
 ///
 /// # Errors
-/// Those of the lookup. (The shapes are fixed; that their sections fit together is tested.).
+/// Returns what `materials` fails with. (The shapes are fixed; a test checks that their sections fit together.)
 pub fn vehicle(kind: Kind, materials: MaterialLookup) -> Result<Body> {
     let paints = Paints::new(materials)?;
     let parts = match kind {

@@ -249,7 +249,7 @@ fn row(name: &str) -> Result<Material> {
 /// options' default (with a note that it was taken). `key` is where the name stands in the file.
 ///
 /// # Errors
-/// None of these says what it is.
+/// Returns an error if neither the options nor the table give a material.
 pub fn choose_material(
     file: &Path,
     key: &str,

@@ -66,7 +66,7 @@ pub use write::{export, to_glb};
 /// The bytes of a `.gltf` or `.glb` file.
 ///
 /// # Errors
-/// What is no regular file, or too large.
+/// Returns an error if the path is no regular file, or if the file is too large or cannot be read.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     input::read(path, "a .glb or .gltf file", MAX_BYTES)
 }
@@ -85,7 +85,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
 /// looked for in `folder`, and are an error without one.
 ///
 /// # Errors
-/// As [`import`].
+/// Returns the errors of [`import`].
 pub fn import_bytes(
     bytes: &[u8],
     name: &Path,

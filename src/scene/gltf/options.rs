@@ -93,7 +93,7 @@ impl ImportOptions {
 /// Length in metres of "m", "cm", "mm", "in" or "ft".
 ///
 /// # Errors
-/// Another word.
+/// Returns an error if `name` is none of these.
 pub fn unit_m(name: &str) -> Result<f64> {
     const UNITS: [(&str, f64); 5] = [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254), ("ft", 0.3048)];
     UNITS.iter().find(|(n, _)| *n == name).map(|(_, m)| *m).ok_or_else(|| {
@@ -109,7 +109,7 @@ pub fn unit_m(name: &str) -> Result<f64> {
 /// "y" or "z".
 ///
 /// # Errors
-/// Another word.
+/// Returns an error if `name` is neither.
 pub fn up(name: &str) -> Result<Up> {
     match name {
         "y" | "Y" => Ok(Up::Y),

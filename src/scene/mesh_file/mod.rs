@@ -119,7 +119,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
 /// As [`import`], of a file that holds things of `size_m` and not a landscape: exporters write millimetres where glTF has metres.
 ///
 /// # Errors
-/// Those of [`import`]; a size beyond that range in a unit that nobody has given.
+/// Returns the errors of [`import`], and an error if the size is beyond that range and the unit was not stated.
 pub fn import_sized(path: &Path, options: &ImportOptions, size_m: RangeInclusive<f64>) -> Result<Scene> {
     let scene = import(path, options)?;
     let is_mesh = |o: &Object| matches!(o.shape, Shape::Mesh(_));

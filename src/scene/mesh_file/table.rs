@@ -33,7 +33,7 @@ impl ImportTable<'_> {
     /// What the keys say.
     ///
     /// # Errors
-    /// Values that are none of the allowed ones, with their place.
+    /// Returns an error with its place in the file if a value is none of those allowed.
     pub fn options(&self, doc: &Document<'_>) -> Result<ImportOptions> {
         let mut o = ImportOptions::default();
         let here = |at: &At<String>| {
@@ -66,7 +66,7 @@ impl ImportTable<'_> {
     /// The same of the keys beside a file's name.
     ///
     /// # Errors
-    /// As [`ImportTable::options`]; keys that a file of this kind needs are missing.
+    /// Returns the errors of [`ImportTable::options`], and an error if a key that a file of this kind needs is missing.
     pub fn options_of(&self, doc: &Document<'_>, file: &At<String>) -> Result<ImportOptions> {
         let options = self.options(doc)?;
         check_stated(doc, &file.span, &file.value, &options)?;
