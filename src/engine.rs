@@ -164,7 +164,8 @@ impl Engine {
     /// adapter that has it in its name.
     ///
     /// # Errors
-    /// No such adapter; one that fails its self-test; `f64` with a GPU; limits of memory in which no work can begin.
+    /// Returns an error if there is no such adapter or it fails its self-test, for `f64` with a GPU, or for limits of
+    /// memory in which no work can begin.
     pub fn open(device: &str, precision: Precision) -> Result<Engine> {
         crate::base::machine::check_limits()?;
         let gpu = match device {
@@ -234,8 +235,8 @@ impl Engine {
     /// Through sheets and bodies of dielectric waves are followed from plane waves and by the cpu engine alone (CONVENTIONS eq. 70-75).
     ///
     /// # Errors
-    /// A material or a scattering table without a value at a frequency; options that are out of range; a body that is
-    /// not closed or touches another.
+    /// Returns an error for a material or a scattering table without a value at a frequency, for options that are out
+    /// of range, or for a body that is not closed or touches another.
     pub fn rcs(
         &self,
         scene: &Scene,

@@ -78,7 +78,8 @@ impl Shaping {
     /// Terms of the exponential series that echoes up to this |path rate| need.
     ///
     /// # Errors
-    /// An echo whose phase turns so far within one record that the series would cancel its own digits.
+    /// Returns an error for an echo whose phase turns so far within one record that the series would cancel its own
+    /// digits.
     pub fn orders(&self, largest_path_rate_mps: f64) -> Result<u32> {
         let top_hz = self.lines.first_hz + self.lines.count as f64 * self.lines.step_hz;
         let theta = TAU * top_hz * largest_path_rate_mps / C0 * self.half_s;

@@ -163,7 +163,8 @@ const RULED_OUT: f64 = 1e-3;
 /// Unambiguous when no fold of it lies within the limits, else Ambiguous.
 ///
 /// # Errors
-/// No values, values that are not finite, ambiguities or deviations that are not positive.
+/// Returns an error if there are no values, for values that are not finite, or for ambiguities or deviations that are
+/// not positive.
 pub fn resolve_range_rates(folded: &[Folded], max_mps: f64) -> Result<ResolvedRate> {
     let wrong = |key: &str, value: f64, allowed: &str| {
         BadInput::new("cannot unfold").key(key).value(value).allowed(allowed)
@@ -285,7 +286,8 @@ impl TdmFolds {
     /// elevation) that bodies may stand in, two or more to a beamwidth.
     ///
     /// # Errors
-    /// No channels, no directions, a turn beyond `transmitters`, a loop that the turns do not fit into.
+    /// Returns an error if there are no channels or directions, for a turn beyond `transmitters`, or for a loop that
+    /// the turns do not fit into.
     pub fn new(
         channels: &[(DVec3, usize)],
         transmitters: usize,

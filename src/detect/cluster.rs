@@ -44,7 +44,7 @@ impl Dbscan {
     /// does not depend on the order of the points unless distances are equal.
     ///
     /// # Errors
-    /// Scales that are not positive, `min_points` = 0.
+    /// Returns an error for scales that are not positive, or `min_points` = 0.
     pub fn labels(&self, points: &[ClusterPoint]) -> Result<Vec<Option<usize>>> {
         for (key, value, top) in [
             ("position_m", self.position_m, f64::MAX),

@@ -270,9 +270,10 @@ impl Problem<'_> {
 /// than they say.
 ///
 /// # Errors
-/// (exit code 1, as the scene does not allow it): fewer points than parameters plus one; directions that do not tell
-/// the parameters apart (all points in one line of sight); fewer standing points than the settings ask for; folded
-/// range rates that two motions explain nearly as well. Settings and mounts outside their ranges are bad input.
+/// Returns an error (exit code 1, as the scene does not allow an estimate) for fewer points than parameters plus one;
+/// directions that do not tell the parameters apart (all points in one line of sight); fewer standing points than the
+/// settings ask for; folded range rates that two motions explain nearly as well. Settings and mounts outside their
+/// ranges are bad input.
 pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -> Result<EgoMotion> {
     check(points, model, settings)?;
     let n = model.parameters();

@@ -82,7 +82,7 @@ pub fn accuracy(radar: &Radar) -> Result<PointAccuracy> {
 /// The array as the radar's settings describe it.
 ///
 /// # Errors
-/// Coincident channels; a calibration that is no calibration of it.
+/// Returns an error for coincident channels, or for a calibration of another array.
 pub fn manifold(radar: &Radar) -> Result<Manifold> {
     let ideal = Manifold::of_radar(radar)?;
     match &radar.processing.angle.calibration {

@@ -63,7 +63,7 @@ impl Plot {
     /// Checks plot number `index`.
     ///
     /// # Errors
-    /// A value that is not finite or beyond 10⁹, a range or a standard deviation below 10⁻⁹.
+    /// Returns an error for a value that is not finite or beyond 10⁹, a range or a standard deviation below 10⁻⁹.
     pub fn check(&self, index: usize) -> Result<()> {
         let positive = [
             ("range_m", self.range_m),

@@ -186,7 +186,8 @@ fn unlike(p: &SlopePeak, q: &SlopePeak, limits: &PairLimits) -> (f64, f64) {
 /// different bodies. Peaks without a partner are left out. In the order of the first slope's peaks.
 ///
 /// # Errors
-/// Slopes that are equal or zero, values that are not finite, deviations or limits that are not positive.
+/// Returns an error for slopes that are equal or zero, values that are not finite, deviations or limits that are not
+/// positive.
 pub fn pair_slopes(
     first: &Slope,
     second: &Slope,

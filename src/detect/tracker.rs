@@ -52,7 +52,7 @@ impl TrackerSettings {
     /// Checks the settings.
     ///
     /// # Errors
-    /// The first setting outside its range.
+    /// Returns an error for the first setting outside its range.
     pub fn check(&self) -> Result<()> {
         let finite = |v: f64, ok: bool| v.is_finite() && ok;
         let wrong = |key: &str, value: &dyn std::fmt::Display, allowed: String| {
@@ -100,7 +100,7 @@ impl TrackerSettings {
     /// compete for plots.
     ///
     /// # Errors
-    /// Settings or rates outside their ranges.
+    /// Returns an error for settings or rates outside their ranges.
     pub fn false_confirmation(
         &self,
         plot: &Plot,
@@ -230,7 +230,7 @@ impl Tracker {
     /// A tracker without tracks.
     ///
     /// # Errors
-    /// A setting outside its range.
+    /// Returns an error for a setting outside its range.
     pub fn new(settings: TrackerSettings) -> Result<Tracker> {
         settings.check()?;
         Ok(Tracker { settings, gate: settings.gate()?, time_s: None, next_id: 1, tracks: Vec::new() })

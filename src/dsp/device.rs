@@ -28,7 +28,7 @@ pub(super) fn detection(mask: Vec<u32>, columns: &[cfar_window::Column]) -> Dete
 /// The detector alone, on a map from the host: the twin of the cpu engine's `detect`.
 ///
 /// # Errors
-/// A map or cube that does not fit the settings; failures of the adapter.
+/// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
 pub fn detect(gpu: &Gpu, map: &PowerMap<f32>, cfar: &Cfar, channels: usize) -> Result<Detection<f32>> {
     cfar::check_map(map)?;
     let columns = cfar::columns(cfar, channels, map.doppler_bins, map.range_bins)?;
@@ -43,7 +43,7 @@ pub fn detect(gpu: &Gpu, map: &PowerMap<f32>, cfar: &Cfar, channels: usize) -> R
 /// The noise in W in these cells, on a map from the host: the twin of the cpu engine's `noise`.
 ///
 /// # Errors
-/// A map or cube that does not fit the settings; failures of the adapter.
+/// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
 pub fn noise(
     gpu: &Gpu,
     map: &PowerMap<f32>,
@@ -97,7 +97,7 @@ pub fn process_by(
 /// [`Recorded::submit`].
 ///
 /// # Errors
-/// A map or cube that does not fit the settings; failures of the adapter.
+/// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
 pub fn record<'a>(
     mut recorder: Recorder<'a>,
     gpu: &'a Gpu,
@@ -146,7 +146,7 @@ impl<'a> Recorded<'a> {
     /// Runs everything.
     ///
     /// # Errors
-    /// Samples that are not finite, failures of the adapter.
+    /// Returns an error for samples that are not finite, or if the adapter fails.
     pub fn submit(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
         let (spectrum, found, _) = self.submit_with()?;
         Ok((spectrum, found))
@@ -155,7 +155,7 @@ impl<'a> Recorded<'a> {
     /// And what else was recorded.
     ///
     /// # Errors
-    /// A map or cube that does not fit the settings; failures of the adapter.
+    /// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
     pub fn submit_with(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>, Done)> {
         let Recorded { recorder, gpu, found, cells, map, mask, limit } = self;
         let spectrum = found.spectrum.clone();

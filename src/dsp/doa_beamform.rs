@@ -32,7 +32,7 @@ impl Grid {
     /// asked for: there every angle looks the same.
     ///
     /// # Errors
-    /// No bins, or a field of view outside 0..=90 degrees to each side.
+    /// Returns an error if there are no bins, or for a field of view outside 0..=90 degrees to each side.
     pub fn new(radar: &Radar) -> Result<Self> {
         let p = &radar.processing;
         let resolved = |bins: usize, along: fn(DVec3) -> f64| {
@@ -289,7 +289,7 @@ pub static KERNEL: Kernel = Kernel {
 /// chunks of cells as the adapter's bindings ask for. `range_rates_mps`: one for each cell.
 ///
 /// # Errors
-/// Snapshots of another number of channels; failures of the adapter.
+/// Returns an error for snapshots of another number of channels, or if the adapter fails.
 pub fn spectra(
     gpu: &Gpu,
     beam: &Beamformer,

@@ -102,7 +102,7 @@ impl BiSvd {
     /// `rank`: number of sources L. `forgetting`: alpha of eq. 98, nearer 1 for longer memory.
     ///
     /// # Errors
-    /// A rank that is not below the number of channels; alpha outside 0..1.
+    /// Returns an error for a rank that is not below the number of channels, or for alpha outside 0..1.
     pub fn new(channels: usize, rank: usize, forgetting: f64) -> Result<Self> {
         check_forgetting(forgetting)?;
         if rank == 0 || rank >= channels {
@@ -377,7 +377,7 @@ pub struct Costs {
 /// Counts both on the last of `snapshots`, `[snapshot, channel]`, after all others.
 ///
 /// # Errors
-/// A rank or a number of channels that the tracker does not take.
+/// Returns an error for a rank or a number of channels that the tracker does not take.
 pub fn costs(snapshots: &[Complex64], channels: usize, rank: usize, forgetting: f64) -> Result<Costs> {
     let mut tracker = BiSvd::new(channels, rank, forgetting)?;
     let mut r = vec![Complex64::ZERO; channels * channels];
@@ -413,7 +413,7 @@ pub struct Times {
 /// Times both over the same snapshots, `[snapshot, channel]`, on one thread.
 ///
 /// # Errors
-/// A rank or a number of channels that the tracker does not take.
+/// Returns an error for a rank or a number of channels that the tracker does not take.
 pub fn times(snapshots: &[Complex64], channels: usize, rank: usize, forgetting: f64) -> Result<Times> {
     use super::doa_covariance::{Forgetting, eigen};
     let mut tracker = BiSvd::new(channels, rank, forgetting)?;

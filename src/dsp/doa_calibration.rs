@@ -52,7 +52,7 @@ impl Manifold {
     /// Uses measured vectors (eq. 96): between their angles the ratio to this manifold is interpolated.
     ///
     /// # Errors
-    /// A table of another number of channels.
+    /// Returns an error for a table of another number of channels.
     pub fn with_calibration(self, calibration: &Calibration) -> Result<Self> {
         let mut there = self.unmeasured();
         if let Some(range_m) = calibration.range_m {
@@ -71,8 +71,8 @@ impl Calibration {
     /// `manifold`: the ideal array, at the reflector's distance `range_m` if that is near.
     ///
     /// # Errors
-    /// Axes that do not ascend, missing or silent positions, values that are not finite, a window that holds fewer
-    /// than three angles.
+    /// Returns an error for axes that do not ascend, missing or silent positions, values that are not finite, or a
+    /// window that holds fewer than three angles.
     pub fn from_turntable(
         manifold: &Manifold,
         azimuth_deg: Vec<f64>,
@@ -130,7 +130,7 @@ impl Calibration {
     /// The vectors that a manifold has at these angles, as if measured without error.
     ///
     /// # Errors
-    /// Axes that are empty or do not ascend.
+    /// Returns an error for axes that are empty or do not ascend.
     pub fn of_manifold(manifold: &Manifold, azimuth_deg: Vec<f64>, elevation_deg: Vec<f64>) -> Result<Self> {
         check_axis("azimuth_deg", &azimuth_deg)?;
         check_axis("elevation_deg", &elevation_deg)?;
@@ -152,7 +152,7 @@ impl Calibration {
     /// Reads a table from a file.
     ///
     /// # Errors
-    /// A file that is missing or no table of steering vectors, with its line.
+    /// Returns an error for a file that is missing or no table of steering vectors, with its line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         Self::from_table(&Table::read(&path)?, path.as_ref())
     }
@@ -161,8 +161,8 @@ impl Calibration {
     /// comment line `range_m = R` gives the distance of the reflector.
     ///
     /// # Errors
-    /// Other columns, angles that do not form a full product of two axes, a channel missing or given twice, numbers
-    /// that are not finite, a vector of zeros: with file and line.
+    /// Returns an error for other columns, angles that do not form a full product of two axes, a channel missing or
+    /// given twice, numbers that are not finite, a vector of zeros: with file and line.
     pub fn from_table(table: &Table, path: &Path) -> Result<Self> {
         let bad = |problem: String| BadInput::new(problem).file(path);
         if let Some(extra) = table.header.iter().find(|h| !HEADER.contains(&h.as_str())) {

@@ -38,7 +38,7 @@ impl Forgetting {
     /// An average with forgetting factor `alpha`.
     ///
     /// # Errors
-    /// A factor outside 0 < alpha < 1.
+    /// Returns an error for a factor outside 0 < alpha < 1.
     pub fn new(channels: usize, alpha: f64) -> Result<Self> {
         check_forgetting(alpha)?;
         Ok(Forgetting { alpha, sum: Matrix::zeros(channels, channels), weight: 0.0 })
@@ -80,7 +80,7 @@ pub(super) fn check_forgetting(alpha: f64) -> Result<()> {
 /// Channels of each subarray of `size` (rows, columns) of a lattice: all its shifts, row by row.
 ///
 /// # Errors
-/// A subarray larger than the array or without elements.
+/// Returns an error for a subarray larger than the array or without elements.
 pub fn subarrays(lattice: &Lattice, size: [usize; 2]) -> Result<Vec<Vec<usize>>> {
     let [rows, cols] = lattice.size;
     if size[0] == 0 || size[1] == 0 || size[0] > rows || size[1] > cols {
@@ -148,7 +148,7 @@ pub struct Eigen {
 /// Eigendecomposition of a Hermitian matrix.
 ///
 /// # Errors
-/// Values that are not finite.
+/// Returns an error for values that are not finite.
 pub fn eigen(r: &Matrix) -> Result<Eigen> {
     if !r.is_finite() {
         return Err(BadInput::new("snapshots hold values that are not finite").into());
@@ -173,7 +173,7 @@ impl Eigen {
 /// Largest principal angle between the spaces that orthonormal columns span, rad.
 ///
 /// # Errors
-/// Matrices of different size, or values that are not finite.
+/// Returns an error for matrices of different size, or values that are not finite.
 pub fn principal_angle(a: &Matrix, b: &Matrix) -> Result<f64> {
     // From the sine, which keeps small angles: the largest singular value of (I - A A^H) B.
     let outside = b - a * (a.adjoint() * b);

@@ -47,9 +47,9 @@ impl Estimator {
     /// An estimator of directions on a grid.
     ///
     /// # Errors
-    /// A grid that is empty, wider than the calibration, or of two axes for an array on one line; more sources than
-    /// the array can tell; a method that needs a uniform line or rectangle on another array; settings outside their
-    /// ranges.
+    /// Returns an error for a grid that is empty, wider than the calibration, or of two axes for an array on one line,
+    /// for more sources than the array can tell, for a method that needs a uniform line or rectangle on another array,
+    /// or for settings outside their ranges.
     pub fn new(manifold: Manifold, grid: Grid, options: Options) -> Result<Self> {
         let o = &options;
         if grid.azimuth_rad.is_empty() || grid.elevation_rad.is_empty() {
@@ -168,8 +168,8 @@ impl Estimator {
     /// direction]`, on the engine of the caller's choice: [`super::doa_spectrum::spectra`] or its twin.
     ///
     /// # Errors
-    /// Data of another size, values that are not finite, too few snapshots for the method on this array; those of
-    /// `evaluate`.
+    /// Returns an error for data of another size, values that are not finite, too few snapshots for the method on this
+    /// array, and the errors of `evaluate`.
     pub fn estimate_cells<T: Real>(
         &self,
         cells: &Cells<'_>,

@@ -28,8 +28,8 @@ impl Manifold {
     /// One transmitter and one receiver position for each channel, sensor frame.
     ///
     /// # Errors
-    /// No channels, lists of different length, positions or a wavelength that are not finite, two channels with the
-    /// same transmitter and the same receiver.
+    /// Returns an error if there are no channels, for lists of different length, for positions or a wavelength that are
+    /// not finite, or for two channels with the same transmitter and the same receiver.
     pub fn new(tx_m: Vec<DVec3>, rx_m: Vec<DVec3>, wavelength_m: f64) -> Result<Self> {
         if tx_m.is_empty() || tx_m.len() != rx_m.len() {
             return Err(BadInput::new("channels need one transmitter and one receiver each")
@@ -63,7 +63,7 @@ impl Manifold {
     /// An array that only receives: one transmitter at the origin.
     ///
     /// # Errors
-    /// A radar whose antennas make no array: none, or two in one place.
+    /// Returns an error for a radar whose antennas make no array: none, or two in one place.
     pub fn receivers(rx_m: Vec<DVec3>, wavelength_m: f64) -> Result<Self> {
         Self::new(vec![DVec3::ZERO; rx_m.len()], rx_m, wavelength_m)
     }
@@ -71,7 +71,7 @@ impl Manifold {
     /// The radar's virtual channels, c = tx x N_rx + rx, at its carrier.
     ///
     /// # Errors
-    /// A radar whose antennas make no array: none, or two in one place.
+    /// Returns an error for a radar whose antennas make no array: none, or two in one place.
     pub fn of_radar(radar: &Radar) -> Result<Self> {
         let pairs = radar.tx.iter().flat_map(|t| radar.rx.iter().map(|r| (t.position_m, r.position_m)));
         let (tx, rx) = pairs.unzip();
@@ -81,7 +81,7 @@ impl Manifold {
     /// Complex amplitude gain of each channel, the same in all directions.
     ///
     /// # Errors
-    /// Another number of gains than channels; a gain that is zero or not finite.
+    /// Returns an error if there are not as many gains as channels, or for a gain that is zero or not finite.
     pub fn with_gains(mut self, gain: Vec<Complex64>) -> Result<Self> {
         if gain.len() != self.channels() {
             return Err(BadInput::new("wrong number of channel gains")
@@ -100,7 +100,7 @@ impl Manifold {
     /// Sources at this distance from the sensor's origin instead of infinitely far.
     ///
     /// # Errors
-    /// A range within the array.
+    /// Returns an error if the range lies within the array.
     pub fn at_range(mut self, range_m: f64) -> Result<Self> {
         let extent = self.tx_m.iter().chain(&self.rx_m).map(|p| p.length()).fold(0.0, f64::max);
         if !(range_m > extent && range_m.is_finite()) {

@@ -9,7 +9,7 @@ use num_complex::Complex64;
 /// Orthonormal columns that span what the orthonormal columns of `signal` leave.
 ///
 /// # Errors
-/// Columns that are not finite.
+/// Returns an error for columns that are not finite.
 pub fn complement(signal: &Matrix) -> Result<Matrix> {
     let (n, l) = (signal.nrows(), signal.ncols());
     if !signal.is_finite() {
@@ -66,7 +66,7 @@ pub fn root_music(noise: &Matrix, count: usize) -> Result<Vec<f64>> {
 /// All roots of sum_i c_i z^i, as eigenvalues of the companion matrix.
 ///
 /// # Errors
-/// Coefficients that are not finite or all but vanish.
+/// Returns an error for coefficients that are not finite or all but vanish.
 pub fn polynomial_roots(coefficients: &[Complex64]) -> Result<Vec<Complex64>> {
     let scale = coefficients.iter().map(|c| c.norm()).fold(0.0, f64::max);
     if !(scale > 0.0 && scale.is_finite()) {

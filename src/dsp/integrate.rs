@@ -9,7 +9,7 @@ use crate::base::error::{BadInput, Result};
 /// noise cells are Gamma with that number, which is what the detector has to be told.
 ///
 /// # Errors
-/// No map, maps of different sizes, a map of no look.
+/// Returns an error if there is no map, for maps of different sizes, or for a map of no look.
 pub fn integrate<T: Real>(maps: &[(&PowerMap<T>, usize)]) -> Result<(PowerMap<T>, usize)> {
     let size = |m: &PowerMap<T>| [m.doppler_bins, m.range_bins, m.data.len()];
     let Some(((first, _), looks)) = maps.first().zip(maps.iter().map(|m| m.1).reduce(|a, b| a + b)) else {
@@ -39,7 +39,7 @@ pub fn integrate<T: Real>(maps: &[(&PowerMap<T>, usize)]) -> Result<(PowerMap<T>
 /// are left out.
 ///
 /// # Errors
-/// No group, or more groups than chirps.
+/// Returns an error if there is no group, or more groups than chirps.
 pub fn chirp_groups<T: Clone>(cube: &Cube<T>, groups: usize) -> Result<Vec<Cube<T>>> {
     if groups == 0 || groups > cube.chirps {
         return Err(BadInput::new("the chirps cannot be grouped so")

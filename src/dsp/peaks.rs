@@ -131,8 +131,8 @@ impl Interpolator {
     /// The interpolator for data with these weights and a transform of length `fft`.
     ///
     /// # Errors
-    /// No weights or a shorter transform; a window that is not symmetric, or whose offsets the parabola does not tell
-    /// apart.
+    /// Returns an error if there are no weights or the transform is shorter, or for a window that is not symmetric or
+    /// whose offsets the parabola does not tell apart.
     pub fn new(weights: &[f64], fft: usize) -> Result<Interpolator> {
         let response = |cells: f64| {
             let step = Complex64::cis(-TAU * cells / fft as f64);

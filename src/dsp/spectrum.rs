@@ -209,7 +209,7 @@ fn spectrum(t: &Transform, chunks: Vec<Chunk>) -> DeviceSpectrum {
 /// recorder is submitted.
 ///
 /// # Errors
-/// A single column too large for the adapter.
+/// Returns an error for a single column too large for the adapter.
 pub fn record(
     recorder: &mut Recorder<'_>,
     gpu: &Gpu,
@@ -222,7 +222,7 @@ pub fn record(
 /// [`record`] with a method of choice.
 ///
 /// # Errors
-/// A cube that is larger than the adapter holds; failures of the adapter.
+/// Returns an error for a cube that is larger than the adapter holds, or if the adapter fails.
 pub fn record_by(
     recorder: &mut Recorder<'_>,
     gpu: &Gpu,
@@ -270,7 +270,7 @@ pub fn record_by(
 /// [`record`] for a cube that is on the device already, whose shape has to be the transform's.
 ///
 /// # Errors
-/// A cube that is larger than the adapter holds; failures of the adapter.
+/// Returns an error for a cube that is larger than the adapter holds, or if the adapter fails.
 pub fn record_device(
     recorder: &mut Recorder<'_>,
     gpu: &Gpu,

@@ -41,7 +41,7 @@ impl Transform {
     /// The transforms of a cube of this shape.
     ///
     /// # Errors
-    /// An empty cube, or a transform shorter than the data.
+    /// Returns an error for an empty cube, or a transform shorter than the data.
     pub fn new(
         chirps: usize,
         channels: usize,
@@ -101,7 +101,7 @@ impl Transform {
     /// The transform for a cube that holds this radar's lines.
     ///
     /// # Errors
-    /// A cube whose shape is not the radar's.
+    /// Returns an error for a cube whose shape is not the radar's.
     pub fn of_cube<T>(cube: &Cube<T>, radar: &Radar) -> Result<Self> {
         let shape = [cube.chirps, cube.channels, cube.samples];
         if cube.data.len() != shape.iter().product::<usize>() {
@@ -116,7 +116,7 @@ impl Transform {
     /// The same for the shape alone.
     ///
     /// # Errors
-    /// A shape that is not the one expected.
+    /// Returns an error for a shape that is not the one expected.
     pub fn of_shape(shape: [usize; 3], radar: &Radar) -> Result<Self> {
         let want = [radar.chirps, radar.channels(), radar.lines().count];
         if shape != want {
@@ -142,7 +142,7 @@ impl Transform {
     /// Refuses another shape `[chirps, channels, samples]` than this transform's.
     ///
     /// # Errors
-    /// A shape that is not the one expected.
+    /// Returns an error for a shape that is not the one expected.
     pub fn check_shape(&self, shape: [usize; 3]) -> Result<()> {
         let want = [self.chirps, self.channels, self.samples];
         if shape == want {
@@ -194,7 +194,7 @@ impl Keystone {
     /// Checks the scale of a keystone transform.
     ///
     /// # Errors
-    /// A scale that is not one positive number a sample.
+    /// Returns an error for a scale that is not one positive number a sample.
     pub fn check(scale: &[f64], samples: usize) -> Result<()> {
         if scale.len() == samples && scale.iter().all(|s| s.is_finite() && *s > 0.0) {
             return Ok(());

@@ -110,7 +110,7 @@ fn mixture(name: &str, eps: Complex64, source: &str) -> Material {
 /// A film of water. Fails on a mass or area that is not positive.
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn water(mass_kg: f64, area_m2: f64) -> Result<Layer> {
     Layer::new(by_name("water")?, thickness_m(mass_kg, WATER_KG_M3, area_m2)?)
 }
@@ -128,7 +128,7 @@ pub enum GrainScattering {
 /// mass or area that is not positive.
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn gravel(mass_kg: f64, area_m2: f64, scattering: GrainScattering) -> Result<Layer> {
     let air = Complex64::ONE;
     let mix = looyenga(&[(GRAIN_EPS, GRAIN_PACKING), (air, 1.0 - GRAIN_PACKING)])?;
@@ -149,7 +149,7 @@ pub fn gravel(mass_kg: f64, area_m2: f64, scattering: GrainScattering) -> Result
 /// close. Fails on a mass or area that is not positive, or a fraction outside (0, 1].
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn leaves(mass_kg: f64, area_m2: f64, tissue_fraction: f64) -> Result<Layer> {
     let leaf = by_name("leaves")?;
     if !(tissue_fraction > 0.0 && tissue_fraction <= 1.0) {
@@ -172,7 +172,7 @@ pub fn leaves(mass_kg: f64, area_m2: f64, tissue_fraction: f64) -> Result<Layer>
 /// A coat of white traffic paint.
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn white_paint() -> Result<Layer> {
     Layer::new(by_name("paint-white")?, PAINT_THICKNESS_M)
 }
@@ -180,7 +180,7 @@ pub fn white_paint() -> Result<Layer> {
 /// The document's coverings, spread over the whole plate.
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn coverings() -> Result<Vec<Covering>> {
     coverings_on(Region::Plate)
 }
@@ -189,7 +189,7 @@ pub fn coverings() -> Result<Vec<Covering>> {
 /// the most loss that its grains can cause.
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn coverings_on(region: Region) -> Result<Vec<Covering>> {
     let area = region.area_m2();
     let mut all = Vec::new();

@@ -50,7 +50,7 @@ impl Lobe {
     /// A lobe about the mirror direction.
     ///
     /// # Errors
-    /// An exponent of 0 or above [`EXPONENT_MAX`].
+    /// Returns an error for an exponent of 0 or above [`EXPONENT_MAX`].
     pub fn directive(exponent: u32) -> Result<Lobe> {
         if (1..=EXPONENT_MAX).contains(&exponent) {
             return Ok(Lobe::Directive { exponent });

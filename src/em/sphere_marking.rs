@@ -47,7 +47,7 @@ pub fn optical_m2(radius_m: f64) -> f64 {
 /// Exact, from the Mie series. Fails as [`SphereSeries::pec`].
 ///
 /// # Errors
-/// A size that the Mie series does not take; lengths that are not positive.
+/// Returns an error for a size that the Mie series does not take, or for lengths that are not positive.
 pub fn mie_m2(radius_m: f64, freq_hz: f64) -> Result<f64> {
     Ok(4.0 * PI * SphereSeries::pec(radius_m, freq_hz)?.backscatter_m().norm_sqr())
 }
@@ -91,7 +91,7 @@ impl BinShape {
 /// seen along the road. `bin_m` is the bin's width, c/2B. Fails unless both lengths are positive.
 ///
 /// # Errors
-/// A size that the Mie series does not take; lengths that are not positive.
+/// Returns an error for a size that the Mie series does not take, or for lengths that are not positive.
 pub fn bin_share(length_m: f64, bin_m: f64, shape: BinShape) -> Result<f64> {
     for (key, value) in [("length_m", length_m), ("bin_m", bin_m)] {
         if !(value > 0.0 && value.is_finite()) {
@@ -145,7 +145,7 @@ pub struct Printed {
 /// Table 3.2 at `freq_hz` (the document's is 77 GHz). Fails as [`mie_m2`].
 ///
 /// # Errors
-/// A size that the Mie series does not take; lengths that are not positive.
+/// Returns an error for a size that the Mie series does not take, or for lengths that are not positive.
 pub fn table(marking: &Marking, freq_hz: f64) -> Result<Vec<Row>> {
     const RAYLEIGH: &str =
         "its Rayleigh values follow (64/9)(ka)^4 pi a^2 instead of 9 (ka)^4 pi a^2, 1 dB less";

@@ -119,7 +119,7 @@ impl RainBackscatter {
     /// Spheres of water of Marshall and Palmer's sizes, each scattering as if alone (Mie).
     ///
     /// # Errors
-    /// Sizes beyond [`KA_RANGE`](super::mie::KA_RANGE).
+    /// Returns an error for sizes beyond [`KA_RANGE`](super::mie::KA_RANGE).
     pub fn of(freq_hz: f64, temperature_c: f64, rain_mm_per_h: f64) -> Result<RainBackscatter> {
         let eps = water_eps(freq_hz, temperature_c);
         let step = (DIAMETER_M.1 - DIAMETER_M.0) / CLASSES as f64;

@@ -382,7 +382,7 @@ impl Engine {
     /// channels, each up to twice.
     ///
     /// # Errors
-    /// A radar that [`Engine::can_stream`] does not know; those of the source.
+    /// Returns an error for a radar that [`Engine::can_stream`] does not know, or if the source fails.
     pub fn range_doppler_streamed(
         &self,
         radar: &Radar,

@@ -109,7 +109,7 @@ impl Engine {
     /// Checks that a frame fits into the memory.
     ///
     /// # Errors
-    /// A frame of this radar with so many echoes needs more memory than the machine has.
+    /// Returns an error if a frame of this radar with so many echoes needs more memory than the machine has.
     pub fn check_memory(&self, radar: &Radar, echoes: usize) -> Result<()> {
         self.memory(radar, echoes).check(radar)
     }

@@ -33,8 +33,8 @@ impl Table {
     /// Reads a table.
     ///
     /// # Errors
-    /// `BadInput` with the line for a row of another length, a missing header, text that is not
-    /// UTF-8, a name that occurs twice.
+    /// Returns `BadInput` with the line for a row of another length, a missing header, text that is not UTF-8, a name
+    /// that occurs twice.
     pub fn read(path: impl AsRef<Path>) -> Result<Table> {
         let path = path.as_ref();
         let bytes = super::input::read(path, "a CSV table", super::input::LARGEST_TEXT)?;
@@ -45,7 +45,7 @@ impl Table {
     /// `path` is only named in errors.
     ///
     /// # Errors
-    /// Text that is no table, with its line.
+    /// Returns an error for text that is no table, with its line.
     pub fn parse(path: impl AsRef<Path>, text: String) -> Result<Table> {
         let path = path.as_ref();
         let mut table = Table {
@@ -155,7 +155,7 @@ impl Table {
     /// A column as text, quotes taken off.
     ///
     /// # Errors
-    /// `BadInput` for a missing column or a cell that is not of its kind.
+    /// Returns `BadInput` for a missing column or a cell that is not of its kind.
     pub fn text(&self, column: &str) -> Result<Vec<Cow<'_, str>>> {
         let c = self.index(column)?;
         let cells = self.cells.iter().skip(c).step_by(self.header.len());
@@ -165,7 +165,7 @@ impl Table {
     /// A column of numbers; an empty cell is NaN, and `inf`, `-inf` and `nan` are read.
     ///
     /// # Errors
-    /// `BadInput` for a missing column or a cell that is not of its kind.
+    /// Returns `BadInput` for a missing column or a cell that is not of its kind.
     pub fn numbers(&self, column: &str) -> Result<Vec<f64>> {
         self.text(column)?
             .iter()
@@ -303,7 +303,7 @@ pub trait Columns {
     /// A column of numbers.
     ///
     /// # Errors
-    /// `BadInput` for a missing column or a cell that is not a number.
+    /// Returns `BadInput` for a missing column or a cell that is not a number.
     fn numbers(&self, column: &str) -> Result<Vec<f64>>;
 }
 

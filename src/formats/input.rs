@@ -12,7 +12,7 @@ pub const LARGEST_TEXT: u64 = 1 << 30;
 /// a device may never end. `what` it should be is named in the remedy, as in "a TOML file".
 ///
 /// # Errors
-/// `BadInput` where there is no regular file.
+/// Returns `BadInput` if there is no regular file.
 pub fn regular(path: &Path, what: &str) -> Result<Metadata> {
     let bad = |problem: &str| BadInput::new(problem).file(path);
     match std::fs::metadata(path) {

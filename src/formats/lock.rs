@@ -17,7 +17,8 @@ impl Lock {
     /// Takes the lock in the file `path`, for the output `of`.
     ///
     /// # Errors
-    /// `BadInput` with the holder's process and command while another process has it, and where the folder cannot be written to.
+    /// Returns `BadInput` with the holder's process and command while another process has it, and if the folder cannot
+    /// be written to.
     pub fn take(of: &Path, path: PathBuf) -> Result<Lock> {
         let io = |e| Error::io(of, e);
         loop {

@@ -24,7 +24,8 @@ pub fn path_text<S: serde::Serializer>(path: &Path, serializer: S) -> std::resul
 /// Checks an output's extension.
 ///
 /// # Errors
-/// The name of an output ends otherwise than what is written into it. A name without an extension is left as it is.
+/// Returns an error if the name of an output ends otherwise than what is written into it. A name without an extension
+/// is left as it is.
 pub fn check_extension(path: &Path, written: &[&str]) -> Result<()> {
     let Some(extension) = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()) else {
         return Ok(());

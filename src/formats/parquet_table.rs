@@ -30,7 +30,8 @@ impl Table {
     /// Reads a table.
     ///
     /// # Errors
-    /// `BadInput` for a file that is missing, not Parquet, or compressed in a way that this build does not read.
+    /// Returns `BadInput` for a file that is missing, not Parquet, or compressed in a way that this build does not
+    /// read.
     pub fn read(path: impl AsRef<Path>) -> Result<Table> {
         let path = path.as_ref();
         let bad = |e: ParquetError| -> Error {

@@ -51,7 +51,7 @@ pub struct RawRow {
 /// Whether a file of this name is Parquet.
 ///
 /// # Errors
-/// It is, and this build cannot.
+/// Returns an error if the file is Parquet and this build does not read it.
 pub fn is_parquet(path: impl AsRef<Path>) -> Result<bool> {
     let path = path.as_ref();
     let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
@@ -67,7 +67,7 @@ pub fn is_parquet(path: impl AsRef<Path>) -> Result<bool> {
 /// Comments and rows of a file, Parquet when it is named so, else CSV. Further columns are allowed and not looked at.
 ///
 /// # Errors
-/// `BadInput` for a missing column, a cell that is not a number, a table without rows.
+/// Returns `BadInput` for a missing column, a cell that is not a number, a table without rows.
 pub fn read(path: impl AsRef<Path>) -> Result<(Vec<String>, Vec<RawRow>)> {
     if is_parquet(&path)? {
         #[cfg(feature = "parquet")]

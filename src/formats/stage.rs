@@ -47,9 +47,9 @@ impl StagedDir {
     /// "study", ...) and is written into its manifest.
     ///
     /// # Errors
-    /// `BadInput` when a result is there already and `force` is not given, when another process writes it, or when something is
-    /// there that is no result of this kind (a file; a folder without our manifest, or with a file that the manifest does not
-    /// list): that is not replaced even with `force`.
+    /// Returns `BadInput` if a result is there already and `force` is not given, if another process writes it, or if
+    /// something is there that is no result of this kind (a file; a folder without our manifest, or with a file that
+    /// the manifest does not list): that is not replaced even with `force`.
     pub fn new(final_path: impl AsRef<Path>, force: bool, kind: &'static str) -> Result<Self> {
         let (final_path, lock) = begin(final_path.as_ref(), force, kind)?;
         let temporary = sibling(&final_path, PARTIAL)?;
@@ -233,7 +233,7 @@ impl StagedFile {
     /// Begins output that will stand at `final_path`; `force` replaces what stands there.
     ///
     /// # Errors
-    /// `BadInput` when the file exists and `force` is not given, or when a folder has its name.
+    /// Returns `BadInput` if the file exists and `force` is not given, or if a folder has its name.
     pub fn new(final_path: impl AsRef<Path>, force: bool) -> Result<Self> {
         let final_path = resolved(final_path.as_ref())?;
         check_file(&final_path, force)?;
@@ -257,7 +257,7 @@ impl StagedFile {
     /// Gives the file its final name.
     ///
     /// # Errors
-    /// A disk that is full, or a name that cannot be taken.
+    /// Returns an error if the disk is full or the name cannot be taken.
     pub fn commit(mut self) -> Result<PathBuf> {
         check_file(&self.final_path, self.force)?;
         let io = |e| Error::io(&self.final_path, e);
@@ -505,7 +505,7 @@ pub fn sync_tree(dir: &Path) -> Result<()> {
 /// Refuses outputs of one command that are its inputs, lie in a folder that is one, or are one file under two names.
 ///
 /// # Errors
-/// `BadInput` with the output's name.
+/// Returns `BadInput` with the output's name.
 pub fn distinct(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
     let places: Vec<PathBuf> = outputs.iter().map(|p| place(p)).collect();
     for (i, (output, at)) in outputs.iter().zip(&places).enumerate() {

@@ -90,8 +90,8 @@ fn scene_of(scene: &Scene, made: impl Fn(&Mesh) -> Result<Option<Mesh>> + Sync) 
 /// degrees of it (or each within 45 degrees of its back); else it is flat.
 ///
 /// # Errors
-/// Another number of normals than of positions; a normal that is neither a unit vector nor zero; more than
-/// [`MOST_FACETS`] facets.
+/// Returns an error for another number of normals than of positions, for a normal that is neither a unit vector nor
+/// zero, or for more than [`MOST_FACETS`] facets.
 pub fn refined(mesh: &Mesh, sagitta_m: f64) -> Result<Option<Mesh>> {
     let limit = Limit::flat(sagitta_m);
     let Some(mut surface) = surface(mesh)? else { return Ok(None) };

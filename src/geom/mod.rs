@@ -224,7 +224,7 @@ impl<'a> RigidScene<'a> {
     /// A scene with its materials at a frequency.
     ///
     /// # Errors
-    /// A material without a value at this frequency.
+    /// Returns an error for a material without a value at this frequency.
     pub fn new(scene: Cow<'a, Scene>, freq_hz: f64, facets: Facets) -> Result<RigidScene<'a>> {
         let surfaces = surfaces_at(&scene, freq_hz)?;
         let enters = |(m, s): (&Material, &Surface)| {
@@ -271,7 +271,8 @@ impl<'a> RigidScene<'a> {
     /// The scene at `time_s`, for a frame that lasts from `reach_s` before that time to `reach_s` after it.
     ///
     /// # Errors
-    /// A scattering table without a value at the frequency; positions that are not finite; a scene with neither triangles nor points.
+    /// Returns an error for a scattering table without a value at the frequency, for positions that are not finite, or
+    /// for a scene with neither triangles nor points.
     pub fn at(&self, time_s: f64, reach_s: f64) -> Result<Geometry> {
         let scene = &*self.scene;
         let freq_hz = self.freq_hz;
@@ -403,8 +404,8 @@ impl Geometry {
     /// The scene at `time_s`, with materials at `freq_hz`.
     ///
     /// # Errors
-    /// A material or a scattering table without a value at this frequency; positions that are not finite; a scene
-    /// with neither triangles nor points.
+    /// Returns an error for a material or a scattering table without a value at this frequency, for positions that are
+    /// not finite, or for a scene with neither triangles nor points.
     pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
         RigidScene::new(Cow::Borrowed(scene), freq_hz, Facets::Flat)?.at(time_s, 0.0)
     }

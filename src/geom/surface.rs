@@ -24,7 +24,7 @@ impl Surface {
     /// A material at a frequency.
     ///
     /// # Errors
-    /// A material without a value at this frequency, a perfect conductor as a layer.
+    /// Returns an error for a material without a value at this frequency, or a perfect conductor as a layer.
     pub fn of(material: &Material, freq_hz: f64) -> Result<Surface> {
         let backing = match (&material.kind, material.eps_r(freq_hz)?) {
             (_, None) => Backing::Pec,

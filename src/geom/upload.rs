@@ -41,7 +41,7 @@ impl GeometryArrays {
     /// The arrays of a geometry.
     ///
     /// # Errors
-    /// More bodies or a deeper tree than the shaders can hold.
+    /// Returns an error for more bodies or a deeper tree than the shaders can hold.
     pub fn new(geometry: &Geometry) -> Result<Self> {
         if geometry.bodies.len() > MAX_BODIES {
             return Err(BadInput::new("too many objects for the gpu engine")
@@ -94,7 +94,7 @@ const TABLE_MAX: usize = 1 << 15;
 /// in it.
 ///
 /// # Errors
-/// Layers so thick and clear that the table would not reach [`TABLE_ERROR`].
+/// Returns an error for layers so thick and clear that the table would not reach [`TABLE_ERROR`].
 pub fn surface_words(surfaces: &[Surface], freq_hz: f64) -> Result<Vec<[f32; 4]>> {
     let mut words = Vec::with_capacity(surfaces.len());
     let mut tables: Vec<[f32; 4]> = Vec::new();

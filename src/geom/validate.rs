@@ -160,7 +160,7 @@ impl MeshReport {
 /// Examines a mesh at a frequency. `dielectric` tells of a material index whether waves enter it.
 ///
 /// # Errors
-/// Corners that point past the vertices, positions that are not finite, a frequency that is not
+/// Returns an error for corners that point past the vertices, positions that are not finite, a frequency that is not
 /// positive. What a report finds is no error here: see [`MeshReport::error`].
 pub fn check_mesh(mesh: &Mesh, freq_hz: f64, dielectric: &dyn Fn(u32) -> bool) -> Result<MeshReport> {
     if !(freq_hz > 0.0 && freq_hz.is_finite()) {

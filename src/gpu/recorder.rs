@@ -324,7 +324,7 @@ impl<'a> Recorder<'a> {
     /// Runs all commands in one submission and waits for them.
     ///
     /// # Errors
-    /// The first error that was recorded; failures of the adapter.
+    /// Returns the first error that was recorded, or an error if the adapter fails.
     pub fn submit(mut self) -> Result<Done> {
         if let Some(e) = self.error.take() {
             return Err(e);

@@ -237,7 +237,7 @@ impl Gpu {
     /// Opens an adapter with all the limits it has and runs the self-test on it.
     ///
     /// # Errors
-    /// `BadInput` when no adapter is as wanted; `Error::Gpu` when it cannot be opened or fails the self-test.
+    /// Returns `BadInput` if no adapter is as wanted; `Error::Gpu` if it cannot be opened or fails the self-test.
     pub fn open(want: Want<'_>) -> Result<Gpu> {
         let gpu = Gpu::open_untested(want)?;
         run(&gpu, &KERNEL)?;

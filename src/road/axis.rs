@@ -130,8 +130,8 @@ impl RoadAxis {
     /// An axis at the height `start_m.z`, level. Each element begins where and as the one before ends.
     ///
     /// # Errors
-    /// No element, lengths that are not positive, more than [`MAX_LENGTH_M`], an element that turns more than ten
-    /// times.
+    /// Returns an error if there is no element, for lengths that are not positive or more than [`MAX_LENGTH_M`], or for
+    /// an element that turns more than ten times.
     pub fn new(start_m: DVec3, heading_rad: f64, courses: &[Course]) -> Result<RoadAxis> {
         let mut start = Start { at_m: start_m.truncate(), heading_rad };
         let mut placed = Vec::with_capacity(courses.len());
@@ -147,7 +147,7 @@ impl RoadAxis {
     /// An axis whose elements say themselves where they begin, with its heights.
     ///
     /// # Errors
-    /// As in [`RoadAxis::new`].
+    /// Returns the errors of [`RoadAxis::new`].
     pub fn placed(elements: &[(Start, Course)], height: Profile) -> Result<RoadAxis> {
         if elements.is_empty() {
             return Err(BadInput::new("the axis of a road has no element").into());
@@ -193,7 +193,8 @@ impl RoadAxis {
     /// The same in plan with the grade `first` at the beginning and the changes in their order.
     ///
     /// # Errors
-    /// Changes out of order or off the road, curves that overlap or reach beyond the road, grades above 100 %.
+    /// Returns an error for changes out of order or off the road, curves that overlap or reach beyond the road, or
+    /// grades above 100 %.
     pub fn with_grades(mut self, first: f64, changes: &[GradeChange]) -> Result<RoadAxis> {
         let bad =
             |i: usize, problem: &str| BadInput::new(problem.to_string()).key(format!("change of grade {i}"));

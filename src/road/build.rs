@@ -38,7 +38,8 @@ const STAGGER_S: f64 = 0.618;
 /// Builds the scene and its labels.
 ///
 /// # Errors
-/// Unknown materials, a road with a surface that reaches into another's, a row of more than [`MAX_ROW`].
+/// Returns an error for unknown materials, a road with a surface that reaches into another's, or a row of more than
+/// [`MAX_ROW`].
 pub fn build(plan: &ScenePlan, materials: MaterialLookup) -> Result<(Scene, RoadTruth)> {
     let mut b = Builder {
         plan,

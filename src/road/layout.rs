@@ -183,7 +183,7 @@ impl Road {
     /// Checks the lanes.
     ///
     /// # Errors
-    /// Numbers that come twice, a width below zero somewhere on the road.
+    /// Returns an error for numbers that come twice, or a width below zero somewhere on the road.
     pub fn check(&self) -> Result<()> {
         let mut numbers: Vec<i32> = self.lanes().map(|(_, _, l)| l.number).collect();
         numbers.sort_unstable();
@@ -229,8 +229,8 @@ impl Road {
     /// Checks that a line beside the axis does not fold over itself.
     ///
     /// # Errors
-    /// When the line t(s) comes nearer to the centre of a curve than a fiftieth of its radius at one of the places:
-    /// what runs along it would fold over itself.
+    /// Returns an error if the line t(s) comes nearer to the centre of a curve than a fiftieth of its radius at one of
+    /// the places: what runs along it would fold over itself.
     pub fn check_turns(&self, what: &str, t_m: &dyn Fn(f64) -> f64, places_m: &[f64]) -> Result<()> {
         for s in places_m {
             // Elements meet with a step of curvature: both sides count.

@@ -87,7 +87,7 @@ pub const MAX_BYTES: u64 = 16 << 20;
 /// The roads of the file at `file`; see [`parse`].
 ///
 /// # Errors
-/// A file that cannot be read, of more than [`MAX_BYTES`]; those of [`parse`].
+/// Returns an error for a file that cannot be read, of more than [`MAX_BYTES`], and the errors of [`parse`].
 pub fn read(file: &Path) -> Result<Vec<Road>> {
     parse(file, &read_text_of(file, "an OpenDRIVE file", MAX_BYTES)?)
 }

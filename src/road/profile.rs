@@ -28,7 +28,7 @@ impl Profile {
     /// a step.
     ///
     /// # Errors
-    /// No point, s that falls, numbers that are not finite.
+    /// Returns an error if there is no point, s falls, or a number is not finite.
     pub fn linear(points: &[[f64; 2]]) -> Result<Profile> {
         if points.is_empty() || points.iter().flatten().any(|x| !x.is_finite()) {
             return Err(BadInput::new("needs at least one pair of finite numbers [s, value]").into());
@@ -97,8 +97,8 @@ impl Profile {
     /// Checks that amounts and slopes stay below their limits.
     ///
     /// # Errors
-    /// An amount over `most` or a slope over `steepest` somewhere in 0..=`end_m`. Who divides a road by its bends
-    /// needs a number of steps that grows with them.
+    /// Returns an error for an amount over `most` or a slope over `steepest` somewhere in 0..=`end_m`. Who divides a
+    /// road by its bends needs a number of steps that grows with them.
     pub fn check_gentle(&self, end_m: f64, most: f64, steepest: f64) -> Result<()> {
         for (i, p) in self.pieces.iter().enumerate() {
             let next_m = self.pieces.get(i + 1).map_or(end_m, |n| n.s0_m.min(end_m));

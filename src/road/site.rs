@@ -51,7 +51,7 @@ impl Site {
     /// The scenario on these roads, whatever scene it names.
     ///
     /// # Errors
-    /// Vehicles or an ego place that the roads do not have.
+    /// Returns an error for vehicles or an ego place that the roads do not have.
     pub fn on(scenario: &Scenario, plan: ScenePlan) -> Result<Site> {
         let plan = ScenePlan { duration_s: scenario.duration_s(), ..plan };
         let (scene, truth) = build::build(&plan, &material::parse_spec)?;
@@ -65,7 +65,7 @@ impl Site {
 /// The ego vehicle with its motion along these roads.
 ///
 /// # Errors
-/// A road or lane that is not there.
+/// Returns an error if the road or lane is not there.
 pub fn ego_on(scenario: &Scenario, plan: &ScenePlan) -> Result<Ego> {
     match &scenario.ego {
         EgoPlan::Free(ego) => Ok(ego.clone()),

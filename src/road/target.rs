@@ -41,7 +41,7 @@ impl Target {
     /// Gives the objects with the name `part` the radar material `spec`, whatever the file said of them.
     ///
     /// # Errors
-    /// No object of that name has a mesh; no material has that name.
+    /// Returns an error if no object of that name has a mesh, or no material has that name.
     pub fn cover(&mut self, part: &str, spec: &str) -> Result<()> {
         let scene = &mut self.scene;
         let index = scene.material_index(&material::parse_spec(spec)?);

@@ -137,7 +137,7 @@ impl Drive {
 /// Reads and checks a table.
 ///
 /// # Errors
-/// Both ways of giving the speed, times that do not rise, lengths of time that are not positive.
+/// Returns an error if the speed is given in both ways, times do not rise, or a length of time is not positive.
 pub fn build(doc: &Document<'_>, t: &DriveTable) -> Result<Drive> {
     let speed = |v: f64| (-150.0..=150.0).contains(&v);
     let profile = &t.speed_profile;

@@ -319,7 +319,7 @@ pub struct ChannelsTable {
 /// Checks a front end that was read as part of `doc`, of a radar with `channels` channels.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn build(doc: &Document<'_>, t: &FrontEndTable, channels: usize) -> Result<FrontEndSettings> {
     let jitter = t.jitter.clone().unwrap_or_default();
     let seconds = |a: &Option<At<f64>>| -> Result<Option<f64>> {

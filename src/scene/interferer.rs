@@ -135,7 +135,7 @@ pub struct InterfererTable {
 /// Checks an interferer that was read as part of a document; `key` is that of its table.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub(super) fn build(places: &mut PlaceReader<'_, '_>, key: &str, t: &InterfererTable) -> Result<Interferer> {
     let doc = places.doc;
     let carrier_hz = doc.in_range(&t.carrier_hz, 1e8..=3e12, "centre of the sweep in hertz, as in 77e9")?;

@@ -93,7 +93,8 @@ impl<T: Copy> Channel<T> {
     /// Values over time.
     ///
     /// # Errors
-    /// No values; times that do not increase; tangents that are not one pair a value of a cubic.
+    /// Returns an error if there are no values, times do not increase, or a cubic does not have one pair of tangents
+    /// for each value.
     pub fn new(
         times_s: Vec<f64>,
         values: Vec<T>,
@@ -127,7 +128,7 @@ impl<T: Copy> Channel<T> {
     /// The same over and over.
     ///
     /// # Errors
-    /// A period that is not above zero and finite.
+    /// Returns an error for a period that is not above zero and finite.
     pub fn repeated(self, period_s: f64) -> Result<Channel<T>> {
         if !(period_s.is_finite() && period_s > 0.0) {
             return Err(BadInput::new("is no period of a motion")

@@ -374,7 +374,7 @@ pub const PRESETS: [(&str, &str); 5] = [
 /// The built-in radar of that name.
 ///
 /// # Errors
-/// An unknown name, with the nearest.
+/// Returns an error for an unknown name, with the nearest.
 pub fn preset(name: &str) -> Result<Radar> {
     match PRESETS.iter().find(|(n, _)| *n == name) {
         Some((_, text)) => parse(Path::new(&format!("{name}.toml")), text),
@@ -396,7 +396,7 @@ fn unknown_preset(name: &str) -> BadInput {
 /// A preset by name, else the radar of a TOML file; a relative path is taken from `folder`.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn load(name_or_path: &str, folder: &Path) -> Result<Radar> {
     if PRESETS.iter().any(|(n, _)| *n == name_or_path) {
         return preset(name_or_path);
@@ -411,7 +411,7 @@ pub fn load(name_or_path: &str, folder: &Path) -> Result<Radar> {
 /// The radar that the value at `span` of another file names.
 ///
 /// # Errors
-/// An unknown preset or a missing file is that file's mistake.
+/// Returns an error that names the place in `doc` for an unknown preset or a missing file, and the errors of [`load`].
 pub fn named(doc: &Document<'_>, name: &str, span: &Range<usize>) -> Result<Radar> {
     let folder = doc.file().parent().unwrap_or(Path::new(""));
     if name.ends_with(".toml") {
@@ -426,7 +426,7 @@ pub fn named(doc: &Document<'_>, name: &str, span: &Range<usize>) -> Result<Rada
 /// The radar of a TOML text; `file` is named in errors, and pattern tables are looked for beside it.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn parse(file: &Path, text: &str) -> Result<Radar> {
     let doc = Document::parse(file, text)?;
     let table: RadarFile = doc.read()?;
@@ -436,7 +436,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Radar> {
 /// Checks a radar that was read as part of `doc`.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     let w = &f.waveform;
     let r = &f.receiver;
@@ -540,7 +540,7 @@ fn check_front_end(
 /// Pose on the vehicle.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn mounting(doc: &Document<'_>, m: &MountingTable) -> Result<Pose<Sensor, Vehicle>> {
     let angle = |a: &At<f64>| {
         doc.in_range(a, -360.0..=360.0, "give an angle in degrees").map(|d: f64| d.to_radians())
@@ -1091,7 +1091,7 @@ impl Polarisation {
 /// rounding).
 ///
 /// # Errors
-/// A polarisation without a name.
+/// Returns an error for a polarisation without a name.
 pub fn to_toml(radar: &Radar) -> Result<String> {
     let element = |a: &Antenna| -> Result<ElementTable> {
         let polarisation = a.polarisation.name().ok_or_else(|| {

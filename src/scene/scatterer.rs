@@ -107,8 +107,9 @@ impl ScatteringTable {
     /// Reads a table.
     ///
     /// # Errors
-    /// `BadInput` with file and line for rows that do not fill a grid (it names the first that is missing), rows given
-    /// twice, values that are not finite, dBsm that contradict re and im, and receivers apart from the transmitter.
+    /// Returns `BadInput` with file and line for rows that do not fill a grid (it names the first that is missing),
+    /// rows given twice, values that are not finite, dBsm that contradict re and im, and receivers apart from the
+    /// transmitter.
     pub fn read(path: impl AsRef<Path>) -> Result<ScatteringTable> {
         let path = path.as_ref();
         let (_, rows) = rcs_csv::read(path)?;

@@ -662,7 +662,7 @@ pub trait Builder {
     /// A vehicle of the library at rest, its origin on the road below its middle.
     ///
     /// # Errors
-    /// A kind that is not in the library.
+    /// Returns an error for a kind that is not in the library.
     fn vehicle(&self, kind: &str) -> Result<Scene>;
     /// The joints of a part of a vehicle that goes at a speed, in m/s, or as far as a way says over time.
     fn driven(&self, joints: Vec<Joint>, speed_mps: f64, way_m: Option<Arc<Channel<f64>>>) -> Vec<Joint>;
@@ -681,7 +681,7 @@ impl Scenario {
     /// The scenario with the motion of its ego vehicle, which follows no road.
     ///
     /// # Errors
-    /// An ego vehicle on a road: the road has to be built, by `road::site::Site`.
+    /// Returns an error if the ego vehicle is on a road, since `road::site::Site` has to build the road.
     pub fn without_roads(self) -> Result<SitedScenario> {
         match &self.ego {
             EgoPlan::Free(ego) => {
@@ -985,7 +985,8 @@ fn radars(places: &mut PlaceReader<'_, '_>, f: &ScenarioFile) -> Result<Vec<Rada
 /// Reads and checks a scenario; `file` is named in errors, and paths in it are relative to its folder.
 ///
 /// # Errors
-/// The first key or value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first key or value that is missing, unknown or outside its range, with file, line, key and
+/// remedy.
 pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
     parse_with_road(file, text, None)
 }
@@ -993,7 +994,8 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
 /// The same of one whose road, if it has this name, is not on the disk yet.
 ///
 /// # Errors
-/// The first key or value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first key or value that is missing, unknown or outside its range, with file, line, key and
+/// remedy.
 pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Result<Scenario> {
     let doc = Document::parse(file, text)?;
     let f: ScenarioFile = doc.read()?;
@@ -1317,7 +1319,7 @@ impl<'a> From<&'a ObjectTable> for ImportTable<'a> {
 /// A commented file to start from, for `catseye init`.
 ///
 /// # Errors
-/// An unknown kind, or one that is not there yet.
+/// Returns an error for an unknown kind, or one that is not there yet.
 pub fn template(kind: &str) -> Result<&'static str> {
     const KINDS: [&str; 5] = ["scenario", "road", "radar", "recipe", "study"];
     let text = match kind {

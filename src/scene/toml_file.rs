@@ -110,7 +110,7 @@ pub fn read_text_of(path: &Path, what: &str, most: u64) -> Result<String> {
 /// Path and text of a file that `name` gives below the folder of the document.
 ///
 /// # Errors
-/// A name that leaves it.
+/// Returns an error for a name that leaves the folder.
 pub fn read_beside(doc: &Document<'_>, name: &At<String>) -> Result<(PathBuf, String)> {
     let relative = Path::new(&name.value);
     if !relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
@@ -182,7 +182,7 @@ impl<'a> Document<'a> {
     /// Checks that a file is there.
     ///
     /// # Errors
-    /// The file at `path`, which the value at `span` names, is not there.
+    /// Returns an error if the file at `path`, which the value at `span` names, is not there.
     pub fn existing(&self, span: &Range<usize>, path: &Path) -> Result<()> {
         match std::fs::metadata(path) {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(self
@@ -196,7 +196,8 @@ impl<'a> Document<'a> {
     /// The document as `T`.
     ///
     /// # Errors
-    /// Unknown keys (with the nearest), missing keys, wrong types, lists that are too long or too short.
+    /// Returns an error for unknown keys (with the nearest), missing keys, wrong types, lists that are too long or too
+    /// short.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
         T::deserialize(Value(&self.tree))
             .map_err(|Wrong { message, span }| self.complaint(&message, span).into())

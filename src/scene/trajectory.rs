@@ -236,8 +236,8 @@ struct Waypoints {
 /// Reads and checks a trajectory; `key` is that of its table.
 ///
 /// # Errors
-/// Waypoints given twice or not at all, fewer than two, times that do not rise, values that are not finite or too large, a heading
-/// that only some waypoints have; each with file, line and key.
+/// Returns an error with file, line and key for waypoints given twice or not at all, fewer than two, times that do not
+/// rise, values that are not finite or too large, or a heading that only some waypoints have.
 pub fn build(doc: &Document<'_>, key: &str, t: &TrajectoryTable) -> Result<Trajectory> {
     let start_s = doc.finite(&t.start_s, "give the time in seconds at which the scenario begins")?;
     let origin_m = DVec3::from(t.origin_m.value);

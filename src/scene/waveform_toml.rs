@@ -133,7 +133,7 @@ pub struct RampTable {
 /// The waveform and how transmitters share it.
 ///
 /// # Errors
-/// Keys that are missing, belong to another kind or contradict each other.
+/// Returns an error for keys that are missing, belong to another kind or contradict each other.
 pub fn build(
     doc: &Document<'_>,
     w: &WaveformTable,

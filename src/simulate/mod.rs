@@ -127,7 +127,7 @@ pub fn noise_budget(radar: &Radar) -> Budget {
 /// Settings of a scenario's frame as the tracer takes them.
 ///
 /// # Errors
-/// Weather at a frequency for which it is not known.
+/// Returns an error for weather at a frequency for which it is not known.
 pub fn trace_options(scenario: &SitedScenario, which: usize, frame: u32) -> Result<TraceOptions> {
     let settings = &scenario.trace;
     let radar = &scenario.radars[which];
@@ -447,8 +447,8 @@ fn arrivals(scenario: &SitedScenario, scene: &Scene, which: usize, time_s: f64) 
 /// `echoes` and `bodies` label the points, and both may be empty.
 ///
 /// # Errors
-/// A cube of another shape than the radar's, samples that are not finite, an angle method that the array does not
-/// allow.
+/// Returns an error for a cube of another shape than the radar's, samples that are not finite, or an angle method that
+/// the array does not allow.
 pub fn detect(
     engine: &Engine,
     radar: &Radar,

@@ -69,7 +69,7 @@ pub fn synthesise<T: Precision>(plan: &Plan, control: Control) -> Result<Cube<T>
 /// The same of some of the echoes at rest and of those that move.
 ///
 /// # Errors
-/// Interrupted, when `control` is cancelled.
+/// Returns an error if `control` is cancelled.
 pub fn synthesise_some<T: Precision>(
     plan: &Plan,
     still: &[u32],

@@ -66,7 +66,7 @@ pub fn spectrum<T: Real>(cube: &Cube<T>, transform: &Transform) -> Result<Spectr
 /// The detector that `cfar` names, on a map that is the mean over `channels` looks.
 ///
 /// # Errors
-/// A map that is empty or not finite; a detector that does not fit it.
+/// Returns an error for a map that is empty or not finite, or for a detector that does not fit it.
 pub fn detect<T: Real>(map: &PowerMap<T>, cfar: &Cfar, channels: usize) -> Result<Detection<T>> {
     dsp::cfar::check_map(map)?;
     let columns = dsp::cfar::columns(cfar, channels, map.doppler_bins, map.range_bins)?;

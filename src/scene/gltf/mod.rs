@@ -74,7 +74,7 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
 /// Reads a `.gltf` or `.glb` file.
 ///
 /// # Errors
-/// Anything that is wrong with the file, in one line with the place in it.
+/// Returns an error of one line, with the place in the file, for anything that is wrong with it.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let bytes = read_bytes(path)?;
     let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });

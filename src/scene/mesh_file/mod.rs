@@ -87,8 +87,8 @@ fn ask(missing: &[(&str, &str, &str)], keys: bool) -> Option<(String, String)> {
 /// Reads a mesh file of any kind.
 ///
 /// # Errors
-/// Anything that is wrong with the file, in one line with the place in it; another kind of file; an STL or OBJ whose unit, up axis
-/// or material nobody has given.
+/// Returns an error of one line, with the place in the file, for anything that is wrong with it, for another kind of
+/// file, or for an STL or OBJ whose unit, up axis or material is not given.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let kind = extension(path);
     let read = match kind.as_str() {

@@ -61,7 +61,8 @@ struct Reader<'a> {
 /// One part for each `o`.
 ///
 /// # Errors
-/// Lines of no OBJ, freeform surfaces, numbers that are not finite, indices out of range, polygons that cross themselves.
+/// Returns an error for lines that are not OBJ, freeform surfaces, numbers that are not finite, indices out of range,
+/// or polygons that cross themselves.
 pub(super) fn read(bytes: &[u8], file: &Path) -> Result<Contents> {
     let text = String::from_utf8_lossy(bytes);
     let mut reader = Reader {

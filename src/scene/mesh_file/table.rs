@@ -77,7 +77,8 @@ impl ImportTable<'_> {
 /// Checks that what the file does not say is stated.
 ///
 /// # Errors
-/// The file of this name, which stands at `span`, states no unit, up axis or material, and neither do the options.
+/// Returns an error if the file of this name, which stands at `span`, states no unit, up axis or material, and neither
+/// do the options.
 pub fn check_stated(
     doc: &Document<'_>,
     span: &Range<usize>,

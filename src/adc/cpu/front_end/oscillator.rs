@@ -43,7 +43,7 @@ impl<'a> Oscillator<'a> {
     /// Prepares the oscillator for rows of `row` samples with a margin of `margin` at either end.
     ///
     /// # Errors
-    /// A margin as long as the row, a sweep too slow for phase noise.
+    /// Returns an error for a margin as long as the row, or a sweep too slow for phase noise.
     pub fn new(chain: &'a Chain, row: usize, margin: usize, seed: u64, frame: u32) -> Result<Self> {
         let (s, timing) = (&chain.settings, &chain.timing);
         if row <= 2 * margin {
@@ -74,7 +74,7 @@ impl<'a> Oscillator<'a> {
     /// Loops from `first_loop` on, without the margins. The cube must fit the chain.
     ///
     /// # Errors
-    /// A margin as long as the row, or a sweep too slow for phase noise.
+    /// Returns an error for a margin as long as the row, or a sweep too slow for phase noise.
     pub fn block<T: Precision + Real>(&self, cube: Cube<T>, first_loop: usize) -> Result<Cube<T>> {
         let row = self.samples + 2 * self.margin;
         if cube.samples != row {
