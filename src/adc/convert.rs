@@ -23,11 +23,11 @@ pub struct Convert {
     pub offset: [f64; 2],
     /// Limit A, √W.
     pub saturation: Option<(SaturationKind, f64)>,
-    /// None where samples are not quantised.
+    /// The quantiser; None where samples are not quantised.
     pub quantiser: Option<Quantiser>,
 }
 
-/// 2^bits levels a step apart.
+/// A quantiser of 2^bits levels, one step apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantiser {
     /// Δ = 2A/2^bits, √W.
@@ -39,7 +39,7 @@ pub struct Quantiser {
 }
 
 impl Convert {
-    /// None when nothing is to be done.
+    /// The conversion for these settings; None when it would change nothing.
     pub fn new(settings: &FrontEndSettings, sampling: Sampling) -> Option<Convert> {
         let is_real = sampling == Sampling::Real;
         let iq = if is_real { None } else { settings.iq };
@@ -118,7 +118,7 @@ pub fn full_scale_snr_db(bits: u32) -> f64 {
 }
 
 impl IqImbalance {
-    /// (K₁, K₂) of y = K₁ x + K₂ x*: K₁ = ½(1 + g e^{−jψ}), K₂ = ½(1 − g e^{jψ}).
+    /// The factors (K₁, K₂) of y = K₁ x + K₂ x* that the imbalance makes: K₁ = ½(1 + g e^{−jψ}), K₂ = ½(1 − g e^{jψ}).
     pub fn factors(&self) -> (Complex64, Complex64) {
         let g = Complex64::from_polar(power_from_db(self.gain_db).sqrt(), self.phase_rad);
         (0.5 * (1.0 + g.conj()), 0.5 * (1.0 - g))

@@ -36,7 +36,7 @@ pub fn record(plan: &Plan, gpu: &Gpu, recorder: &mut Recorder) -> Result<(Device
     record_with(plan, gpu, recorder, &DEVICE_COSTS)
 }
 
-/// The same with given costs, by which tests force one method or another.
+/// Records as [`record`] with given costs, by which tests force one method or another.
 ///
 /// # Errors
 /// Returns the errors of [`Plan::record`] where a set is summed directly.

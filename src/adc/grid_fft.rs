@@ -33,7 +33,7 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
-/// Longest line, and the values that a workgroup works on: what its 32 KiB hold.
+/// Length of the longest line, and number of the values that a workgroup works on: what its 32 KiB hold.
 pub const LONGEST: usize = 4096;
 
 /// Records the transform of all lines of a grid: `[line, sample]`.

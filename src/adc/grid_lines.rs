@@ -46,7 +46,7 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
-/// `[chirp of a block, sample]`: step from line to line and factor of the sum.
+/// Step from line to line and factor of the sum, `[chirp of a block, sample]`.
 pub fn steps(layout: &Layout) -> Vec<[f32; 4]> {
     let finish = layout.finish();
     let mut steps = vec![[0.0; 4]; layout.block * layout.samples];
@@ -61,7 +61,7 @@ pub fn steps(layout: &Layout) -> Vec<[f32; 4]> {
     steps
 }
 
-/// Where sums go.
+/// The cube to which sums are written.
 pub struct Into<'a> {
     /// The cube that receives them.
     pub cube: &'a DeviceCube,

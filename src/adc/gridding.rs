@@ -57,7 +57,7 @@ impl Bell {
         Bell { beta, peak, polynomial: economised(f).map(|c| c as f32) }
     }
 
-    /// Its value at distance d, in halves of its width.
+    /// Value of the bell at distance d, in halves of its width.
     pub fn at(&self, d: f64) -> f64 {
         if d.abs() > 1.0 { 0.0 } else { bessel_i0(self.beta * (1.0 - d * d).sqrt()) / self.peak }
     }
@@ -128,7 +128,7 @@ fn economised(f: impl Fn(f64) -> f64) -> [f64; DEGREE + 1] {
     sum
 }
 
-/// y = slope x + offset.
+/// A straight line y = slope x + offset.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Line {
     /// Slope.
@@ -171,9 +171,9 @@ impl Warp {
 /// Time that the parts of the work take on an engine, ns.
 #[derive(Debug, Clone, Copy)]
 pub struct Costs {
-    /// One echo at one sample, directly.
+    /// Cost of one echo at one sample, summed directly.
     pub direct: f64,
-    /// One echo in one channel and one block, on one line, and on [`TAPS`] of them.
+    /// Cost of one echo in one channel and one block: on one line, and on [`TAPS`] of them.
     pub spread: [f64; 2],
     /// A cell of a transform, per factor of two.
     pub transform: f64,
@@ -185,11 +185,11 @@ pub struct Costs {
     pub table: f64,
     /// Whether transforms have to be powers of two, and the longest.
     pub power_of_two: bool,
-    /// Longest line that a transform of the engine takes, cells.
+    /// Length of the longest line that a transform of the engine takes, cells.
     pub longest: usize,
-    /// Most lines of a block.
+    /// Largest number of lines of a block.
     pub lines: usize,
-    /// Most cells of all blocks of a channel.
+    /// Largest number of cells in all blocks of a channel.
     pub largest_grid: usize,
 }
 
@@ -200,7 +200,7 @@ pub struct Layout {
     pub chirps: usize,
     /// Number of samples of a chirp.
     pub samples: usize,
-    /// Chirps of a block; the last may be shorter.
+    /// Number of chirps of a block; the last block may be shorter.
     pub block: usize,
     /// Cells of a line, one turn of b0.
     pub cells: usize,
@@ -227,7 +227,7 @@ pub struct Level {
     pub centre: f64,
     /// Value at m = 0, chirps².
     pub mean: f64,
-    /// Chirps.
+    /// Slope over m, chirps.
     pub slope: f64,
 }
 
@@ -341,7 +341,7 @@ impl Layout {
         }
     }
 
-    /// The same for a channel in which every a1 is larger by `turns`.
+    /// The layout for a channel in which every a1 is larger by `turns`.
     pub fn turned(&self, turns: f64) -> Layout {
         let moved = |l: Line| Line { offset: l.offset - l.slope * turns, ..l };
         Layout {
@@ -351,8 +351,9 @@ impl Layout {
         }
     }
 
-    /// Where a sum in single precision has to be put aside: before these echoes of the first channel, so that in no square of
-    /// [`TAPS`] cells by lines more than what [`PORTION`] equal echoes make adds up in between. The last is the number of echoes.
+    /// Finds where a sum in single precision has to be put aside: before these echoes of the first channel, so that in
+    /// no square of [`TAPS`] cells by lines more than what [`PORTION`] equal echoes make adds up in between. The last
+    /// entry is the number of echoes.
     pub fn portions(&self, echoes: &GridEchoes) -> Vec<usize> {
         let mut cuts = Vec::new();
         if echoes.count > PORTION {

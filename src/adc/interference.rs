@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 /// Antennas of two radars are at least so far apart.
 const NEAREST_M: f64 = 1e-3;
 
-/// One way from an interferer to the victim.
+/// A wave that arrives at the victim from an interferer by one way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arrival {
     /// Ways of one interferer share it, and with it their draws.
@@ -35,14 +35,14 @@ pub struct Arrival {
     pub start_s: Option<f64>,
     /// Whether its oscillator runs through from ramp to ramp.
     pub coherent: bool,
-    /// (amplitude in √W without the phase of the way, length of the way in m) of each receiver. The length is that
-    /// of the wave received in the middle of the frame.
+    /// For each receiver the amplitude in √W, without the phase of the way, and the length of the way in m. The length
+    /// is that of the wave received in the middle of the frame.
     pub receivers: Vec<(Complex64, f64)>,
-    /// Its rate of change by the time of reception.
+    /// Rate of change of that length by the time of reception, m/s.
     pub path_rate_mps: f64,
 }
 
-/// Where the victim is and how it moves, in the middle of the frame.
+/// Place and motion of the victim in the middle of the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RadarState {
     /// Pose of the victim in the world.
@@ -159,8 +159,8 @@ pub fn burst_s(band_hz: f64, slope_hz_per_s: f64, other_hz_per_s: f64) -> f64 {
     band_hz / (slope_hz_per_s - other_hz_per_s).abs()
 }
 
-/// Where an interferer of equal slope appears whose ramp is received `late_s` after the victim's starts and
-/// begins `higher_hz` above it: R = (c/2)(late − higher/S).
+/// Range at which an interferer of equal slope appears whose ramp is received `late_s` after the victim's starts and
+/// begins `higher_hz` above it: R = (c/2)(late − higher/S), m.
 pub fn ghost_range_m(slope_hz_per_s: f64, late_s: f64, higher_hz: f64) -> f64 {
     0.5 * C0 * (late_s - higher_hz / slope_hz_per_s)
 }

@@ -4,7 +4,7 @@
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// Every echo at every sample.
+    /// Every echo is summed at every sample.
     #[default]
     Direct,
     /// The echoes are spread on a grid, whose size this holds.

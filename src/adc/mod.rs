@@ -83,7 +83,7 @@ pub struct DeviceCube {
     pub pieces: Vec<CubePiece>,
 }
 
-/// Chirps `first_chirp..first_chirp + chirps`, `[chirp, channel, sample]`, (I, Q) in √W.
+/// A piece of the cube: chirps `first_chirp..first_chirp + chirps`, `[chirp, channel, sample]`, (I, Q) in √W.
 pub struct CubePiece {
     /// First chirp of the piece.
     pub first_chirp: usize,

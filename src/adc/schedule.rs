@@ -34,7 +34,7 @@ const TOGETHER: usize = 1 << 20;
 pub struct Group {
     /// Which, as the caller numbers them.
     pub echoes: Vec<u32>,
-    /// Their grid, or None where the direct sum is cheaper.
+    /// Grid of the group's echoes, or None where the direct sum is cheaper.
     pub layout: Option<Layout>,
     /// Power that the grid leaves out, predicted, W.
     pub error_w: f64,
@@ -45,7 +45,7 @@ pub struct Group {
 pub struct Schedule {
     /// Echoes of a grid, as indices into the frame's returns, with the grid.
     pub grids: Vec<(Vec<u32>, Layout)>,
-    /// Those that are summed directly.
+    /// Echoes that are summed directly.
     pub directly: Vec<u32>,
     /// Power that grids leave out over Σ|A|², predicted.
     error: f64,
@@ -139,7 +139,7 @@ pub struct Term {
     pub polynomial: PhasePolynomial,
     /// a1, a2 and a3 in the last slot.
     pub last_a1: [f64; 3],
-    /// Most by which a1 differs from these in any channel, turns.
+    /// Largest difference of a1 in any channel from that of `polynomial`, turns.
     pub array_a1: f64,
     /// |A|², mean over channels, W.
     pub power_w: f64,

@@ -64,7 +64,7 @@ impl PhasePolynomial {
             + n * (self.b0 + m * (self.b1 + m * self.b2) + n * (self.c + m * self.c1))
     }
 
-    /// The same polynomial about (chirp, sample) as origin.
+    /// Expands the same polynomial about (chirp, sample) as origin.
     #[inline(always)]
     pub fn about(&self, chirp: f64, sample: f64) -> PhasePolynomial {
         let (m, n) = (chirp, sample);
@@ -139,9 +139,9 @@ impl SynthesisStats {
 /// Which echoes of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Set {
-    /// The same in every loop.
+    /// Echoes that are the same in every loop.
     Still,
-    /// Those that move against the radar.
+    /// Echoes that move against the radar.
     Moving,
 }
 
@@ -294,7 +294,7 @@ impl<'a> Plan<'a> {
         Ok(plan)
     }
 
-    /// The same echoes with each amplitude multiplied by `factor` of its return.
+    /// Multiplies the amplitude of each echo by `factor` of it.
     pub fn weighted(mut self, factor: impl Fn(&Echo) -> Complex64 + Sync) -> Plan<'a> {
         let kinds = self.kinds;
         self.amplitudes.par_chunks_mut(kinds.max(1)).zip(self.echoes).for_each(|(a, r)| {
@@ -496,8 +496,8 @@ impl<'a> Levels<'a> {
         self.pairs.iter().map(|(t, x)| self.scale * pair_amplitude(r, t, x))
     }
 
-    /// a of eq. 9 without its e^{-jkL}, √W: its square is the power of this echo alone, mean over
-    /// channels; its phase is that of channel 0.
+    /// Amplitude a of eq. 9 without its e^{-jkL}, √W: its square is the power of this echo alone, mean over channels;
+    /// its phase is that of channel 0.
     pub fn amplitude(&self, r: &Echo) -> Complex64 {
         let all: Vec<Complex64> = self.amplitudes(r).collect();
         let power: f64 = self.kind.iter().map(|k| all[*k].norm_sqr()).sum();
@@ -874,7 +874,7 @@ impl Plan<'_> {
         self.record_some(gpu, recorder, &self.still, &self.moving)
     }
 
-    /// The same of some of the echoes at rest and of those that move.
+    /// Records as [`Self::record`] only some of the echoes at rest and of those that move.
     ///
     /// # Errors
     /// Returns the errors of [`Self::record`].

@@ -59,7 +59,7 @@ impl BadInput {
         self.allowed = Some(allowed.into());
         self
     }
-    /// As [`BadInput::allowed`], and the list is never cut.
+    /// States the allowed values as [`BadInput::allowed`] does, in a list that is never cut.
     pub fn allowed_whole(mut self, allowed: impl Into<String>) -> Self {
         self.allowed_whole = true;
         self.allowed(allowed)
@@ -71,7 +71,7 @@ impl BadInput {
     }
 }
 
-/// Most characters of one error: 300 with the "error: " before it.
+/// Largest number of characters of one error: 300 with the "error: " before it.
 pub const MAX_CHARS: usize = 293;
 
 impl fmt::Display for BadInput {
@@ -266,7 +266,7 @@ impl Error {
         }
     }
 
-    /// The same, with the file that was at fault where none is named.
+    /// Adds the file that was at fault, where none is named.
     pub fn in_file(self, file: &Path) -> Error {
         match self {
             Error::Input(b) if b.file.is_none() => b.file(file).into(),
@@ -385,7 +385,7 @@ pub fn in_words(message: &str) -> (String, Option<String>) {
     (problem, Some(allowed))
 }
 
-/// The same of a JSON document, in one line without the place.
+/// Puts an error of a JSON document into words, in one line without the place.
 pub fn json_in_words(e: &serde_json::Error) -> String {
     let message = e.to_string();
     match in_words(message.split(" at line ").next().unwrap_or_default()) {

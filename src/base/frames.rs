@@ -72,7 +72,7 @@ pub fn direction_from_angles(azimuth: f64, elevation: f64) -> DVec3 {
     DVec3::new(ce * ca, ce * sa, se)
 }
 
-/// (azimuth, elevation) in radians of a non-zero vector.
+/// Azimuth and elevation of a non-zero vector, rad.
 pub fn angles_from_direction(d: DVec3) -> (f64, f64) {
     (d.y.atan2(d.x), d.z.atan2(d.x.hypot(d.y)))
 }

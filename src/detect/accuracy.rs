@@ -18,7 +18,7 @@ pub struct AxisAccuracy {
     /// √(2 SNR) times the standard deviation, in cells, of the least-squares fit of a tone under this
     /// window; with a rectangle, the bound of Cramér and Rao (eq. 115).
     pub fit: f64,
-    /// The same for the place between three cells, root mean square over offsets (eq. 116).
+    /// Standard deviation of the place between three cells, root mean square over offsets (eq. 116).
     pub peak: f64,
     /// What it is off without noise, root mean square over offsets, in cells.
     pub bias: f64,
@@ -115,7 +115,7 @@ fn times(factor: f64, std: f64) -> f64 {
     if factor == 0.0 { 0.0 } else { factor * std }
 }
 
-/// One channel of the array.
+/// A channel of the array.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Element {
     /// p_tx + p_rx, sensor frame.
@@ -129,9 +129,9 @@ pub struct Element {
 /// All that the standard deviations of a radar's points depend on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointAccuracy {
-    /// Along range.
+    /// Accuracy along range.
     pub range: AxisAccuracy,
-    /// Along Doppler.
+    /// Accuracy along Doppler.
     pub doppler: AxisAccuracy,
     /// Width of a range bin, m.
     pub range_bin_m: f64,
@@ -141,7 +141,7 @@ pub struct PointAccuracy {
     pub coupling_s: f64,
     /// Virtual elements of the array.
     pub elements: Vec<Element>,
-    /// 2π/λ.
+    /// Wavenumber 2π/λ, rad/m.
     pub wavenumber: f64,
     /// Time from one transmitter's chirp to the next one's.
     pub chirp_period_s: f64,

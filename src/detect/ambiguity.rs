@@ -28,7 +28,7 @@ pub enum Ambiguity {
 }
 
 impl Ambiguity {
-    /// As files have it.
+    /// The word for it in files.
     pub fn name(self) -> &'static str {
         match self {
             Ambiguity::Unambiguous => "unambiguous",
@@ -83,7 +83,7 @@ pub struct ResolvedRate {
 pub struct Standing {
     /// The radar's own, in its frame, m/s.
     pub velocity_mps: DVec3,
-    /// So near to it a range rate has to be.
+    /// Largest difference of a range rate that still counts as standing, m/s.
     pub tolerance_mps: f64,
 }
 
@@ -103,7 +103,7 @@ impl Standing {
     }
 }
 
-/// No body is taken to move faster than this along the line of sight, m/s: two cars that meet at 180 km/h each.
+/// Speed along the line of sight that no body is taken to exceed, m/s: two cars that meet at 180 km/h each.
 pub const FASTEST_MPS: f64 = 100.0;
 
 /// Whether a range rate known but for multiples of `modulo_mps` is the only one of them within ±[`FASTEST_MPS`].
@@ -265,8 +265,8 @@ pub struct TdmFolds {
 /// What the test says of one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoldTest {
-    /// As measured, plus the likeliest number of ambiguities unless unresolved; of rates λ/(2T_c) apart,
-    /// which look alike, the slowest.
+    /// Range rate as measured, plus the likeliest number of ambiguities unless unresolved, m/s; of rates λ/(2T_c)
+    /// apart, which look alike, the slowest.
     pub range_rate_mps: f64,
     /// Resolved when the fold is found and no rate λ/(2T_c) from it lies within ±[`FASTEST_MPS`].
     pub state: Ambiguity,
@@ -330,7 +330,7 @@ impl TdmFolds {
         })
     }
 
-    /// λ/(2T_loop).
+    /// Width of the unambiguous interval λ/(2T_loop), m/s.
     pub fn ambiguity_mps(&self) -> f64 {
         TAU / self.wavenumber / (2.0 * self.loop_period_s)
     }

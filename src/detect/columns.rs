@@ -78,7 +78,7 @@ fn degrees(angle_rad: Option<f64>) -> f64 {
 pub struct HeardEcho<'a> {
     /// The echo.
     pub echo: &'a Echo,
-    /// Its power alone, mean over channels, dBm.
+    /// Power of this echo alone, mean over channels, dBm.
     pub power_dbm: f64,
     /// Azimuth and elevation of arrival, degrees.
     pub angles_deg: [f64; 2],

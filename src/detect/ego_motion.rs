@@ -6,7 +6,7 @@ use crate::base::frames::direction_from_angles;
 use crate::base::rng::philox4x32_10;
 use glam::{DVec2, DVec3};
 
-/// Where a radar sits on its vehicle: origin at the rear-axle centre, x forward, y left.
+/// Pose of a radar on its vehicle: origin at the rear-axle centre, x forward, y left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mount {
     /// Place of the radar, m.
@@ -51,10 +51,10 @@ pub struct EgoSettings {
     pub tolerance_mps: f64,
     /// Share of the points that has to stand, at least.
     pub min_inliers: f64,
-    /// Samples drawn.
+    /// Number of samples that are drawn.
     pub draws: u32,
-    /// Where range rates are folded: the width of the unambiguous interval, and how fast the radar may
-    /// be. None: range rates are as they are.
+    /// Folding of range rates: the width of the unambiguous interval, and how fast the radar may be. With None range
+    /// rates are taken as they are.
     pub folded: Option<Fold>,
     /// Seed of the random samples.
     pub seed: u64,
@@ -97,7 +97,7 @@ impl Default for EgoSettings {
 /// The motion, in the order of the model's parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EgoMotion {
-    /// m/s, yaw rate in rad/s; as many as the model has, then 0.
+    /// Values of the motion: speeds in m/s, yaw rate in rad/s; as many as the model has, then 0.
     pub value: [f64; 3],
     /// Covariance of `value`, row by row.
     pub covariance: [[f64; 3]; 3],

@@ -4,7 +4,8 @@ use super::points::Point;
 use crate::base::frames::{Pose, Sensor, World};
 use crate::road::mask::{Grid, Level};
 
-/// One value a cell and plane, `[row, column]` as [`Grid`] says. Cells without a point are 0 in every plane.
+/// Points in cells: one value for each cell and plane, `[row, column]` as [`Grid`] says. Cells without a point are 0 in
+/// every plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointGrid {
     /// The cells.

@@ -9,7 +9,7 @@ use super::plot::Plot;
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 use std::f64::consts::{PI, TAU};
 
-/// Where the sensor is and how it moves in the plane that tracks live in, road-fixed.
+/// Place and motion of the sensor in the road-fixed plane in which tracks live.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
     /// Place of the sensor, m.
@@ -51,10 +51,10 @@ impl Station {
     }
 }
 
-/// Where a body is and how it moves, and how sure that is: (x, y, v_x, v_y).
+/// Place and motion of a body, (x, y, v_x, v_y), with their covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// (x, y, v_x, v_y) in m and m/s.
+    /// State (x, y, v_x, v_y) in m and m/s.
     pub state: DVec4,
     /// Covariance of the state.
     pub covariance: DMat4,
@@ -194,8 +194,8 @@ impl Estimate {
         DVec2::new(self.state.z, self.state.w)
     }
 
-    /// After `dt_s` seconds of constant velocity disturbed by white acceleration of spectral density
-    /// `psd` in m²/s³ on each axis: two steps are the same as one of their sum.
+    /// The estimate after `dt_s` seconds of constant velocity disturbed by white acceleration of spectral density `psd`
+    /// in m²/s³ on each axis: two steps are the same as one of their sum.
     pub fn predicted(&self, dt_s: f64, psd: f64) -> Estimate {
         let mut f = DMat4::IDENTITY;
         f.z_axis.x = dt_s;

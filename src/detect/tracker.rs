@@ -26,11 +26,11 @@ pub struct TrackerSettings {
     pub confirm_scans: u32,
     /// A confirmed track ends after so many scans in a row that should have shown it.
     pub max_misses: u32,
-    /// Or so long after its last plot, in view or not.
+    /// Time after its last plot, in view or not, at which a confirmed track ends too, s.
     pub max_coast_s: f64,
 }
 
-/// Most scans over which a confirmation may be counted.
+/// Largest number of scans over which a confirmation may be counted.
 pub const MAX_CONFIRM_SCANS: u32 = 16;
 
 impl Default for TrackerSettings {
@@ -159,7 +159,7 @@ pub struct Scan<'a> {
     pub time_s: f64,
     /// Where the sensor is.
     pub station: Station,
-    /// None: everywhere.
+    /// What the sensor covers; with None it covers everything.
     pub coverage: Option<Coverage>,
     /// What it measured.
     pub plots: &'a [Plot],
@@ -169,7 +169,7 @@ pub struct Scan<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TrackState {
-    /// Seen too seldom so far.
+    /// It was seen too seldom so far to be confirmed.
     Tentative,
     /// Confirmed, and seen at the instant of the latest scan.
     Confirmed,
@@ -178,7 +178,7 @@ pub enum TrackState {
 }
 
 impl TrackState {
-    /// As in `tracks.csv`.
+    /// The word for it in `tracks.csv`.
     pub fn name(self) -> &'static str {
         match self {
             TrackState::Tentative => "tentative",

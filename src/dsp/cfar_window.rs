@@ -9,11 +9,11 @@ use crate::scene::radar::{Cfar, CfarKind};
 /// `rank`-th smallest (OS) of `count` training cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
-    /// Training cells.
+    /// Number of training cells.
     pub count: u32,
-    /// Those of the half before (GO, SO); else 0.
+    /// Number of them in the half before (GO, SO); else 0.
     pub before: u32,
-    /// 1-based rank (OS); else 0.
+    /// Rank from 1 (OS); else 0.
     pub rank: u32,
     /// Factor on the statistic.
     pub factor: f64,

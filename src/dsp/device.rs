@@ -143,7 +143,7 @@ impl<'a> Recorded<'a> {
         &mut self.recorder
     }
 
-    /// Runs everything.
+    /// Runs everything that was recorded.
     ///
     /// # Errors
     /// Returns an error for samples that are not finite, or if the adapter fails.
@@ -152,7 +152,7 @@ impl<'a> Recorded<'a> {
         Ok((spectrum, found))
     }
 
-    /// And what else was recorded.
+    /// Runs everything that was recorded, and returns also what else was asked for.
     ///
     /// # Errors
     /// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
@@ -227,7 +227,7 @@ pub(super) struct ListedCells {
 }
 
 impl ListedCells {
-    /// Strongest first.
+    /// The cells with their powers and snapshots, strongest first.
     pub fn sorted(&self, map: &PowerMap<f32>, channels: usize) -> (Vec<Cell>, Vec<f32>, Snapshots<f32>) {
         let list = &self.list[1..=self.list[0] as usize];
         let mut order: Vec<usize> = (0..list.len()).collect();

@@ -86,14 +86,14 @@ fn sine_axis(name: &str, bins: usize, fov: f64) -> Result<Vec<f64>> {
         .collect())
 }
 
-/// Where the beamformer's power peaks.
+/// A direction in which the beamformer's power peaks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Angle {
     /// Azimuth, rad.
     pub azimuth_rad: f64,
     /// Elevation, rad.
     pub elevation_rad: f64,
-    /// y of eq. 19 in that direction, sqrt(W).
+    /// Amplitude y of eq. 19 in that direction, sqrt(W).
     pub amplitude: Complex64,
 }
 
@@ -171,7 +171,7 @@ impl Beamformer {
         Complex64::cis(-self.slot_phase * range_rate_mps * self.slot[channel] as f64)
     }
 
-    /// y of eq. 19 in any direction, in f64. `snapshot`: one value per channel.
+    /// Amplitude y of eq. 19 in any direction, sqrt(W), in f64. `snapshot`: one value per channel.
     pub fn amplitude<T: Real>(
         &self,
         snapshot: &[Complex<T>],

@@ -138,7 +138,7 @@ impl BiSvd {
         self.update_counted(snapshot, &mut ());
     }
 
-    /// The same, told to `tally`.
+    /// Takes in a snapshot as [`Self::update`] does, and counts its operations in `tally`.
     pub fn update_counted<T: Tally>(&mut self, snapshot: &[Complex64], tally: &mut T) {
         let (n, l) = (self.channels, self.rank);
         let Scratch { h, across, tall, q, row } = &mut self.scratch;
@@ -368,7 +368,7 @@ pub fn jacobi<T: Tally>(
 /// What one snapshot costs either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Costs {
-    /// One update of the tracker.
+    /// Cost of one update of the tracker.
     pub tracking: Operations,
     /// Update of the covariance (its upper half) and Jacobi's decomposition to 1e-6.
     pub decomposition: Operations,

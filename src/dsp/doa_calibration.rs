@@ -20,13 +20,13 @@ const RANGE: &str = "range_m";
 /// vector carries no meaning, and its mean square over channels is 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// Ascending.
+    /// Azimuths, degrees, ascending.
     pub azimuth_deg: Vec<f64>,
     /// Ascending; one value for a run in azimuth alone, which then holds for all elevations.
     pub elevation_deg: Vec<f64>,
     /// Number of virtual channels.
     pub channels: usize,
-    /// `[elevation, azimuth, channel]`
+    /// Steering vectors, `[elevation, azimuth, channel]`.
     pub vectors: Vec<Complex64>,
     /// Distance of the reflector, if its wave front was not flat.
     pub range_m: Option<f64>,

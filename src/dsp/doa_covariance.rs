@@ -51,7 +51,7 @@ impl Forgetting {
         self.weight = self.alpha * self.weight + (1.0 - self.alpha);
     }
 
-    /// All zeros before the first snapshot.
+    /// The covariance so far; all zeros before the first snapshot.
     pub fn covariance(&self) -> Matrix {
         let scale = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
         self.sum.clone() * scale
@@ -113,8 +113,8 @@ pub fn subarray_snapshots(
         .collect()
 }
 
-/// (R + J R* J)/2 with J the exchange of each channel and its mirror image (eq. 92; Pillai & Kwon,
-/// IEEE Trans. ASSP-37, 8, 1989).
+/// Averages forwards and backwards: (R + J R* J)/2 with J the exchange of each channel and its mirror image (eq. 92;
+/// Pillai & Kwon, IEEE Trans. ASSP-37, 8, 1989).
 pub fn forward_backward(r: &Matrix, mirror: &[usize]) -> Matrix {
     Matrix::from_fn(r.nrows(), r.ncols(), |i, j| 0.5 * (r[(i, j)] + r[(mirror[i], mirror[j])].conj()))
 }
@@ -164,7 +164,7 @@ impl Eigen {
         self.vectors.columns(0, count)
     }
 
-    /// The others.
+    /// Eigenvectors of the noise subspace: all but the `count` largest.
     pub fn noise(&self, count: usize) -> Matrix {
         self.vectors.columns(count, self.vectors.ncols() - count)
     }

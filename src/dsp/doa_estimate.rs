@@ -183,8 +183,8 @@ impl Estimator {
         Ok(out)
     }
 
-    /// The same from signal subspaces that trackers hold, one [`BiSvd::basis`] for each cell: by eq. 22
-    /// of the document. The trackers were fed with [`Self::looks`]; `cells` holds the latest snapshots,
+    /// Estimates as [`Self::estimate_cells`] from signal subspaces that trackers hold, one [`BiSvd::basis`] for each
+    /// cell: by eq. 22 of the document. The trackers were fed with [`Self::looks`]; `cells` holds the latest snapshots,
     /// from which powers are taken.
     ///
     /// # Errors

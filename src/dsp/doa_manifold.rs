@@ -25,7 +25,7 @@ pub struct Manifold {
 }
 
 impl Manifold {
-    /// One transmitter and one receiver position for each channel, sensor frame.
+    /// The manifold of an array with one transmitter and one receiver position for each channel, m, sensor frame.
     ///
     /// # Errors
     /// Returns an error if there are no channels, for lists of different length, for positions or a wavelength that are
@@ -269,7 +269,7 @@ fn nearer(u: DVec3, range_m: f64, p: DVec3) -> f64 {
 /// Channels on an even line (`size[0]` = 1) or parallelogram.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lattice {
-    /// Rows, columns.
+    /// Number of rows and columns.
     pub size: [usize; 2],
     /// From one row to the next and from one column to the next, of p_tx + p_rx. Zero for one row.
     pub step_m: [DVec3; 2],

@@ -63,7 +63,7 @@ pub fn root_music(noise: &Matrix, count: usize) -> Result<Vec<f64>> {
     Ok(found)
 }
 
-/// All roots of sum_i c_i z^i, as eigenvalues of the companion matrix.
+/// Finds all roots of sum_i c_i z^i, as eigenvalues of the companion matrix.
 ///
 /// # Errors
 /// Returns an error for coefficients that are not finite or all but vanish.

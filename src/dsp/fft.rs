@@ -6,7 +6,7 @@ use crate::gpu::{Access, AnyBuffer, Buffer, Gpu, Kernel, Recorder, Threads, Tole
 use crate::gpu_struct;
 use num_complex::Complex32;
 
-/// Longest transform that a workgroup's 32 KiB hold.
+/// Length of the longest transform that a workgroup's 32 KiB hold.
 pub const LONGEST_IN_WORKGROUP: usize = 4096;
 
 pub(super) fn fits_workgroup(length: usize) -> bool {

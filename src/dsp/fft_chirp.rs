@@ -41,7 +41,7 @@ pub static KERNEL: Kernel = Kernel {
     tolerance: Tolerance { relative_l2: 2e-7, reason: "one complex product a value" },
 };
 
-/// e^(-j pi i^2 / n) for i in 0..n; the square is reduced as a whole number.
+/// The chirp e^(-j pi i^2 / n) for i in 0..n; the square is reduced as a whole number.
 pub fn chirp(n: usize) -> Vec<Complex64> {
     (0..n as u64).map(|i| Complex64::cis(-PI * (i * i % (2 * n as u64)) as f64 / n as f64)).collect()
 }

@@ -68,7 +68,7 @@ pub(super) struct Layout {
     pub lines: usize,
     pub in_base: u32,
     pub in_line: u32,
-    /// Negative steps wrap.
+    /// Step from value to value of the input; negative steps wrap.
     pub in_step: u32,
     pub out_base: u32,
     pub out_line: u32,

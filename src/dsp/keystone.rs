@@ -133,8 +133,8 @@ impl Warp {
         })
     }
 
-    /// Chirps to rows of `channels` channels, whose samples are in `pieces`; `out` holds `[row, channel, sample]` of
-    /// all bands' rows in turn, each buffer from its row on.
+    /// Records the warped transform from chirps to rows of `channels` channels, whose samples are in `pieces`; `out`
+    /// holds `[row, channel, sample]` of all bands' rows in turn, each buffer from its row on.
     pub fn record(
         &self,
         recorder: &mut Recorder<'_>,

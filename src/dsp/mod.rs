@@ -116,20 +116,20 @@ pub struct Snapshots<T> {
 }
 
 impl<T> Snapshots<T> {
-    /// All channels of one cell.
+    /// Values of all channels in one cell.
     pub fn of(&self, cell: usize) -> &[Complex<T>] {
         &self.data[cell * self.channels..(cell + 1) * self.channels]
     }
 }
 
-/// All that the chain says about a frame short of angles.
+/// Detected cells of a frame with all that the chain says about them except angles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RangeDoppler<T> {
     /// Mean power of every cell.
     pub map: PowerMap<T>,
     /// What the detector found in it.
     pub detection: Detection<T>,
-    /// Strongest first.
+    /// Cells that were detected, strongest first.
     pub cells: Vec<Cell>,
     /// Estimated mean noise power in W in each of `cells`: for CA the mean of the training cells, for GO, SO
     /// and OS their statistic divided by its expectation on noise of unit mean.

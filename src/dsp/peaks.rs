@@ -64,7 +64,7 @@ pub fn record(
     list
 }
 
-/// Where a peak lies between cells, and its height there.
+/// Place of a peak between cells, and its height there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peak {
     /// Row of the map, with a fraction.
@@ -178,7 +178,7 @@ impl Interpolator {
         (if self.places { offset } else { found }, at / gain)
     }
 
-    /// The same with the parabola's places: for windows under which noise moves the true ones much.
+    /// The interpolator that gives the parabola's places: for windows under which noise moves the true ones much.
     pub fn of_heights(self) -> Interpolator {
         Interpolator { places: false, ..self }
     }

@@ -34,8 +34,8 @@ pub static KERNEL: Kernel = Kernel {
     tolerance: Tolerance { relative_l2: 0.0, reason: "copies" },
 };
 
-/// `[cell, channel]` for the cells of a list as [`super::peaks::record`] makes it, with room for as
-/// many as that has.
+/// Records the gathering of `[cell, channel]` for the cells of a list as [`super::peaks::record`] makes it, with room
+/// for as many as that has.
 pub fn record(
     recorder: &mut Recorder<'_>,
     spectrum: &DeviceSpectrum,

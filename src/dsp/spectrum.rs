@@ -205,8 +205,8 @@ fn spectrum(t: &Transform, chunks: Vec<Chunk>) -> DeviceSpectrum {
     }
 }
 
-/// Both transforms of a cube, which is uploaded here, in chunks that the adapter can bind. Nothing runs before the
-/// recorder is submitted.
+/// Records both transforms of a cube, which is uploaded here, in chunks that the adapter can bind. Nothing runs before
+/// the recorder is submitted.
 ///
 /// # Errors
 /// Returns an error for a single column too large for the adapter.

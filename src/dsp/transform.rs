@@ -31,9 +31,9 @@ pub struct Transform {
     pub keystone: Option<Keystone>,
     /// Samples are taken from the last to the first, as of a falling chirp.
     pub reversed: bool,
-    /// One weight a sample, in the order in which they are taken.
+    /// Weights of the range transform, one for each sample, in the order in which they are taken.
     pub range_window: Vec<f64>,
-    /// One weight a chirp.
+    /// Weights of the Doppler transform, one for each chirp.
     pub doppler_window: Vec<f64>,
 }
 
@@ -113,7 +113,7 @@ impl Transform {
         Self::of_shape(shape, radar)
     }
 
-    /// The same for the shape alone.
+    /// The transform for a cube of this shape.
     ///
     /// # Errors
     /// Returns an error for a shape that is not the one expected.
@@ -185,7 +185,7 @@ pub fn line_scale(radar: &Radar) -> Vec<f64> {
 pub struct Keystone {
     /// The instantaneous frequency over the carrier, for each sample ([`line_scale`] for a radar).
     pub scale: Vec<f64>,
-    /// Whole unambiguous intervals of the map that a target of interest moves faster than its row says: targets of
+    /// Number of unambiguous intervals of the map that a target of interest moves faster than its row says: targets of
     /// another fold are not focused.
     pub fold: i32,
 }

@@ -12,10 +12,10 @@ use std::f64::consts::TAU;
 /// the transmitters, which come round after as many chirps as there are bands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtRest {
-    /// Chirps after which it repeats.
+    /// Number of chirps after which the projection repeats.
     pub period: usize,
-    /// `[chirp, chirp]` of one period: from sums over all chirps that are a period apart to what rests, the orthogonal
-    /// projection on it.
+    /// The orthogonal projection `[chirp, chirp]` of one period, from sums over all chirps that are a period apart to
+    /// what rests.
     pub projection: Vec<Complex64>,
 }
 

@@ -39,7 +39,7 @@ pub fn phase_integral(p: &[DVec2], g: DVec2) -> Complex64 {
 
 /// Moments of a flat polygon's area.
 pub struct Moments {
-    /// Positive.
+    /// Area, always positive.
     pub area: f64,
     sign: f64,
     /// Middle of the area, in the polygon's plane.

@@ -25,7 +25,7 @@ pub struct Sigma0 {
 pub struct Front {
     /// |R|^2 of the smooth surface, [perpendicular, parallel].
     pub reflectivity: [f64; 2],
-    /// The same at normal incidence.
+    /// |R|^2 of the smooth surface at normal incidence.
     pub nadir_reflectivity: f64,
     /// Standard deviation of the height, m.
     pub roughness_rms_m: f64,

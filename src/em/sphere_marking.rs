@@ -14,12 +14,12 @@ use std::f64::consts::PI;
 pub struct Marking {
     /// Width across the road, m.
     pub width_m: f64,
-    /// Along the road.
+    /// Length along the road, m.
     pub length_m: f64,
 }
 
 impl Marking {
-    /// That of Table 3.2.
+    /// The marking of the document's table 3.2.
     pub const DOCUMENT: Marking = Marking { width_m: 0.15, length_m: 2.0 };
 
     /// Area of the strip, m².
@@ -117,7 +117,7 @@ pub struct Row {
     pub region: &'static str,
     /// Number of balls on the strip.
     pub balls: f64,
-    /// One ball, dBsm.
+    /// Cross section of one ball by Rayleigh's formula, dBsm.
     pub rayleigh_dbsm: f64,
     /// Cross section of one ball by the Mie series, dBsm.
     pub mie_dbsm: f64,

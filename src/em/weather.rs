@@ -56,13 +56,14 @@ const ALPHA_V: Curve<5> = Curve {
     at_1_ghz: 0.83433,
 };
 
-/// (k, alpha) of the specific attenuation k R^alpha in dB/km over level paths, R in mm/h: [V, H] (ITU-R P.838-3, eq. 2 and 3).
+/// Coefficients (k, alpha) of the specific attenuation k R^alpha in dB/km over level paths, R in mm/h: [V, H] (ITU-R
+/// P.838-3, eq. 2 and 3).
 pub fn rain_coefficients(freq_hz: f64) -> [(f64, f64); 2] {
     let f = (freq_hz / 1e9).log10();
     [(10f64.powf(K_V.at(f)), ALPHA_V.at(f)), (10f64.powf(K_H.at(f)), ALPHA_H.at(f))]
 }
 
-/// One way in dB/m, [V, H], over level paths.
+/// Attenuation by rain on one way over a level path, dB/m, [V, H].
 pub fn rain_attenuation_db_per_m(freq_hz: f64, rain_mm_per_h: f64) -> [f64; 2] {
     rain_coefficients(freq_hz).map(|(k, alpha)| 1e-3 * k * rain_mm_per_h.powf(alpha))
 }
@@ -78,7 +79,7 @@ pub fn water_eps(freq_hz: f64, temperature_c: f64) -> Complex64 {
     term(eps_0 - eps_1, principal) + term(eps_1 - eps_2, 39.8 * principal) + eps_2
 }
 
-/// One way in dB/m of `liquid_g_per_m3` in droplets below 0.01 cm (ITU-R P.840-8, eq. 1 and 2).
+/// Attenuation on one way by `liquid_g_per_m3` in droplets below 0.01 cm, dB/m (ITU-R P.840-8, eq. 1 and 2).
 pub fn fog_attenuation_db_per_m(freq_hz: f64, temperature_c: f64, liquid_g_per_m3: f64) -> f64 {
     let eps = water_eps(freq_hz, temperature_c);
     let (re, loss) = (eps.re, -eps.im);

@@ -40,7 +40,7 @@ pub struct RawRow {
     pub azimuth_deg: f64,
     /// Elevation, degrees.
     pub elevation_deg: f64,
-    /// (azimuth, elevation) of the receiver, in files that give it.
+    /// Azimuth and elevation of the receiver, degrees, in files that give them.
     pub receive_deg: Option<(f64, f64)>,
     /// VV, VH, HV, HH.
     pub dbsm: [f64; 4],
@@ -76,7 +76,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<(Vec<String>, Vec<RawRow>)> {
     rows(&path, &Table::read(&path)?)
 }
 
-/// As [`read`], from text; `path` is only named in errors.
+/// Parses a text as [`read`] does a file; `path` is only named in errors.
 ///
 /// # Errors
 /// Returns `BadInput` for a missing column, a cell that is not a number, or a table without rows.

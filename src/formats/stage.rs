@@ -94,7 +94,7 @@ impl StagedDir {
         &self.temporary
     }
 
-    /// Where it will stand.
+    /// The name under which the folder will stand.
     pub fn final_path(&self) -> &Path {
         &self.final_path
     }
@@ -109,7 +109,7 @@ impl StagedDir {
         self.commit_with(sums)
     }
 
-    /// The same with [`checksums`] that are known already.
+    /// Commits as [`Self::commit`] with [`checksums`] that are known already.
     ///
     /// # Errors
     /// Returns an error if a file cannot be read, or the folder cannot be written or renamed.
@@ -447,7 +447,7 @@ pub fn checksums(dir: impl AsRef<Path>) -> Result<BTreeMap<String, String>> {
     names.map(|name| Ok((name.clone(), sha256_of_file(dir.join(name))?))).collect()
 }
 
-/// Every file under `dir`, relative to it with forward slashes, in order.
+/// Lists every file under `dir`, relative to it with forward slashes, in order.
 ///
 /// # Errors
 /// Returns an error if a folder cannot be read.
@@ -477,7 +477,7 @@ pub fn sync_file(path: &Path) -> Result<()> {
     fs::File::open(path).and_then(|f| f.sync_all()).map_err(|e| Error::io(path, e))
 }
 
-/// The same for the names in a folder, where the system opens folders.
+/// Returns when the names in a folder would survive a loss of power, where the system opens folders.
 ///
 /// # Errors
 /// Returns an error if the folder cannot be opened or synchronised.

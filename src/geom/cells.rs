@@ -3,7 +3,7 @@
 use super::welded::{Welded, sides};
 use glam::DVec3;
 
-/// No volume.
+/// Index that stands for no volume.
 pub const NO_CELL: u32 = u32::MAX;
 
 /// Faces that meet at a smaller angle, rad, lie on each other.

@@ -11,7 +11,7 @@ use obvhs::bvh2::{builder::build_bvh2, node::Bvh2Node};
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 use std::time::Duration;
 
-/// Most corners of a face.
+/// Largest number of corners of a face.
 pub const MOST_CORNERS: usize = 8;
 
 /// Corners nearer to a plane than this share of the wavelength lie in it: 1e-3 rad of phase, and above the
@@ -62,7 +62,7 @@ pub struct Face {
     pub curved: u32,
 }
 
-/// As `Face::curved` of a face that is flat.
+/// Value of `Face::curved` for a face that is flat.
 pub const NOT_CURVED: u32 = u32::MAX;
 
 /// A box of the tree: `count` faces from `first` on, or, when 0, the two nodes `first` and `first + 1`.
@@ -78,7 +78,7 @@ pub struct Node {
     pub count: u32,
 }
 
-/// Where `normal . r >= offset`.
+/// The half space where `normal . r >= offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfSpace {
     /// Normal that points into the half-space.
@@ -116,11 +116,11 @@ pub struct Faces {
     pub radius_m: f64,
 }
 
-/// Those faces of a scene that come near to a place.
+/// The faces of a scene that come near to a place.
 #[derive(Debug)]
 pub struct NearFaces {
-    /// They alone, in a tree of their own, for clipping: as if they were flat. Their patches, with the areas of all they hold, and the
-    /// sides on which they are seen are those of the scene.
+    /// These faces alone, in a tree of their own, for clipping: as if they were flat. Their patches, with the areas of
+    /// all they hold, and the sides on which they are seen are those of the scene.
     pub faces: Faces,
     /// The number of each among the scene's faces, rising.
     pub numbers: Vec<u32>,
@@ -462,7 +462,8 @@ impl Faces {
         });
     }
 
-    /// The same until `visit` says that it has enough. With a place to look `from` the nearer of two branches comes first.
+    /// Visits faces as [`Self::within`] does, until `visit` says that it has enough. With a place to look `from` the
+    /// nearer of two branches comes first.
     #[inline]
     pub fn within_until<const N: usize>(
         &self,

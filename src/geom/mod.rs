@@ -87,7 +87,7 @@ impl Shift {
         *self == Shift::NONE
     }
 
-    /// Where a place comes to lie, m.
+    /// Place to which a place of the body moves, m.
     #[inline]
     pub fn place(&self, p: DVec3) -> DVec3 {
         self.to_m + self.rotation * (p - self.from_m)
@@ -119,7 +119,7 @@ pub struct PointTarget {
     pub velocity_mps: DVec3,
     /// Radar cross section, dBsm.
     pub rcs_dbsm: f64,
-    /// As [`Body::shifts`].
+    /// Motions from where the target is to where it is before and after, as [`Body::shifts`].
     pub shifts: [Shift; 2],
 }
 
@@ -134,7 +134,7 @@ pub struct TableTarget {
     pub position_m: DVec3,
     /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
-    /// As [`Body::shifts`].
+    /// Motions from where the target is to where it is before and after, as [`Body::shifts`].
     pub shifts: [Shift; 2],
     /// The table that it scatters by.
     pub table: Arc<ScatteringTable>,
@@ -180,7 +180,7 @@ pub struct Geometry {
     pub bodies: Vec<Body>,
     /// The scene's materials at `freq_hz`.
     pub surfaces: Vec<Surface>,
-    /// The same without a frequency.
+    /// Materials of `surfaces`, whatever the frequency.
     pub materials: Vec<Material>,
     /// Isotropic scatterers.
     pub points: Vec<PointTarget>,
@@ -410,8 +410,8 @@ impl Geometry {
         RigidScene::new(Cow::Borrowed(scene), freq_hz, Facets::Flat)?.at(time_s, 0.0)
     }
 
-    /// The same for a frame that lasts from `reach_s` before that time to `reach_s` after it, with facets of curved surfaces as bent as
-    /// these are.
+    /// Builds the geometry for a frame that lasts from `reach_s` before that time to `reach_s` after it, with facets of
+    /// curved surfaces as bent as these are.
     ///
     /// # Errors
     /// Returns the errors of [`Geometry::build`].

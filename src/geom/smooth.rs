@@ -37,7 +37,7 @@ pub struct Limit {
     pub sagitta_m: f64,
     /// Greatest angle between the normals at the ends of an edge, rad.
     pub turn_rad: f64,
-    /// Most that a quadratic surface over the edge may be off a circle's, m.
+    /// Largest distance of a quadratic surface over the edge from a circle's, m.
     pub off_m: f64,
     /// Edges shorter than this may turn as they like, m: normals that do not belong to one surface differ however short an edge is.
     pub short_m: f64,

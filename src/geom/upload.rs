@@ -15,11 +15,11 @@ const MAX_DEPTH: usize = 24;
 /// Arrays for the bindings `bvh_nodes`, `bvh_triangles`, `planes`, `surfaces`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeometryArrays {
-    /// Five words of four a node (obvhs' CWBVH node).
+    /// Nodes of the tree, five words of four each (obvhs' CWBVH node).
     pub nodes: Vec<[u32; 4]>,
-    /// (v0, patch), (e1, body), (e2, surface) of each triangle, integers as bits.
+    /// Three words for each triangle, (v0, patch), (e1, body), (e2, surface), integers as bits.
     pub triangles: Vec<[f32; 4]>,
-    /// (normal, offset) high and low parts: normal . p = offset.
+    /// High and low parts of (normal, offset) of each plane normal . p = offset.
     pub planes: Vec<[f32; 4]>,
     /// [`surface_words`] of the surfaces.
     pub surfaces: Vec<[f32; 4]>,

@@ -35,7 +35,7 @@ pub struct MeshReport {
     pub closed_parts: usize,
     /// Closed parts of metal alone whose normals point inwards and that are no cavity in another.
     pub inside_out_metal: usize,
-    /// The same with a dielectric on any facet.
+    /// Closed parts with a dielectric on any facet whose normals point inwards and that are no cavity in another.
     pub inside_out_dielectric: usize,
     /// Edges of one facet only: the rims of sheets.
     pub open_edges: usize,

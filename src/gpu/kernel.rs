@@ -25,7 +25,7 @@ pub struct Tolerance {
 pub struct StructLayout {
     /// Name of the struct in WGSL.
     pub name: &'static str,
-    /// Bytes.
+    /// Size, bytes.
     pub size: usize,
     /// Name and byte offset of each field in order. Names that begin with `pad` need no WGSL member.
     pub fields: &'static [(&'static str, usize)],

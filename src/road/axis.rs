@@ -104,11 +104,11 @@ pub struct AxisPoint {
 /// Road coordinates of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RoadPoint {
-    /// Along the axis, m.
+    /// Station along the axis, m.
     pub s_m: f64,
     /// Distance to the left of the axis, m.
     pub t_m: f64,
-    /// Above the road, m.
+    /// Height above the road, m.
     pub h_m: f64,
 }
 
@@ -123,7 +123,7 @@ pub struct RoadAxis {
     seeds: Vec<(f64, DVec2)>,
 }
 
-/// Longest axis.
+/// Length of the longest axis, m.
 pub const MAX_LENGTH_M: f64 = 1e6;
 
 impl RoadAxis {
@@ -190,7 +190,7 @@ impl RoadAxis {
         Ok(axis)
     }
 
-    /// The same in plan with the grade `first` at the beginning and the changes in their order.
+    /// The axis with the grade `first` at the beginning and the changes in their order; the plan stays the same.
     ///
     /// # Errors
     /// Returns an error for changes out of order or off the road, curves that overlap or reach beyond the road, or
@@ -234,7 +234,7 @@ impl RoadAxis {
         Ok(self)
     }
 
-    /// The same with a cross slope along s: rise over run to the left, turned about the axis.
+    /// The axis with a cross slope along s: rise over run to the left, turned about the axis.
     pub fn with_cross_slope(mut self, slope: Profile) -> RoadAxis {
         self.cross_slope = slope;
         self

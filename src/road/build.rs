@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 /// Bodies that stand on the ground reach this far into it, so that no face lies in the road's plane.
 const SUNK_M: f64 = 0.05;
-/// Most objects of one row.
+/// Largest number of objects of one row.
 pub const MAX_ROW: usize = 100_000;
 /// By how much the clock of each moving thing is ahead of the clock of the one before, s, so that walkers are not in
 /// step.

@@ -23,9 +23,9 @@ pub struct OnRoad<'a> {
     pub road: &'a Road,
     /// Station of the vehicle at time zero, m.
     pub s_m: f64,
-    /// Where on it the vehicle goes.
+    /// Lateral place at which the vehicle goes.
     pub lateral: &'a Lateral,
-    /// Goes against the direction of the road.
+    /// Whether it goes against the direction of the road.
     pub against: bool,
     /// Its speed and lateral motion.
     pub drive: &'a Drive,
@@ -61,8 +61,8 @@ impl OnRoad<'_> {
         (place, crate::road::axis::tilt(up) * DQuat::from_rotation_z(heading))
     }
 
-    /// Its motion over a stretch of time, before and after which it stands still in it; as joints without keys where it goes straight on
-    /// at a steady speed.
+    /// Motion of the vehicle over a stretch of time, before and after which it stands still in it; as joints without
+    /// keys where it goes straight on at a steady speed.
     ///
     /// # Errors
     /// Returns an error if the vehicle leaves the road, or turns sharper than the road allows.

@@ -110,7 +110,7 @@ pub struct Lane {
     pub kind: LaneKind,
     /// Which way it is driven.
     pub driven: Driven,
-    /// Along s, metres; where it is zero there is no lane.
+    /// Width along s, m; where it is zero there is no lane.
     pub width: Profile,
     /// Radar material of its surface; None leaves a hole.
     pub surface: Option<String>,
@@ -167,7 +167,7 @@ pub struct Road {
     pub name: String,
     /// Its axis.
     pub axis: RoadAxis,
-    /// Where the lanes begin, to the left of the axis.
+    /// Distance from the axis at which the lanes begin, to its left, m.
     pub lane_offset: Profile,
     /// Lanes to the left of the axis, from it outwards.
     pub left: Vec<Lane>,
@@ -263,14 +263,14 @@ impl Road {
         left.chain(self.right.iter().enumerate().map(|(i, l)| (Side::Right, i, l)))
     }
 
-    /// t of the edge of a side's lane `index` towards the axis (`outer` false) or away from it.
+    /// Distance t of the edge of a side's lane `index` towards the axis (`outer` false) or away from it, m.
     pub fn edge_t_m(&self, side: Side, index: usize, outer: bool, s_m: f64) -> f64 {
         let n = index + usize::from(outer);
         let width: f64 = self.side(side)[..n].iter().map(|l| l.width.value(s_m).max(0.0)).sum();
         self.lane_offset.value(s_m) + side.sign() * width
     }
 
-    /// (left, right) edges of a lane.
+    /// Distances t of the left and right edge of a lane, m.
     pub fn lane_edges_t_m(&self, side: Side, index: usize, s_m: f64) -> (f64, f64) {
         let (inner, outer) = (self.edge_t_m(side, index, false, s_m), self.edge_t_m(side, index, true, s_m));
         match side {
@@ -291,7 +291,7 @@ impl Road {
         self.side(side).iter().rposition(|l| l.kind.is_drivable()).map_or(0, |i| i + 1)
     }
 
-    /// t of a lateral place.
+    /// Distance t of a lateral place at station `s_m`, m.
     pub fn t_m(&self, lateral: &Lateral, s_m: f64) -> f64 {
         let base = match lateral.base {
             Base::Axis => 0.0,
@@ -325,7 +325,7 @@ impl Road {
         marks.map(widest).fold(0.0, f64::max)
     }
 
-    /// Where widths and offsets change their course.
+    /// Stations at which widths and offsets change their course, m.
     pub fn breaks_m(&self) -> Vec<f64> {
         let widths = self.lanes().flat_map(|(_, _, l)| l.width.breaks_m()).collect::<Vec<_>>();
         widths.into_iter().chain(self.lane_offset.breaks_m()).collect()

@@ -53,7 +53,7 @@ pub struct LanePlace {
     pub number: i32,
     /// What the lane is for.
     pub kind: LaneKind,
-    /// Along the road's axis.
+    /// Station along the road's axis, m.
     pub s_m: f64,
     /// Width of the lane there, m.
     pub width_m: f64,

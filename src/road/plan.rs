@@ -92,13 +92,13 @@ pub struct VergePlan {
 pub struct RailPlan {
     /// Lateral position of the back of the beam.
     pub lateral: Lateral,
-    /// Where the traffic is.
+    /// Side on which the traffic is.
     pub faces: Side,
     /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
     /// Height of the beam's upper edge, m.
     pub height_m: f64,
-    /// 0 is without posts.
+    /// Distance between posts, m; 0 is without posts.
     pub post_spacing_m: f64,
     /// Material of the rail.
     pub material: String,
@@ -162,14 +162,14 @@ pub struct GantryPlan {
 /// Gaps between the reflectors of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Spacing {
-    /// All alike.
+    /// All gaps are alike.
     Even {
         /// Gap, m.
         spacing_m: f64,
         /// Number of reflectors; None to the end of the span.
         count: Option<usize>,
     },
-    /// Each gap once.
+    /// Each gap stands once in this list, m.
     Gaps(Vec<f64>),
     /// A gap for each bit; after a word the gap `sync_m`, where there is one; over and over.
     Code {
@@ -237,7 +237,7 @@ pub struct ThingPlan {
     pub source: Source,
     /// Place along the axis, m.
     pub s_m: f64,
-    /// Place across.
+    /// Lateral place.
     pub lateral: Lateral,
     /// Turn about the vertical against the axis, rad.
     pub yaw_rad: f64,
@@ -247,7 +247,7 @@ pub struct ThingPlan {
     pub roll_rad: f64,
     /// Height over the road, m.
     pub lift_m: f64,
-    /// Along its own x.
+    /// Speed along its own x axis, m/s.
     pub speed_mps: f64,
     /// How it goes along the road, in place of that speed.
     pub drive: Option<Drive>,

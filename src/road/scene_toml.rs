@@ -34,7 +34,7 @@ pub fn load(path: &Path) -> Result<ScenePlan> {
     parse(path, &read_text(path)?)
 }
 
-/// The same from a text; `file` is named in errors, and glTF files are looked for in its folder.
+/// Parses a text as [`load`] does a file; `file` is named in errors, and glTF files are looked for in its folder.
 ///
 /// # Errors
 /// Returns the errors of [`load`].

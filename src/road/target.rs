@@ -15,7 +15,7 @@ pub struct Target {
     pub name: String,
     /// The target as a scene.
     pub scene: Scene,
-    /// (azimuth, elevation).
+    /// Azimuth and elevation from which the target is meant to be seen, degrees.
     pub boresight_deg: (f64, f64),
 }
 

@@ -73,7 +73,7 @@ pub struct Sway {
 /// Speed and lateral motion that have been checked.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Drive {
-    /// (time, speed), times rising; one or more.
+    /// Pairs (time in s, speed in m/s), one or more, with rising times.
     pub speed: Vec<[f64; 2]>,
     /// Moves to the side.
     pub lane_changes: Vec<LaneChange>,

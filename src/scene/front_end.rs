@@ -29,7 +29,7 @@ pub struct Leakage {
 pub struct Bumper {
     /// |R|² of the cover, at most 0 dB.
     pub reflection_db: f64,
-    /// Along the boresight, from the radar's phase centre.
+    /// Distance from the radar's phase centre along the boresight, m.
     pub distance_m: f64,
 }
 
@@ -38,7 +38,7 @@ pub struct Bumper {
 pub struct Butterworth {
     /// Order of the filter.
     pub order: usize,
-    /// Where the power is half.
+    /// Frequency at which the power is half, Hz.
     pub corner_hz: f64,
 }
 
@@ -61,7 +61,7 @@ pub enum SaturationKind {
     Hard,
 }
 
-/// Where the amplifiers of the intermediate frequency stop following.
+/// Limit above which the amplifiers of the intermediate frequency no longer follow the input.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Saturation {
     /// How it stops following.
@@ -120,13 +120,13 @@ pub struct ChannelErrors {
     pub position_rms_m: f64,
     /// Seed of the draws above; other devices of one design have other seeds.
     pub seed: u64,
-    /// Given for each channel, on top of what is drawn; empty for none.
+    /// Gain error of each channel, dB, on top of what is drawn; empty for none.
     pub gain_db: Vec<f64>,
     /// Phase of each channel, rad.
     pub phase_rad: Vec<f64>,
 }
 
-/// All of the front end. None is off.
+/// Settings of the whole front end; what is None is ideal.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrontEndSettings {
     /// Noise of the oscillator's phase.
@@ -137,7 +137,7 @@ pub struct FrontEndSettings {
     pub bumper: Option<Bumper>,
     /// Filters between mixer and converter.
     pub filters: Filters,
-    /// Where the amplifiers stop following.
+    /// Limit above which the amplifiers no longer follow the input.
     pub saturation: Option<Saturation>,
     /// The converter.
     pub adc: Option<Adc>,
@@ -308,7 +308,7 @@ pub struct ChannelsTable {
     /// Which device of the series: other seeds draw other errors.
     #[serde(default)]
     pub seed: At<u64>,
-    /// One for each channel (transmitter by transmitter), on top of what is drawn.
+    /// Gain of each channel (transmitter by transmitter), dB, on top of what is drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_db: Option<At<Vec<f64>>>,
     /// Phase of each channel, degrees.

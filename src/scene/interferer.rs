@@ -25,9 +25,9 @@ pub struct Interferer {
     pub ramp_time_s: f64,
     /// Time from ramp to ramp, s; the interferer is silent after the ramp.
     pub period_s: f64,
-    /// When a ramp starts, against the middle of the frame; drawn for each frame when None.
+    /// Time at which a ramp starts, s, against the middle of the frame; drawn for each frame when None.
     pub start_s: Option<f64>,
-    /// Each ramp starts with the same phase. Otherwise each has its own, drawn.
+    /// Whether each ramp starts with the same phase; otherwise a phase is drawn for each.
     pub coherent: bool,
     /// Power that it sends, dBm.
     pub power_dbm: f64,
@@ -42,7 +42,7 @@ pub struct Interferer {
 }
 
 impl Interferer {
-    /// Its pose, and its velocity in m/s, at a time from the middle of frame 0.
+    /// Pose of the interferer, and its velocity in m/s, at a time from the middle of frame 0.
     pub fn at(&self, time_s: f64) -> (Pose<Sensor, World>, DVec3) {
         match &self.motion {
             None => {
@@ -92,7 +92,7 @@ pub struct InterfererTable {
     pub ramp_time_s: At<f64>,
     /// Time from ramp to ramp, s.
     pub chirp_period_s: At<f64>,
-    /// When one of its ramps starts, against the middle of the frame. Drawn at random when left out.
+    /// Time at which one of its ramps starts, s, against the middle of the frame; drawn at random when left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_s: Option<At<f64>>,
     /// Whether all its ramps start with the same phase (default: each with its own).

@@ -85,7 +85,7 @@ pub struct Layer {
 
 /// Thicknesses of a layer that are taken, m.
 pub const THICKNESS_M: (f64, f64) = (1e-9, 10.0);
-/// Most layers of one material.
+/// Largest number of layers of one material.
 pub const MAX_LAYERS: usize = 16;
 
 impl Layer {

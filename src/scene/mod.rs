@@ -78,7 +78,7 @@ pub struct Object {
 }
 
 impl Object {
-    /// Where it is and how it moves at a time.
+    /// Pose and velocity of the object at a time.
     pub fn at(&self, time_s: f64) -> Moving {
         match &self.motion {
             Some(motion) => motion.at(time_s),
@@ -98,7 +98,7 @@ impl Object {
         self.motion = Some(Arc::new(motion));
     }
 
-    /// As joints from the object's own frame.
+    /// Motion of the object as joints from its own frame.
     pub fn joints(&self) -> Vec<Joint> {
         match &self.motion {
             Some(motion) => motion.joints.clone(),

@@ -125,7 +125,7 @@ impl<T: Copy> Channel<T> {
         Ok(Channel { times_s, values, tangents, interpolation, repeat_s: None, goes_on: false })
     }
 
-    /// The same over and over.
+    /// The channel that repeats itself after `period_s`.
     ///
     /// # Errors
     /// Returns an error for a period that is not above zero and finite.
@@ -140,7 +140,7 @@ impl<T: Copy> Channel<T> {
         Ok(Channel { repeat_s: Some(period_s), ..self })
     }
 
-    /// The same, which goes on beyond its ends at the rate that it has there. Rotations stand still all the same.
+    /// The channel that goes on beyond its ends at the rate that it has there. Rotations stand still all the same.
     pub fn going_on(self) -> Channel<T> {
         Channel { goes_on: true, ..self }
     }
@@ -160,7 +160,7 @@ impl<T: Copy> Channel<T> {
         &self.values
     }
 
-    /// (into, out of) each value, per second; empty unless [`Interpolation::Cubic`].
+    /// Tangents (into, out of) each value, per second; empty unless [`Interpolation::Cubic`].
     pub fn tangents(&self) -> &[(T, T)] {
         &self.tangents
     }
@@ -170,7 +170,7 @@ impl<T: Copy> Channel<T> {
         self.interpolation
     }
 
-    /// Its period, if it repeats.
+    /// Period of the channel, s, if it repeats.
     pub fn repeat_s(&self) -> Option<f64> {
         self.repeat_s
     }
@@ -296,7 +296,7 @@ pub enum Joint {
     Fixed(DQuat, DVec3),
     /// Away from where it is at time zero, m/s.
     Line(DVec3),
-    /// About an axis (unit vector) through the origin: `angle_rad` at time zero.
+    /// A steady turn about an axis (unit vector) through the origin: `angle_rad` at time zero.
     Spin {
         /// Unit vector of the axis.
         axis: DVec3,
@@ -316,7 +316,8 @@ pub enum Joint {
         /// Phase at time zero, rad.
         phase_rad: f64,
     },
-    /// About an axis through a place: a wheel or a limb of what goes at a steady speed, whose clock is ahead by `clock_s`.
+    /// A turn about an axis through a place: a wheel or a limb of what goes at a steady speed, whose clock is ahead by
+    /// `clock_s`.
     Hinge {
         /// A place on the axis, m.
         at_m: DVec3,
@@ -331,7 +332,7 @@ pub enum Joint {
         /// Way that the owner has gone, m, where its speed changes: the limb then keeps to the way, at the stride of `speed_mps`.
         way_m: Option<Arc<Channel<f64>>>,
     },
-    /// About an axis by the distance that was travelled over the radius: a wheel.
+    /// A turn about an axis by the distance that was travelled over the radius: a wheel.
     Roll {
         /// Unit vector of the axis.
         axis: DVec3,

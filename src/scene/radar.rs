@@ -21,9 +21,9 @@ pub enum Sampling {
 /// Unit Jones vector in the (V, H) basis of CONVENTIONS eq. 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Polarisation {
-    /// Along V.
+    /// Component along V.
     pub v: Complex64,
-    /// Along H.
+    /// Component along H.
     pub h: Complex64,
 }
 
@@ -174,7 +174,7 @@ pub enum AngleMethod {
 /// How many sources a cell holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Sources {
-    /// This many.
+    /// The number is given.
     Given(usize),
     /// Minimum description length.
     Mdl,
@@ -200,11 +200,11 @@ pub struct AngleSettings {
     pub method: AngleMethod,
     /// How many sources a cell holds.
     pub sources: Sources,
-    /// Most sources of one cell.
+    /// Largest number of sources of one cell.
     pub max_sources: usize,
     /// Rows and columns of the subarrays for spatial smoothing; None: chosen.
     pub subarray: Option<[usize; 2]>,
-    /// None: wherever there are subarrays.
+    /// Whether averaging goes forwards and backwards; None does so wherever there are subarrays.
     pub forward_backward: Option<bool>,
     /// Forgetting factor of the Bi-SVD.
     pub forgetting: f64,
@@ -243,7 +243,7 @@ pub struct Processing {
     pub azimuth_bins: usize,
     /// Largest azimuth to either side, rad.
     pub azimuth_fov_rad: f64,
-    /// 1 when the array has no rows in elevation.
+    /// Number of beams in elevation; 1 when the array has no rows in elevation.
     pub elevation_bins: usize,
     /// Largest elevation up and down, rad.
     pub elevation_fov_rad: f64,
@@ -306,14 +306,14 @@ pub struct Radar {
 }
 
 impl Radar {
-    /// Gives it a motion on its vehicle; its mounting becomes that of time zero.
+    /// Gives the radar a motion on its vehicle; its mounting becomes that of time zero.
     pub fn move_by(&mut self, motion: Arc<Motion>) {
         let now = motion.at(0.0);
         self.mounting = Pose::new(now.rotation, now.translation_m);
         self.motion = Some(motion);
     }
 
-    /// Its pose on the vehicle, and how that changes, at a time from the middle of frame 0.
+    /// Pose of the radar on the vehicle, and how that changes, at a time from the middle of frame 0.
     pub fn on_vehicle(&self, time_s: f64) -> Moving {
         self.motion.as_ref().map_or_else(|| Moving::at_rest(&self.mounting), |motion| motion.at(time_s))
     }
@@ -326,7 +326,7 @@ impl Radar {
     pub fn virtual_channels(&self) -> usize {
         self.tx.len() * self.rx.len()
     }
-    /// Chirps of one loop of one ramp.
+    /// Number of chirps of one loop of one ramp.
     pub fn slots(&self) -> usize {
         self.multiplex.slots(self.tx.len())
     }
@@ -338,7 +338,7 @@ impl Radar {
     pub fn wavelength_m(&self) -> f64 {
         crate::base::units::wavelength_m(self.carrier_hz)
     }
-    /// The same radar as its `i`-th ramp sees it: a cube with every `parts`-th chirp.
+    /// The radar as its `i`-th ramp sees it: with a cube of every `parts`-th chirp.
     pub fn part(&self, i: usize) -> Radar {
         let mut part = self.clone();
         if let Waveform::Fmcw(s) = &mut part.waveform {

@@ -196,7 +196,7 @@ impl From<WindowName> for WindowTable {
     }
 }
 
-/// All may be left out.
+/// Processing of the samples; all keys may be left out.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessingTable {
@@ -1054,9 +1054,9 @@ pub fn pattern_csv(file: &Path, text: &str) -> Result<(Pattern, f64)> {
 }
 
 impl Polarisation {
-    /// Up.
+    /// Vertical polarisation, up.
     pub const V: Self = Self::new(1.0, 0.0, 0.0, 0.0);
-    /// Left.
+    /// Horizontal polarisation, to the left.
     pub const H: Self = Self::new(0.0, 0.0, 1.0, 0.0);
 
     const fn new(v_re: f64, v_im: f64, h_re: f64, h_im: f64) -> Self {
@@ -1081,7 +1081,7 @@ impl Polarisation {
         Self::NAMES.iter().find(|(n, _)| *n == name).map(|(_, p)| *p)
     }
 
-    /// Its name in the radar file, where it has one.
+    /// Name of the polarisation in the radar file, where it has one.
     pub fn name(&self) -> Option<&'static str> {
         Self::NAMES.iter().find(|(_, p)| p == self).map(|(n, _)| *n)
     }

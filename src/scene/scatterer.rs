@@ -116,7 +116,7 @@ impl ScatteringTable {
         Self::from_rows(path, &rows)
     }
 
-    /// As [`read`](Self::read), from text; `path` is only named.
+    /// Parses a text as [`read`](Self::read) does a file; `path` is only named.
     ///
     /// # Errors
     /// Returns the errors of [`read`](Self::read), except those of opening the file.
@@ -241,7 +241,7 @@ impl ScatteringTable {
         (self.frequencies_hz[0], self.frequencies_hz[self.frequencies_hz.len() - 1])
     }
 
-    /// Where `freq_hz` lies among the table's frequencies.
+    /// Finds where `freq_hz` lies among the table's frequencies.
     ///
     /// # Errors
     /// Returns an error if the frequency lies outside those of the table.

@@ -196,12 +196,12 @@ pub struct ObjectTable {
     /// Name of the object.
     #[serde(default)]
     pub name: String,
-    /// Default: what the file says, "reflector" for a reflector.
+    /// Class in labels; default what the file says, and "reflector" for a reflector.
     #[serde(default)]
     pub class: String,
     /// A .glb, .gltf, .stl or .obj file, relative to this file.
     pub file: Option<At<String>>,
-    /// As in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
+    /// Reflector and its sizes, as in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
     pub reflector: Option<At<String>>,
     /// A vehicle or a person of the library, as roads have them: passenger-car, sedan, hatchback, suv, van, truck, semi-trailer,
     /// motorcycle, cyclist, pedestrian or child. Its origin lies on the road below its middle; wheels and limbs move as it goes.
@@ -214,10 +214,10 @@ pub struct ObjectTable {
     /// that looks along +x. On a trajectory it counts from the heading.
     #[serde(default)]
     pub yaw_deg: At<f64>,
-    /// Positive nose down.
+    /// Pitch, degrees, positive nose down.
     #[serde(default)]
     pub pitch_deg: At<f64>,
-    /// Positive left side up.
+    /// Roll, degrees, positive left side up.
     #[serde(default)]
     pub roll_deg: At<f64>,
     /// Velocity in the world, m/s, which is added to what the file gives its nodes.
@@ -249,7 +249,7 @@ pub struct EgoTable {
     /// Heading, positive to the left.
     #[serde(default)]
     pub yaw_deg: At<f64>,
-    /// Along the heading.
+    /// Speed along the heading, m/s.
     #[serde(default)]
     pub speed_mps: At<f64>,
     /// In place of the position and yaw: it follows a road of `scene.road`, at the speed above or as `drive` says.
@@ -264,17 +264,17 @@ pub struct EgoTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OnRoadTable {
-    /// Its name; default the first.
+    /// Name of the road; default the first.
     pub road: Option<At<String>>,
     /// Number of the lane in whose middle it drives; default on the axis.
     pub lane: Option<At<i32>>,
-    /// Along the road at time zero.
+    /// Station along the road at time zero, m.
     #[serde(default)]
     pub s_m: At<f64>,
     /// Distance to the left of the lane's middle, as the vehicle goes, m.
     #[serde(default)]
     pub offset_m: At<f64>,
-    /// Goes against the direction of the road; default as the lane is driven.
+    /// Whether it goes against the direction of the road; default as the lane is driven.
     pub against: Option<bool>,
 }
 
@@ -344,23 +344,23 @@ impl Default for TraceTable {
 pub struct Output {
     /// adc.npy, the samples.
     pub adc: bool,
-    /// range_doppler.npy.
+    /// Whether range_doppler.npy is written.
     pub range_doppler: bool,
     /// cfar_threshold.npy: the power that each cell of the map has to exceed, in the map's shape.
     pub cfar_threshold: bool,
-    /// points.csv.
+    /// Whether points.csv is written.
     pub points: bool,
     /// tracks.csv and ego_motion.csv of a run of several frames, from their points.
     pub tracks: bool,
     /// returns.csv, every echo.
     pub returns: bool,
-    /// truth.json.
+    /// Whether truth.json is written.
     pub truth: bool,
     /// Classes and points on grids: mask_road.npy, mask_markers.npy, grid_road.npy, grid_markers.npy.
     pub masks: bool,
     /// scene.glb beside the frames: the whole scene as binary glTF with its motions and, of a road, its labels.
     pub scene: bool,
-    /// The PNGs.
+    /// Whether the PNGs are written.
     pub plots: bool,
 }
 
@@ -393,7 +393,7 @@ pub struct Scenario<E = EgoPlan> {
     pub name: String,
     /// Seed of all draws.
     pub seed: u64,
-    /// One or more; names differ.
+    /// Radars, one or more, with different names.
     pub radars: Vec<Radar>,
     /// What stands there.
     pub scene: SceneSource,
@@ -506,7 +506,7 @@ pub struct Placed {
     pub class: String,
     /// What it is made from.
     pub source: ObjectSource,
-    /// Its pose in the world; with a trajectory its rotation against the heading.
+    /// Pose in the world; with a trajectory the rotation against the heading.
     pub pose: Pose<Target, World>,
     /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
@@ -544,7 +544,7 @@ impl EgoPlan {
         }
     }
 
-    /// Its motion, where no road has to be built for it.
+    /// The ego vehicle whose motion is known, where no road has to be built for it.
     pub fn free(&self) -> Option<&Ego> {
         match self {
             EgoPlan::Free(ego) => Some(ego),
@@ -586,7 +586,7 @@ pub struct OnRoad {
 }
 
 impl Ego {
-    /// Where it is and how it moves at a time counted from the middle of frame 0.
+    /// Pose and velocity of the vehicle at a time counted from the middle of frame 0.
     pub fn at(&self, time_s: f64) -> Moving {
         if let Some(motion) = &self.motion {
             return motion.at(time_s);
@@ -625,18 +625,18 @@ impl Frames {
 pub struct TraceSettings {
     /// Rays of a frame.
     pub rays: u64,
-    /// 1 to [`MAX_BOUNCES`](crate::base::convention::MAX_BOUNCES).
+    /// Number of bounces that are followed, 1 to [`MAX_BOUNCES`](crate::base::convention::MAX_BOUNCES).
     pub bounces: u32,
     /// Followed on to, until what one bounce more would bring is below the accuracy; nothing up to `bounces`.
     pub most_bounces: u32,
     /// Error that coherent sums may have, dB.
     pub accuracy_db: f64,
-    /// Most facets of curved bodies.
+    /// Largest number of facets of curved bodies.
     pub facets: u64,
     /// Power over the noise of a cell below which an echo is left out, dB; with None only what cannot show in sum is
     /// left out.
     pub floor_db: Option<f64>,
-    /// Every single echo is kept.
+    /// Whether every single echo is kept.
     pub exact: bool,
     /// Which bounces of a chain radiate.
     pub convention: Convention,
@@ -991,7 +991,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
     parse_with_road(file, text, None)
 }
 
-/// The same of one whose road, if it has this name, is not on the disk yet.
+/// Parses a scenario whose road, if it has this name, is not on the disk yet.
 ///
 /// # Errors
 /// Returns an error for the first key or value that is missing, unknown or outside its range, with file, line, key and

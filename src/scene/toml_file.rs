@@ -21,7 +21,7 @@ const MAX_BYTES: u64 = 16 << 20;
 pub struct At<T> {
     /// The value.
     pub value: T,
-    /// Its bytes in the file.
+    /// Bytes of the value in the file.
     pub span: Range<usize>,
 }
 
@@ -245,7 +245,7 @@ impl<'a> Document<'a> {
         Err(self.bad(&at.span, "is not a finite number").remedy(remedy).into())
     }
 
-    /// Three finite numbers no larger than a million (metres, metres per second).
+    /// Checks three numbers: finite and no larger than a million (metres, metres per second).
     ///
     /// # Errors
     /// Returns an error with file, line, key and value if a number is not finite or too large.
@@ -385,7 +385,7 @@ impl<T: Display> RangeText for std::ops::RangeInclusive<T> {
     }
 }
 
-/// More than `low`, at most `high`.
+/// A range of values more than `low`, and at most `high`.
 pub struct Above<T> {
     /// Excluded lower end.
     pub low: T,

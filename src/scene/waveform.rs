@@ -28,7 +28,7 @@ pub struct Slopes {
 /// Envelope of a pulse over its carrier, with a largest magnitude of 1.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PulseShape {
-    /// exp(−t²/2s²).
+    /// A Gaussian pulse exp(−t²/2s²).
     Gaussian {
         /// Full width of the spectrum at −10 dB.
         bandwidth_hz: f64,
@@ -213,7 +213,7 @@ pub struct FrequencySamples {
     pub count: usize,
     /// Frequency of the first line, Hz.
     pub first_hz: f64,
-    /// Negative when the frequency falls.
+    /// Step from one sample to the next, Hz; negative when the frequency falls.
     pub step_hz: f64,
     /// Time from line to line, s.
     pub step_s: f64,
@@ -240,12 +240,12 @@ impl FrequencySamples {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Multiplex {
-    /// One after another.
+    /// Transmitters send one after another.
     Tdm,
-    /// All at once with signs from a Hadamard matrix, in as many slots as the next power of two.
+    /// Transmitters send all at once with signs from a Hadamard matrix, in as many slots as the next power of two.
     Bpm,
-    /// All at once, transmitter k turned by k/`bands` of a turn from chirp to chirp; bands that no transmitter
-    /// has tell the folds of the range rate apart.
+    /// Transmitters send all at once, transmitter k turned by k/`bands` of a turn from chirp to chirp; bands that no
+    /// transmitter has tell the folds of the range rate apart.
     Ddm {
         /// Doppler bands, of which each transmitter takes one.
         bands: usize,
@@ -253,7 +253,7 @@ pub enum Multiplex {
 }
 
 impl Multiplex {
-    /// Chirps of one loop of one ramp.
+    /// Number of chirps of one loop of one ramp.
     pub fn slots(&self, transmitters: usize) -> usize {
         match self {
             Multiplex::Tdm => transmitters,

@@ -33,7 +33,7 @@ use thermal_floor::thermal_floor_w;
 pub struct Stages {
     /// Placing the scene, s.
     pub geometry_s: f64,
-    /// Tracing, s.
+    /// Time for tracing, s.
     pub trace_s: f64,
     /// Synthesis of the cube, s.
     pub synthesis_s: f64,
@@ -71,7 +71,7 @@ pub struct Frame {
     pub front_end: SynthesisStats,
     /// Samples.
     pub cube: AnyCube,
-    /// One for each ramp.
+    /// Range-Doppler maps, one for each ramp.
     pub maps: Vec<RangeDoppler<f64>>,
     /// Points.
     pub points: Vec<Point>,
@@ -79,7 +79,7 @@ pub struct Frame {
     pub stages: Stages,
 }
 
-/// Where the radar is at a time from the middle of frame 0, and how fast it moves (world).
+/// Pose of the radar at a time from the middle of frame 0, and its velocity in the world, m/s.
 pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>, DVec3) {
     let now = ego.at(time_s);
     if radar.motion.is_some() {
@@ -250,7 +250,7 @@ impl<'a> Prepared<'a> {
         Prepared::of(scenario, scene, 0..scenario.radars.len())
     }
 
-    /// The same, which shares with others of the scenario how many bounces their frames follow.
+    /// Shares with other radars of the scenario how many bounces their frames follow.
     pub fn sharing(self, depths: &Depths) -> Prepared<'a> {
         Prepared { depths: depths.clone(), ..self }
     }

@@ -38,7 +38,7 @@ pub struct PoseRecord {
 /// An actor: a car with its wheels, a reflector, a rail.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ActorTruth {
-    /// Around all its parts along the axes of the first; id, name, class and motion are those of the first part.
+    /// Box around all parts along the axes of the first; id, name, class and motion are those of the first part.
     #[serde(flatten)]
     pub whole: TruthBox,
     /// Ids of its objects, the first part first.
@@ -51,7 +51,7 @@ pub struct ActorTruth {
 /// What came back from an actor in this frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Visibility {
-    /// Its strongest cell lies above the thermal noise of a cell.
+    /// Whether its strongest cell lies above the thermal noise of a cell.
     pub visible: bool,
     /// Echoes of it in the receiver's band.
     pub returns: usize,
@@ -96,7 +96,7 @@ pub struct MarkerTruth {
     pub bit: Option<usize>,
 }
 
-/// `truth.json`.
+/// Content of `truth.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// Number of the frame.
@@ -111,7 +111,7 @@ pub struct Truth {
     pub boxes: Vec<TruthBox>,
     /// All actors except the ground.
     pub actors: Vec<ActorTruth>,
-    /// Within [`REACH_M`] of the radar, where the road is known; so are the next three.
+    /// Lanes within [`REACH_M`] of the radar, where the road is known; the next three have the same extent.
     pub lanes: Vec<LaneTruth>,
     /// Lines of the lanes ahead.
     pub lane_lines: Vec<LaneLine>,

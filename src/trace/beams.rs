@@ -109,7 +109,7 @@ impl Frame {
         if self.from_point { DVec3::new(nu, nv, nk) / h } else { DVec3::new(nu, nv, -h) / nk }
     }
 
-    /// Where the ray at `uv` meets the plane.
+    /// Place where the ray at `uv` meets the plane, m.
     #[inline]
     pub fn lift(&self, uv: DVec2, nearness: DVec3) -> DVec3 {
         let q = nearness.x * uv.x + nearness.y * uv.y + nearness.z;
@@ -187,7 +187,7 @@ const LEAF_FACES: usize = 8;
 pub struct BeamArrays {
     /// Index of the body of each face, packed.
     pub body: Vec<[u32; 4]>,
-    /// All that holds for every dispatch.
+    /// Parameters that hold for every dispatch.
     pub params: Params,
 }
 

@@ -59,7 +59,7 @@ pub fn synthesise(plan: &Plan, control: Control) -> Result<(Cube<f32>, Methods)>
     synthesise_with(plan, costs(), control)
 }
 
-/// The same with given costs, by which tests force one method or another.
+/// Synthesises as [`synthesise`] with given costs, by which tests force one method or another.
 ///
 /// # Errors
 /// Returns an error if `control` is cancelled.

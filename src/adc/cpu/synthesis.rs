@@ -66,7 +66,7 @@ pub fn synthesise<T: Precision>(plan: &Plan, control: Control) -> Result<Cube<T>
     synthesise_some(plan, plan.set(Set::Still), plan.set(Set::Moving), control)
 }
 
-/// The same of some of the echoes at rest and of those that move.
+/// Synthesises as [`synthesise`] only some of the echoes at rest and of those that move.
 ///
 /// # Errors
 /// Returns an error if `control` is cancelled.

@@ -49,7 +49,7 @@ pub struct Stretch {
     pub ramps: Range<usize>,
     /// Place of the first sample of each of these ramps, in half samples from the stretch's beginning.
     pub first: Vec<usize>,
-    /// Half samples; φ is periodic in it.
+    /// Number of half samples of the stretch; φ is periodic in it.
     pub length: usize,
 }
 

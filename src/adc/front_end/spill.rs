@@ -10,10 +10,10 @@ use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// One such path.
+/// A path by which a transmitter's wave spills into the receivers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spill {
-    /// (a of eq. 9 without its e^{−jkL} in √W, delay in s) of each channel.
+    /// For each channel the amplitude a of eq. 9 without its e^{−jkL}, √W, and the delay, s.
     pub channels: Vec<(Complex64, f64)>,
 }
 

@@ -51,12 +51,12 @@ impl ColumnSums {
         }
     }
 
-    /// As [`ColumnSums::add_along`], the rows before the guard cells only.
+    /// Adds as [`ColumnSums::add_along`] the rows before the guard cells only.
     pub fn add_before(&self, offsets: RangeInclusive<isize>, sums: &mut [f64]) {
         offsets.for_each(|offset| add(&self.before, offset, sums));
     }
 
-    /// And those after them.
+    /// Adds as [`ColumnSums::add_along`] the rows after the guard cells only.
     pub fn add_after(&self, offsets: RangeInclusive<isize>, sums: &mut [f64]) {
         offsets.for_each(|offset| add(&self.after, offset, sums));
     }

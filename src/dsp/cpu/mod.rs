@@ -52,7 +52,7 @@ pub fn process_by<T: Real>(
     Ok((spectrum, RangeDoppler { map, detection, cells, noise, snapshots }))
 }
 
-/// Both transforms of a cube whose shape is theirs, without range migration if they ask for that.
+/// Computes both transforms of a cube whose shape is theirs, without range migration if they ask for that.
 ///
 /// # Errors
 /// Returns the errors of [`keystone::spectrum`].

@@ -14,7 +14,7 @@ use std::fmt;
 /// cross sections accurate to 0.1 dB need no finer facets (CONVENTIONS eq. 56).
 pub const DEFAULT_SAGITTA_M: f64 = C0 / DEFAULT_FREQUENCY_HZ / 504.0;
 
-/// More triangles than this are refused.
+/// Number of triangles above which a reflector is refused.
 pub const MAX_TRIANGLES: f64 = 4e6;
 
 /// The boresight of a corner whose three legs make equal angles with it: atan(1/sqrt 2).
@@ -70,7 +70,7 @@ pub struct Kind {
     pub pose: &'static str,
     /// Its parameters.
     pub params: &'static [Param],
-    /// (azimuth, elevation) in degrees from which the reflector is meant to be seen.
+    /// Azimuth and elevation from which the reflector is meant to be seen, degrees.
     pub boresight_deg: (f64, f64),
     /// Radar material unless another is given.
     pub material: &'static str,

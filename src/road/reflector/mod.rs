@@ -176,7 +176,7 @@ impl Reflector {
         Self::from_pairs(kind, &pairs)
     }
 
-    /// The same from a kind and its parameters as text.
+    /// Makes a reflector of a kind and its parameters as text.
     ///
     /// # Errors
     /// Returns an error for a kind or parameter that is unknown, or a value outside its range.

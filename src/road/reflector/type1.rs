@@ -109,7 +109,7 @@ pub static TYPE2_KIND: Kind = Kind {
 };
 
 impl Type1 {
-    /// x of the front edge.
+    /// Coordinate x of the front edge, m.
     pub fn front_m(&self) -> f64 {
         0.5 * self.width_m + self.length_m
     }

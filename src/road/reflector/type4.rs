@@ -68,7 +68,7 @@ impl Type4 {
         half * half / (self.radius_m + (self.radius_m * self.radius_m - half * half).max(0.0).sqrt())
     }
 
-    /// x of the straight front edge.
+    /// Coordinate x of the straight front edge, m.
     pub fn front_m(&self) -> f64 {
         let depth = 0.5 * self.width_m + self.length_m;
         if self.curve == Curve::Concave { depth } else { depth - self.sag_m() }

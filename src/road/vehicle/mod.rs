@@ -31,7 +31,7 @@ pub enum Kind {
     Sedan,
     /// Compact car with a steep tail.
     Hatchback,
-    /// The same, taller.
+    /// A sports utility vehicle: a passenger car that is taller.
     Suv,
     /// Delivery van.
     Van,

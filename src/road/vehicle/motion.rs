@@ -16,7 +16,7 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// About the y axis.
+    /// A joint that turns about the y axis through `at_m`.
     pub fn about_y(at_m: DVec3, turn: Turn) -> Joint {
         Joint { at_m, axis: DVec3::Y, turn }
     }

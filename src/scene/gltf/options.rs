@@ -32,7 +32,7 @@ pub enum Animations {
     All,
     /// Nodes stand where the file puts them.
     None,
-    /// Those of this name; without a name an animation has its number.
+    /// The animations of this name; without a name an animation has its number.
     Named(String),
 }
 
@@ -60,7 +60,7 @@ pub struct ImportOptions {
     pub up_given: bool,
     /// Table name of the material for surfaces without one, or with one that nothing else explains.
     pub default_material: Option<String>,
-    /// (material of the file, table name).
+    /// Pairs (material of the file, material of the table).
     pub material_map: Vec<(String, String)>,
     /// How animations in the file are used.
     pub animations: Animations,

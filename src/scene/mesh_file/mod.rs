@@ -116,7 +116,8 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     scene_of(contents, path, options)
 }
 
-/// As [`import`], of a file that holds things of `size_m` and not a landscape: exporters write millimetres where glTF has metres.
+/// Imports as [`import`] a file that holds things of `size_m` and not a landscape: exporters write millimetres where
+/// glTF has metres.
 ///
 /// # Errors
 /// Returns the errors of [`import`], and an error if the size is beyond that range and the unit was not stated.

@@ -63,7 +63,7 @@ impl ImportTable<'_> {
         Ok(o)
     }
 
-    /// The same of the keys beside a file's name.
+    /// The options that the keys beside a file's name give.
     ///
     /// # Errors
     /// Returns the errors of [`ImportTable::options`], and an error if a key that a file of this kind needs is missing.

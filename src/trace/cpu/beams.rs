@@ -470,7 +470,7 @@ pub struct Node {
     pub bounce: u8,
     /// The chain begins with a mirror of its second face (`Faces::mirrors`).
     pub imaged: bool,
-    /// That mirror is as good as endless (`Faces::is_endless`).
+    /// Whether that mirror is as good as endless (`Faces::is_endless`).
     pub endless: bool,
     /// Frame of the wave that arrives.
     pub frame: Frame,
@@ -531,7 +531,7 @@ pub struct Clipped {
     pub nodes: Vec<Node>,
     /// Pieces of every bounce.
     pub every: Vec<Piece>,
-    /// Only where the beam leaves the target.
+    /// Pieces from which the beam leaves the target, alone.
     pub last: Vec<Piece>,
     /// What is lit by chains that begin with a mirror of their last face (`Faces::mirrors`), seen by the receiver or not.
     pub imaged: Vec<Piece>,

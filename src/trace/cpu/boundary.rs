@@ -58,7 +58,7 @@ pub struct Plane {
 pub struct Path {
     /// Length, m.
     pub length: f64,
-    /// Its derivative along the plane's axes.
+    /// Derivative of the length along the plane's axes.
     pub slope: DVec2,
     /// xx, yy, xy
     pub bend: [f64; 3],
@@ -131,7 +131,8 @@ impl Plane {
         plane
     }
 
-    /// The same for a source and a receiver that go so far, in the plane and over it: a wave stands for the same places all the way.
+    /// The plane for a source and a receiver that go so far, in the plane and over it: a wave stands for the same
+    /// places all the way.
     pub fn drifting(self, drift_m: [(DVec2, f64); 2]) -> Plane {
         Plane { drift_m, ..self }
     }

@@ -107,7 +107,7 @@ pub fn echoes(
     Echoes { beyond_reach, ..from_clipped(geometry, &clipped, pose, velocity_mps, options) }
 }
 
-/// The same from what beams have met.
+/// Computes echoes from what beams have met.
 pub fn from_clipped(
     geometry: &Geometry,
     clipped: &Clipped,

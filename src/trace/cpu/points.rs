@@ -58,7 +58,7 @@ pub fn point_echoes(
     point_echoes_over(&planes, geometry, pose, velocity_mps, options)
 }
 
-/// The same with ways over these planes.
+/// Computes the echoes of points with ways over these planes also.
 pub fn point_echoes_over(
     mirrors: &[Reflecting],
     geometry: &Geometry,

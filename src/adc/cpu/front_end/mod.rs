@@ -22,7 +22,7 @@ use rayon::prelude::*;
 /// What comes from outside the front end.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Inputs<'a> {
-    /// None without thermal noise.
+    /// Thermal noise; None without it.
     pub noise: Option<&'a Noise>,
     /// Signals of other radars.
     pub interference: &'a [Arrival],
