@@ -72,7 +72,7 @@ impl Convert {
                 QuantiserKind::MidRise => 2,
             });
             let bits = self.quantiser.map_or(1, |q| q.bits);
-            let params = Params {
+            let params = ConvertParams {
                 count: piece.data.len() as u32,
                 is_real: u32::from(self.is_real),
                 saturation,
@@ -133,7 +133,7 @@ impl IqImbalance {
 
 gpu_struct! {
     /// Uniform of `shaders/adc/convert.wgsl`.
-    pub struct Params {
+    pub struct ConvertParams {
         pub count: u32,
         pub is_real: u32,
         pub saturation: u32,
@@ -156,7 +156,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/adc/convert.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(ConvertParams::LAYOUT),
     storage: &[Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {

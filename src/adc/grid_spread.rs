@@ -10,7 +10,7 @@ use std::ops::Range;
 
 gpu_struct! {
     /// Uniform of `shaders/adc/grid_spread.wgsl`.
-    pub struct Params {
+    pub struct GridSpreadParams {
         pub cell_a: [f32; 4],
         pub cell_b: [f32; 4],
         pub cell_c: [f32; 4],
@@ -71,7 +71,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/adc/grid_spread.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(GridSpreadParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[DeviceEcho::LAYOUT, Span::LAYOUT],
     tolerance: Tolerance {
@@ -184,7 +184,7 @@ pub fn record(
     let list = recorder.upload("echoes", &list);
     let ([cell_a, cell_b, cell_c, cell_d], [line_a, line_b, line_c, line_d]) =
         (quarters(&layout.cell_bell), quarters(&layout.line_bell));
-    let params = Params {
+    let params = GridSpreadParams {
         cell_a,
         cell_b,
         cell_c,

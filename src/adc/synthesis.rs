@@ -739,7 +739,7 @@ pub fn point_echo(position_m: DVec3, velocity_mps: DVec3, sigma_m2: f64, object:
 
 gpu_struct! {
     /// Uniform of `shaders/adc/synthesis.wgsl`.
-    pub struct Params {
+    pub struct SynthesisParams {
         pub chirps: u32,
         pub copies: u32,
         pub channels: u32,
@@ -779,7 +779,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/adc/synthesis.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(SynthesisParams::LAYOUT),
     storage: &[Access::Read, Access::ReadWrite],
     structs: &[DeviceEcho::LAYOUT],
     tolerance: Tolerance {
@@ -844,7 +844,7 @@ impl Plan<'_> {
                 Set::Still => 1,
                 Set::Moving => piece.chirps,
             };
-            let params = Params {
+            let params = SynthesisParams {
                 chirps: rows as u32,
                 copies: (piece.chirps - rows) as u32,
                 channels: self.channels as u32,

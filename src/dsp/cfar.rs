@@ -176,7 +176,7 @@ pub(crate) fn record(
         CfarKind::Ca => recorder.dispatch(&cfar_ca::KERNEL, &w, &storage, threads),
         CfarKind::Os { .. } => recorder.dispatch(&cfar_os::KERNEL, &w, &storage, threads),
         CfarKind::Go | CfarKind::So => {
-            let params = cfar_go_so::Params {
+            let params = cfar_go_so::CfarGoSoParams {
                 doppler_bins: w.doppler_bins,
                 range_bins: w.range_bins,
                 guard_doppler: w.guard_doppler,

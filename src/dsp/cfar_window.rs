@@ -50,7 +50,7 @@ pub(crate) fn reach(cfar: &Cfar, range: usize, range_bins: usize) -> Reach {
 
 gpu_struct! {
     /// Uniform of the CFAR shaders that need no more.
-    pub struct Params {
+    pub struct CfarWindowParams {
         pub doppler_bins: u32,
         pub range_bins: u32,
         pub guard_doppler: u32,
@@ -87,12 +87,12 @@ impl DeviceColumn {
 }
 
 /// The window on a map of `[doppler bins, range bins]`.
-pub(crate) type Window = Params;
+pub(crate) type Window = CfarWindowParams;
 
-impl Params {
-    pub(crate) fn new(size: [usize; 2], cfar: &Cfar) -> Params {
+impl CfarWindowParams {
+    pub(crate) fn new(size: [usize; 2], cfar: &Cfar) -> CfarWindowParams {
         let half = [0, 1].map(|i| cfar.guard[i] + cfar.train[i]);
-        Params {
+        CfarWindowParams {
             doppler_bins: size[0] as u32,
             range_bins: size[1] as u32,
             guard_doppler: cfar.guard[0] as u32,

@@ -113,7 +113,7 @@ pub fn record<'a>(
 pub struct Recorded<'a> {
     recorder: Recorder<'a>,
     gpu: &'a Gpu,
-    found: Found<'a>,
+    found: DetectionRun<'a>,
     cells: PendingCells,
     map: Pending<f32>,
     mask: Pending<u32>,
@@ -132,7 +132,7 @@ impl<'a> Recorded<'a> {
         let map = power::record(&mut recorder, &spectrum);
         let mask = cfar::record(&mut recorder, &map, size, cfar, &columns)?;
         let limit = (gpu.max_binding_bytes() as usize / (8 * spectrum.channels)).max(1);
-        let found = Found { cfar, columns, spectrum, map, mask };
+        let found = DetectionRun { cfar, columns, spectrum, map, mask };
         let cells = found.record(&mut recorder, CELLS.min(limit));
         let (map, mask) = (recorder.read(&found.map), recorder.read(&found.mask));
         Ok(Recorded { recorder, gpu, found, cells, map, mask, limit })
@@ -179,8 +179,8 @@ impl<'a> Recorded<'a> {
     }
 }
 
-/// What the list of cells is made from.
-struct Found<'a> {
+/// Buffers and settings of one detection, from which the list of cells is made.
+struct DetectionRun<'a> {
     cfar: &'a Cfar,
     columns: Vec<cfar_window::Column>,
     spectrum: DeviceSpectrum,
@@ -194,7 +194,7 @@ struct PendingCells {
     channels: Pending<Complex32>,
 }
 
-impl Found<'_> {
+impl DetectionRun<'_> {
     fn record(&self, recorder: &mut Recorder<'_>, capacity: usize) -> PendingCells {
         let size = [self.spectrum.doppler_bins, self.spectrum.range_bins];
         let list = peaks::record(recorder, &self.map, &self.mask, size, capacity);

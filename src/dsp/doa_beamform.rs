@@ -258,7 +258,7 @@ impl Beamformer {
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/doa_beamform.wgsl`.
-    pub struct Params {
+    pub struct BeamformParams {
         pub cells: u32,
         pub directions: u32,
         pub channels: u32,
@@ -275,7 +275,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/doa_beamform.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(BeamformParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {
@@ -317,7 +317,7 @@ pub fn spectra(
             recorder.upload("snapshots", &snapshots.data[cells.start * channels..cells.end * channels]);
         let turn = recorder.upload("tdm corrections", &corrections[cells.start * slots..cells.end * slots]);
         let power = recorder.buffer::<f32>("angular power", cells.len() * directions);
-        let params = Params {
+        let params = BeamformParams {
             cells: cells.len() as u32,
             directions: directions as u32,
             channels: channels as u32,

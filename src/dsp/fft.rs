@@ -32,7 +32,7 @@ impl Method {
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/fft.wgsl`.
-    pub struct Params {
+    pub struct WorkgroupFftParams {
         pub lines: u32,
         pub log2_length: u32,
         pub count: u32,
@@ -59,7 +59,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/fft.wgsl"),
     ],
     workgroup: [256, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(WorkgroupFftParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {
@@ -118,7 +118,7 @@ impl Axis {
         let wide = layout.side_by_side && hardware;
         let tile = if wide { LONGEST_IN_WORKGROUP } else { length.max(SHORTEST_TILE) };
         let groups = (layout.lines as u64).div_ceil((tile / length) as u64);
-        let params = Params {
+        let params = WorkgroupFftParams {
             lines: layout.lines as u32,
             log2_length: length.ilog2(),
             count: weights.len() as u32,

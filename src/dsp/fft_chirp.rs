@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/fft_chirp.wgsl`.
-    pub struct Params {
+    pub struct FftChirpParams {
         pub lines: u32,
         pub length: u32,
         pub count: u32,
@@ -35,7 +35,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/fft_chirp.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(FftChirpParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance { relative_l2: 2e-7, reason: "one complex product a value" },

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/peaks.wgsl`.
-    pub struct Params {
+    pub struct PeakParams {
         pub doppler_bins: u32,
         pub range_bins: u32,
         pub capacity: u32,
@@ -27,7 +27,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/peaks.wgsl"),
     ],
     workgroup: [256, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(PeakParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance { relative_l2: 0.0, reason: "compares and counts" },
@@ -52,7 +52,7 @@ pub fn record(
     for (phase, threads) in
         [(0, Threads::Linear(threads)), (1, Threads::Workgroups([1, 1, 1])), (2, Threads::Linear(threads))]
     {
-        let params = Params {
+        let params = PeakParams {
             doppler_bins: size[0] as u32,
             range_bins: size[1] as u32,
             capacity: capacity as u32,

@@ -59,7 +59,7 @@ impl AtRest {
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/zero_doppler.wgsl`.
-    pub struct Params {
+    pub struct ZeroDopplerParams {
         pub chirps: u32,
         pub columns: u32,
         pub phase: u32,
@@ -78,7 +78,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/zero_doppler.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(ZeroDopplerParams::LAYOUT),
     storage: &[Access::ReadWrite, Access::ReadWrite, Access::Read],
     structs: &[],
     tolerance: Tolerance {
@@ -97,7 +97,7 @@ pub fn record(recorder: &mut Recorder<'_>, cube: &DeviceCube, rest: &AtRest) {
     let projection = recorder.upload("projection", &projection);
     for phase in [0, 1] {
         for (i, piece) in cube.pieces.iter().enumerate() {
-            let params = Params {
+            let params = ZeroDopplerParams {
                 chirps: piece.chirps as u32,
                 columns: columns as u32,
                 phase,

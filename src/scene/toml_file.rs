@@ -309,7 +309,7 @@ impl<'a> Document<'a> {
     }
 
     /// The innermost key whose name or value covers `span`.
-    fn locate(&self, span: &Range<usize>) -> Option<Found> {
+    fn locate(&self, span: &Range<usize>) -> Option<LocatedKey> {
         let mut best = None;
         if let DeValue::Table(table) = self.tree.get_ref() {
             search(table, "", span, &mut best);
@@ -318,14 +318,15 @@ impl<'a> Document<'a> {
     }
 }
 
-struct Found {
+/// A key of the file: its path, where its value stands, whether that is a table, and the length of its span.
+struct LocatedKey {
     path: String,
     value: Range<usize>,
     is_table: bool,
     len: usize,
 }
 
-fn search(table: &DeTable<'_>, prefix: &str, span: &Range<usize>, best: &mut Option<Found>) {
+fn search(table: &DeTable<'_>, prefix: &str, span: &Range<usize>, best: &mut Option<LocatedKey>) {
     for (key, value) in table {
         let name = key.get_ref();
         let path = if prefix.is_empty() { name.to_string() } else { format!("{prefix}.{name}") };
@@ -338,13 +339,13 @@ fn visit(
     key: Option<Range<usize>>,
     value: &Spanned<DeValue<'_>>,
     span: &Range<usize>,
-    best: &mut Option<Found>,
+    best: &mut Option<LocatedKey>,
 ) {
     let covers = |r: &Range<usize>| r.start <= span.start && span.end <= r.end && !r.is_empty();
     for r in [key, Some(value.span())].into_iter().flatten() {
         if covers(&r) && best.as_ref().is_none_or(|b| r.len() <= b.len) {
             let is_table = matches!(value.get_ref(), DeValue::Table(_));
-            *best = Some(Found { path: path.into(), value: value.span(), is_table, len: r.len() });
+            *best = Some(LocatedKey { path: path.into(), value: value.span(), is_table, len: r.len() });
         }
     }
     match value.get_ref() {

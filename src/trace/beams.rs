@@ -145,7 +145,7 @@ impl Frame {
 
 gpu_struct! {
     /// Uniform of the kernels of beams (`shaders/shared/beams.wgsl`).
-    pub struct Params {
+    pub struct BeamParams {
         pub first: u32,
         pub count: u32,
         pub mode: u32,
@@ -188,7 +188,7 @@ pub struct BeamArrays {
     /// Index of the body of each face, packed.
     pub body: Vec<[u32; 4]>,
     /// Parameters that hold for every dispatch.
-    pub params: Params,
+    pub params: BeamParams,
 }
 
 impl BeamArrays {
@@ -239,7 +239,7 @@ impl BeamArrays {
         if sides_at > 0 {
             body.append(&mut sides(faces, flat_m));
         }
-        let params = Params {
+        let params = BeamParams {
             faces: faces.faces.len() as u32,
             nodes_at,
             nodes,

@@ -2,7 +2,7 @@
 //! and what leaves between them (`beam_ahead`). What comes out of a step is first counted, then written to slots that prefix sums give, so
 //! that all beams of one aspect stand together and in the same order in every run.
 
-use super::beams::{BeamArrays, BeamOptions, MOST_FACES, Params, Port, RECORD, SCRATCH};
+use super::beams::{BeamArrays, BeamOptions, BeamParams, MOST_FACES, Port, RECORD, SCRATCH};
 use super::{beam_ahead, beam_clip, scan};
 use crate::base::error::{BadInput, Error, Result};
 use crate::geom::faces::Faces;
@@ -20,7 +20,7 @@ pub struct Clipper<'a> {
     /// Point to which places on the device are relative, m.
     pub centre: DVec3,
     /// What holds for every dispatch.
-    pub params: Params,
+    pub params: BeamParams,
     /// Faces, their corners and the tree over them ([`BeamArrays::body`]).
     pub body: Buffer<[u32; 4]>,
     no_records: Buffer<[u32; 4]>,
@@ -94,7 +94,7 @@ impl<'a> Clipper<'a> {
         Ok(Clipper {
             gpu,
             centre: faces.centre_m,
-            params: Params { halvings, ..arrays.params },
+            params: BeamParams { halvings, ..arrays.params },
             body: recorder.upload("faces", &arrays.body),
             no_records: recorder.zeros("none", 1),
             no_items: recorder.zeros("none", 1),
@@ -128,13 +128,13 @@ impl<'a> Clipper<'a> {
         &self,
         recorder: &mut Recorder<'_>,
         kernel: &'static Kernel,
-        params: Params,
+        params: BeamParams,
         storage: &[&dyn AnyBuffer],
     ) {
         let most = self.threads as u32;
         for first in (0..params.count).step_by(most as usize) {
             let threads = most.min(params.count - first);
-            let params = Params { first, threads, ..params };
+            let params = BeamParams { first, threads, ..params };
             recorder.dispatch(kernel, &params, storage, Threads::Linear(threads.into()));
         }
     }
@@ -189,7 +189,7 @@ impl ClipBatch<'_> {
         singles: &Buffer<[u32; 4]>,
     ) {
         let clipper = self.clipper;
-        let params = Params {
+        let params = BeamParams {
             count: lit.items as u32,
             mode,
             level: from.is_some() as u32,
@@ -253,7 +253,8 @@ impl ClipBatch<'_> {
         exits: &Buffer<[u32; 4]>,
     ) {
         let clipper = self.clipper;
-        let params = Params { count: beams.count as u32, mode, go_on: ahead.go_on as u32, ..clipper.params };
+        let params =
+            BeamParams { count: beams.count as u32, mode, go_on: ahead.go_on as u32, ..clipper.params };
         let storage: [&dyn AnyBuffer; 9] = [
             &clipper.body,
             &self.aspects,

@@ -5,7 +5,7 @@ use crate::gpu::{Access, Buffer, Gpu, Kernel, Recorder, Threads, Tolerance, gpu_
 
 gpu_struct! {
     /// Uniform of `shaders/trace/closest.wgsl`.
-    pub struct Params {
+    pub struct ClosestHitParams {
         pub count: u32,
         pub any: u32,
     }
@@ -48,7 +48,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/trace/closest.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(ClosestHitParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::Read, Access::Read, Access::ReadWrite],
     structs: &[Ray::LAYOUT, Hit::LAYOUT],
     tolerance: Tolerance {
@@ -85,7 +85,7 @@ pub fn record(
     skip_patches: &Buffer<u32>,
     hits: &Buffer<Hit>,
 ) {
-    let params = Params { count: rays.len() as u32, any: u32::from(find == Find::Any) };
+    let params = ClosestHitParams { count: rays.len() as u32, any: u32::from(find == Find::Any) };
     let threads = Threads::Linear(rays.len() as u64);
     recorder.dispatch(&KERNEL, &params, &[&tree.nodes, &tree.triangles, rays, skip_patches, hits], threads);
 }
