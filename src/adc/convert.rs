@@ -10,7 +10,7 @@ use crate::scene::radar::Sampling;
 use num_complex::Complex64;
 use std::f64::consts::SQRT_2;
 
-/// The map of one sample; both engines apply the same.
+/// The conversion that is applied to each sample; both engines apply the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convert {
     /// Whether samples are real (I alone).
@@ -112,7 +112,7 @@ pub fn peak(full_scale_dbm: f64, sampling: Sampling) -> f64 {
     }
 }
 
-/// Signal to quantisation noise of a tone that fills the range: 3/2 · 4^bits, 6.02 bits + 1.76 dB.
+/// Signal to quantisation noise of a tone that fills the range, dB: 3/2 · 4^bits, 6.02 bits + 1.76 dB.
 pub fn full_scale_snr_db(bits: u32) -> f64 {
     10.0 * (1.5 * 4f64.powi(bits as i32)).log10()
 }

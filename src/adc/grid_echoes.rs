@@ -12,8 +12,8 @@ use std::ops::Range;
 /// Echoes whose columns are filled by one task.
 const PART: usize = 1024;
 
-/// Coefficients of some echoes about the middle of frame and ramp, `[channel, echo]`. What they have of b1 and c beyond this is in
-/// the warp.
+/// Coefficients of some echoes about the middle of frame and ramp, `[channel, echo]`. Their b1 and c are the
+/// differences from the warp.
 #[derive(Debug, Clone, Default)]
 pub struct GridEchoes {
     /// Number of echoes.
@@ -38,13 +38,13 @@ pub struct GridEchoes {
     pub b2: Vec<f64>,
 }
 
-/// Chirp and sample that coefficients are taken about.
+/// The chirp and the sample about which coefficients are taken.
 pub fn origin(plan: &Plan) -> [f64; 2] {
     [(plan.chirps / 2) as f64, (plan.samples / 2) as f64]
 }
 
 impl GridEchoes {
-    /// Room for `count` echoes in `channels` channels, all silent.
+    /// An array with room for `count` echoes in `channels` channels, all silent.
     pub fn silent(count: usize, channels: usize) -> GridEchoes {
         let total = count * channels;
         let column = || vec![0.0; total];
@@ -62,7 +62,7 @@ impl GridEchoes {
         }
     }
 
-    /// `indices` into the returns of the plan, in some channels.
+    /// Computes the coefficients of the plan's echoes with these `indices`, in some channels.
     pub fn new(plan: &Plan, indices: &[u32], channels: Range<usize>) -> GridEchoes {
         let mut echoes = GridEchoes::silent(indices.len(), channels.len());
         Paths::new(plan, indices, channels.clone()).fill(plan, channels, &mut echoes);

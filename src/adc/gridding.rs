@@ -48,8 +48,8 @@ pub struct Bell {
 pub const DEGREE: usize = 13;
 
 impl Bell {
-    /// For frequencies up to 1/(2 oversampling) cycles a cell. β puts the first zero of the transform
-    /// where the image of that band begins.
+    /// The bell for frequencies up to 1/(2 oversampling) cycles a cell. β puts the first zero of the transform where
+    /// the image of that band begins.
     pub fn new(oversampling: f64) -> Bell {
         let beta = 0.98 * PI * TAPS as f64 * (1.0 - 0.5 / oversampling);
         let peak = bessel_i0(beta);
@@ -62,7 +62,7 @@ impl Bell {
         if d.abs() > 1.0 { 0.0 } else { bessel_i0(self.beta * (1.0 - d * d).sqrt()) / self.peak }
     }
 
-    /// ∫ bell e^{2πj f x} dx, x in cells.
+    /// Transform of the bell at frequency f, ∫ bell e^{2πj f x} dx, x in cells.
     pub fn transform(&self, f: f64) -> f64 {
         let w = TAPS as f64;
         let q = self.beta * self.beta - (PI * w * f).powi(2);
@@ -75,7 +75,7 @@ impl Bell {
         w * shape / self.peak
     }
 
-    /// What images add at frequencies up to 1/(2 oversampling), relative to the signal: the largest.
+    /// Largest amplitude of images at frequencies up to 1/(2 oversampling), relative to the signal.
     pub fn aliasing(&self, oversampling: f64) -> f64 {
         let band = 0.5 / oversampling;
         let at = |f: f64| {
@@ -220,7 +220,8 @@ pub struct Layout {
     pub error: f64,
 }
 
-/// mean + slope m, which is nearest to m² over the chirps m of a block as counted from [`Layout::middle`], and the mean of m.
+/// The line mean + slope m, which is nearest to m² over the chirps m of a block as counted from [`Layout::middle`], and
+/// the mean of m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
     /// Mean of m, chirps.
@@ -241,7 +242,7 @@ fn is_smooth(mut n: usize) -> bool {
     n == 1
 }
 
-/// Cells of a line for this many samples.
+/// Number of cells of a line for this many samples.
 pub fn cells(samples: usize, costs: &Costs) -> usize {
     let least = (1.375 * samples as f64).ceil() as usize;
     let least = least.max(2 * TAPS);
@@ -309,7 +310,7 @@ impl Layout {
         }
     }
 
-    /// Whether gridding `echoes` echoes that stand still pays.
+    /// Whether gridding of `echoes` echoes that stand still costs less than the direct sum.
     pub fn still_pays(echoes: usize, samples: usize, costs: &Costs) -> bool {
         let n = samples as f64;
         let cells = cells(samples, costs);

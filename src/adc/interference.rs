@@ -51,7 +51,8 @@ pub struct RadarState {
     pub velocity_mps: DVec3,
 }
 
-/// The straight way: power P_t G_t G_r λ²/(4πR)², times |p_r·p_t|². `place` is the interferer's.
+/// The interferer's wave on the straight way: power P_t G_t G_r λ²/(4πR)², times |p_r·p_t|². `place` is that of the
+/// interferer.
 ///
 /// # Errors
 /// Returns an error if the interferer stands where a receiver stands.
@@ -154,7 +155,7 @@ impl Field {
     }
 }
 
-/// How long a burst lasts: a band `band_hz` wide over the difference of the slopes.
+/// Duration of a burst of interference, s: a band `band_hz` wide over the difference of the slopes.
 pub fn burst_s(band_hz: f64, slope_hz_per_s: f64, other_hz_per_s: f64) -> f64 {
     band_hz / (slope_hz_per_s - other_hz_per_s).abs()
 }

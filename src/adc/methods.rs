@@ -11,7 +11,7 @@ pub enum Method {
     Gridded(Gridded),
 }
 
-/// What [`Method::Gridded`] did.
+/// Size and error of a grid that [`Method::Gridded`] used.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Gridded {
     /// Grids, each with echoes of its own; `blocks` is that of the finest and `lines` the largest.

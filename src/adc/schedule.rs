@@ -98,7 +98,7 @@ impl Schedule {
         schedule
     }
 
-    /// Grids that an engine does not take after all: their echoes are summed directly.
+    /// Drops the grids that an engine cannot take (`fits` is false), so that their echoes are summed directly.
     pub fn keep(&mut self, mut fits: impl FnMut(&[u32], &Layout) -> bool) {
         let (kept, left): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.grids).into_iter().partition(|(echoes, layout)| fits(echoes, layout));
@@ -107,7 +107,7 @@ impl Schedule {
         self.directly.sort_unstable();
     }
 
-    /// The method as results state it: of several grids the numbers of the finest.
+    /// The method as results state it; of several grids it has the numbers of the finest.
     pub fn method(&self) -> Method {
         let finest = self.grids.iter().max_by_key(|(_, layout)| layout.blocks());
         finest.map_or(Method::Direct, |(_, layout)| {
@@ -120,7 +120,7 @@ impl Schedule {
     }
 }
 
-/// Size of what is synthesised.
+/// Size of the cube that is synthesised.
 #[derive(Debug, Clone, Copy)]
 pub struct Shape {
     /// Number of chirps.
@@ -131,7 +131,7 @@ pub struct Shape {
     pub channels: usize,
 }
 
-/// What the choice looks at of an echo.
+/// The terms of an echo on which the choice of a grid depends.
 #[derive(Debug, Clone, Copy)]
 pub struct Term {
     /// Phase at the phase centre in the first slot, about the middle of frame and ramp, without what the transmitter's

@@ -117,7 +117,7 @@ pub struct SynthesisStats {
 }
 
 impl SynthesisStats {
-    /// What was seen of one frame's echoes through two ramps.
+    /// Adds up the statistics of one frame's echoes through two ramps.
     pub fn and(&self, other: &SynthesisStats) -> SynthesisStats {
         SynthesisStats {
             echoes: self.echoes.max(other.echoes),
@@ -136,7 +136,7 @@ impl SynthesisStats {
     }
 }
 
-/// Which echoes of a plan.
+/// A set of the echoes of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Set {
     /// Echoes that are the same in every loop.
@@ -218,8 +218,8 @@ pub struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// The lines that processing sees are those that are synthesised, but for pulses and codes
-    /// ([`crate::adc::shaping`]).
+    /// Plans the synthesis of the lines that processing sees, except for pulses and codes, whose lines
+    /// [`crate::adc::shaping`] turns into samples.
     ///
     /// # Errors
     /// Returns an error if an echo is not finite.
@@ -313,18 +313,18 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Σ|A|² of all echoes that are heard in a channel, W.
+    /// Power of all echoes that are heard in a channel, Σ|A|², W.
     pub fn power(&self, channel: usize) -> f64 {
         let way = &self.ways[channel];
         self.power[way.kind] * way.factor.norm_sqr()
     }
 
-    /// Mean over channels of [`Plan::power`], W.
+    /// Mean of [`Plan::power`] over channels, W.
     pub fn mean_power_w(&self) -> f64 {
         (0..self.channels).map(|c| self.power(c)).sum::<f64>() / self.channels.max(1) as f64
     }
 
-    /// |A|² of each echo of `indices`, mean over channels, W.
+    /// Power |A|² of each echo of `indices`, mean over channels, W.
     pub fn echo_powers_w<'p>(&'p self, indices: &'p [u32]) -> impl IndexedParallelIterator<Item = f64> + 'p {
         let mut share = vec![0.0; self.kinds];
         for way in &self.ways {
@@ -347,7 +347,7 @@ impl<'a> Plan<'a> {
         self.ways[channel].code_turns
     }
 
-    /// Neighbouring channels whose transmitters have the same code.
+    /// Ranges of neighbouring channels whose transmitters have the same code.
     pub fn channels_by_code(&self) -> impl Iterator<Item = Range<usize>> + '_ {
         self.ways.chunk_by(|a, b| a.code_turns == b.code_turns).scan(0, |from, some| {
             *from += some.len();
@@ -355,7 +355,7 @@ impl<'a> Plan<'a> {
         })
     }
 
-    /// Indices into the frame's returns.
+    /// Indices of the set's echoes among those of the frame.
     pub fn set(&self, set: Set) -> &[u32] {
         match set {
             Set::Still => &self.still,
@@ -363,7 +363,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// The contribution of return `index` to `channel`.
+    /// The phase polynomial of echo `index` in `channel`.
     pub fn coefficients(&self, index: u32, channel: usize) -> PhasePolynomial {
         self.channel(channel).coefficients(index)
     }
@@ -485,7 +485,7 @@ impl<'a> Levels<'a> {
         Levels { pairs, kind, scale }
     }
 
-    /// √W from an echo of 1/m in the antennas' main directions, the largest over the channels.
+    /// Largest factor over the channels from an echo of 1/m in the antennas' main directions to its amplitude, √W.
     pub fn full_gain(&self) -> f64 {
         let gain = |(t, x): &(&Antenna, &Antenna)| power_from_db(t.gain_dbi + x.gain_dbi).sqrt();
         self.scale * self.pairs.iter().map(gain).fold(0.0, f64::max)
@@ -507,8 +507,8 @@ impl<'a> Levels<'a> {
 }
 
 impl Levels<'_> {
-    /// The largest entry of path_gain as all antennas would receive it if it were of their polarisation, √W, mean of the powers over
-    /// channels.
+    /// Amplitude of an echo if all antennas had the polarisation of the largest entry of its path_gain, √W, mean of the
+    /// powers over channels.
     pub fn unpolarised(&self, r: &Echo) -> f64 {
         let gain = |(tx, rx): &(&Antenna, &Antenna)| power_gain(tx, r.departure) * power_gain(rx, r.arrival);
         let all: Vec<f64> = self.pairs.iter().map(gain).collect();
@@ -532,8 +532,8 @@ pub fn power_gain(antenna: &Antenna, direction: DVec3) -> f64 {
     crate::base::units::power_from_db(antenna.gain_dbi) * antenna.pattern.power_gain(azimuth, elevation)
 }
 
-/// Path of a channel, eq. 9: from the element to the first scatterer and from the last one back,
-/// exact for spherical waves, in the middle of the frame.
+/// Length of a channel's path, m (eq. 9): from the element to the first scatterer and from the last one back, exact for
+/// spherical waves, in the middle of the frame.
 pub fn channel_path_m(radar: &Radar, r: &Echo, tx: usize, rx: usize) -> f64 {
     r.path_length_m
         + excess_m(r.departure, r.first_range_m, radar.tx[tx].position_m)
@@ -574,7 +574,7 @@ pub struct Channel<'a> {
 }
 
 impl Channel<'_> {
-    /// The contribution of return `index`.
+    /// The phase polynomial of echo `index`.
     #[inline]
     pub fn coefficients(&self, index: u32) -> PhasePolynomial {
         let r = &self.echoes[index as usize];
@@ -753,7 +753,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// `PhasePolynomial` about the middle of frame and ramp as the shader reads them.
+    /// A `PhasePolynomial` about the middle of frame and ramp as the shader reads it.
     pub struct DeviceEcho {
         pub amplitude: [f32; 2],
         pub a0: u32,

@@ -49,7 +49,8 @@ pub(crate) fn reach(cfar: &Cfar, range: usize, range_bins: usize) -> Reach {
 }
 
 gpu_struct! {
-    /// Uniform of the CFAR shaders that need no more.
+    /// Uniform of the CFAR shaders that need only the window: size of the map, and half heights and half widths of the
+    /// guard and training rectangles.
     pub struct CfarWindowParams {
         pub doppler_bins: u32,
         pub range_bins: u32,

@@ -78,7 +78,7 @@ pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpec
     process_by(gpu, cube, &Transform::of_cube(cube, radar)?, &radar.processing.cfar)
 }
 
-/// [`process`] by a transform of one's choice.
+/// Processes a cube as [`process`], with the transform and the detector that are given.
 ///
 /// # Errors
 /// Returns the errors of [`process`].
@@ -93,7 +93,7 @@ pub fn process_by(
     Recorded::new(recorder, gpu, spectrum, cfar)?.submit()
 }
 
-/// [`process`] of a cube that earlier commands of the recorder leave on the device, to be submitted with
+/// Records [`process`] for a cube that earlier commands of the recorder leave on the device, to be submitted with
 /// [`Recorded::submit`].
 ///
 /// # Errors

@@ -33,12 +33,12 @@ pub struct DeviceSpectrum {
 }
 
 impl DeviceSpectrum {
-    /// How many buffers it fills.
+    /// Number of buffers that the spectrum fills.
     pub fn chunks(&self) -> usize {
         self.chunks.len()
     }
 
-    /// Copies it to the host.
+    /// Copies the spectrum to the host.
     ///
     /// # Errors
     /// Returns an error if the adapter fails.

@@ -97,7 +97,7 @@ pub struct Angle {
     pub amplitude: Complex64,
 }
 
-/// A radar's array, ready to look.
+/// A radar's array with the window and the grid of its beamformer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beamformer {
     /// The directions that are looked at.
@@ -114,7 +114,8 @@ pub struct Beamformer {
 }
 
 impl Beamformer {
-    /// Channel weights are the angle window at the channels' positions along y ([`window::at_positions`]).
+    /// The beamformer of a radar. Its channel weights are the angle window at the channels' positions along y
+    /// ([`window::at_positions`]).
     ///
     /// # Errors
     /// Returns the errors of [`Grid::new`] and of the window, and an error if there are no antennas.

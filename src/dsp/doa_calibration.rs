@@ -32,7 +32,7 @@ pub struct Calibration {
     pub range_m: Option<f64>,
 }
 
-/// What a turntable run is made into.
+/// Settings with which a turntable run becomes a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurntableOptions {
     /// Keep the phases alone: every channel gets modulus 1.
@@ -127,7 +127,7 @@ impl Calibration {
         Ok(Calibration { azimuth_deg, elevation_deg, channels: n, vectors, range_m })
     }
 
-    /// The vectors that a manifold has at these angles, as if measured without error.
+    /// The calibration with the vectors that a manifold has at these angles, as if measured without error.
     ///
     /// # Errors
     /// Returns an error for axes that are empty or do not ascend.
@@ -304,14 +304,14 @@ impl Calibration {
         })
     }
 
-    /// |S^H S| between all angles, `[angle, angle]`, 1 on the diagonal (eq. 99; Feng 2019, Fig 2.6c).
-    /// Angles in the order of `vectors`.
+    /// Ambiguity |S^H S| between all angles, `[angle, angle]`, 1 on the diagonal (eq. 99; Feng 2019, Fig 2.6c). Angles
+    /// are in the order of `vectors`.
     pub fn ambiguity(&self) -> Vec<f64> {
         ambiguity(&self.vectors, self.channels)
     }
 }
 
-/// |a_i^H a_j| / (|a_i||a_j|) (eq. 99) of vectors `[angle, channel]`, as `[angle, angle]`.
+/// Ambiguity |a_i^H a_j| / (|a_i||a_j|) (eq. 99) of vectors `[angle, channel]`, as `[angle, angle]`.
 pub fn ambiguity(vectors: &[Complex64], channels: usize) -> Vec<f64> {
     let norm = |v: &[Complex64]| v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
     let mut out = Vec::new();

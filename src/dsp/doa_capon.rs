@@ -6,7 +6,7 @@ use super::doa_manifold::Matrix;
 use crate::base::error::{BadInput, Result};
 use num_complex::Complex64;
 
-/// F with F F^H = R^-1, from the eigendecomposition of R.
+/// Computes F with F F^H = R^-1, from the eigendecomposition of R.
 ///
 /// # Errors
 /// Returns an error for a covariance that cannot be inverted (fewer snapshots than channels and no loading).

@@ -5,7 +5,7 @@ use super::doa_manifold::{Lattice, Matrix};
 use crate::base::error::{BadInput, Error, Result};
 use num_complex::Complex64;
 
-/// R = mean of x x^H over snapshots `[snapshot, channel]`.
+/// Covariance R, the mean of x x^H over snapshots `[snapshot, channel]`.
 pub fn covariance(snapshots: &[Complex64], channels: usize) -> Matrix {
     let count = (snapshots.len() / channels).max(1) as f64;
     let mut r = Matrix::zeros(channels, channels);
@@ -15,7 +15,7 @@ pub fn covariance(snapshots: &[Complex64], channels: usize) -> Matrix {
     r
 }
 
-/// R += weight x x^H.
+/// Adds weight x x^H to R.
 pub fn add_outer(r: &mut Matrix, x: &[Complex64], weight: f64) {
     for (j, b) in x.iter().enumerate() {
         let b = b.conj() * weight;
@@ -127,7 +127,7 @@ pub fn with_backward(snapshots: &[Complex64], channels: usize, mirror: &[usize])
         .collect()
 }
 
-/// R + loading tr(R)/N I (eq. 92).
+/// Adds `loading` times tr(R)/N to the diagonal of R (eq. 92).
 pub fn load(r: &mut Matrix, loading: f64) {
     let n = r.nrows();
     let mean = (0..n).map(|i| r[(i, i)].re).sum::<f64>() / n as f64;

@@ -24,7 +24,7 @@ use crate::base::units::power_from_db;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-/// A method made ready for an array.
+/// A method prepared for an array.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimator {
     manifold: Manifold,
@@ -141,12 +141,12 @@ impl Estimator {
         Ok(Estimator { manifold, grid, options, axes, whole, smoothed, table })
     }
 
-    /// The array that it estimates with.
+    /// The manifold of the array.
     pub fn manifold(&self) -> &Manifold {
         &self.manifold
     }
 
-    /// The directions that it searches.
+    /// The grid of directions that is searched.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
@@ -164,8 +164,8 @@ impl Estimator {
         &self.view(snapshots).steering
     }
 
-    /// The sources of each cell, strongest first. `evaluate` gives the forms over the grid, `[cell,
-    /// direction]`, on the engine of the caller's choice: [`super::doa_spectrum::spectra`] or its twin.
+    /// Estimates the sources of each cell, strongest first. `evaluate` computes the forms over the grid, `[cell,
+    /// direction]`, on either engine: [`super::doa_spectrum::spectra`] or its twin.
     ///
     /// # Errors
     /// Returns an error for data of another size, values that are not finite, too few snapshots for the method on this
@@ -214,7 +214,7 @@ impl Estimator {
         self.view(snapshots.len() / n).looks(snapshots, n)
     }
 
-    /// Elements of a subarray for cells of so many snapshots: all channels where none are formed.
+    /// Number of elements of a subarray for cells of so many snapshots: all channels where no subarrays are formed.
     pub fn elements(&self, snapshots: usize) -> usize {
         self.view(snapshots).manifold.channels()
     }

@@ -60,7 +60,7 @@ impl Manifold {
         Ok(Manifold { tx_m, rx_m, wavelength_m, gain, range_m: None, residual: None })
     }
 
-    /// An array that only receives: one transmitter at the origin.
+    /// The manifold of an array that only receives: one transmitter at the origin.
     ///
     /// # Errors
     /// Returns an error for a radar whose antennas make no array: none, or two in one place.
@@ -68,7 +68,7 @@ impl Manifold {
         Self::new(vec![DVec3::ZERO; rx_m.len()], rx_m, wavelength_m)
     }
 
-    /// The radar's virtual channels, c = tx x N_rx + rx, at its carrier.
+    /// The manifold of the radar's virtual channels, c = tx x N_rx + rx, at its carrier.
     ///
     /// # Errors
     /// Returns an error for a radar whose antennas make no array: none, or two in one place.
@@ -78,7 +78,7 @@ impl Manifold {
         Self::new(tx, rx, radar.wavelength_m())
     }
 
-    /// Complex amplitude gain of each channel, the same in all directions.
+    /// The manifold with a complex amplitude gain of each channel, the same in all directions.
     ///
     /// # Errors
     /// Returns an error if there are not as many gains as channels, or for a gain that is zero or not finite.
@@ -97,7 +97,7 @@ impl Manifold {
         Ok(self)
     }
 
-    /// Sources at this distance from the sensor's origin instead of infinitely far.
+    /// The manifold for sources at this distance from the sensor's origin instead of infinitely far.
     ///
     /// # Errors
     /// Returns an error if the range lies within the array.
@@ -135,7 +135,7 @@ impl Manifold {
         self.wavelength_m
     }
 
-    /// p_tx + p_rx of a channel.
+    /// Virtual position p_tx + p_rx of a channel, m.
     pub fn position_m(&self, channel: usize) -> DVec3 {
         self.tx_m[channel] + self.rx_m[channel]
     }
@@ -145,7 +145,7 @@ impl Manifold {
         self.range_m
     }
 
-    /// Whether it was measured, not computed from positions.
+    /// Whether the manifold was measured, not only computed from positions.
     pub fn is_calibrated(&self) -> bool {
         self.residual.is_some()
     }
@@ -169,7 +169,7 @@ impl Manifold {
         Manifold { gain: vec![Complex64::ONE; self.channels()], residual: None, ..self.clone() }
     }
 
-    /// Some of the channels, in the order given, without a calibration.
+    /// The manifold of some of the channels, in the order given, without a calibration.
     pub fn subset(&self, channels: &[usize]) -> Manifold {
         Manifold {
             tx_m: channels.iter().map(|c| self.tx_m[*c]).collect(),
@@ -203,7 +203,7 @@ impl Manifold {
         out
     }
 
-    /// Steering vectors as columns.
+    /// Steering vectors of these angles as columns.
     pub fn matrix(&self, angles: &[(f64, f64)]) -> Matrix {
         let columns: Vec<Vec<Complex64>> = angles.iter().map(|(a, e)| self.steering(*a, *e)).collect();
         Matrix::from_fn(self.channels(), angles.len(), |c, s| columns[s][c])

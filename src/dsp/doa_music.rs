@@ -19,11 +19,11 @@ pub fn complement(signal: &Matrix) -> Result<Matrix> {
     Ok(signal.full_q().columns(l, n - l))
 }
 
-/// Phase advance per element, rad within ±pi, of each of `count` sources on a uniform line: -k times
-/// the step along the direction. `noise`: orthonormal columns of the noise subspace.
+/// Finds the phase advance per element, rad within ±pi, of each of `count` sources on a uniform line: -k times the step
+/// along the direction. `noise`: orthonormal columns of the noise subspace.
 ///
 /// # Errors
-/// Returns the errors of [`music`], and an error if the array is not one uniform line.
+/// Returns the errors of [`polynomial_roots`].
 pub fn root_music(noise: &Matrix, count: usize) -> Result<Vec<f64>> {
     let n = noise.nrows();
     let c = noise * noise.adjoint();

@@ -39,7 +39,7 @@ impl Method {
         }
     }
 
-    /// Whether it splits a covariance into signal and noise.
+    /// Whether the method splits a covariance into signal and noise.
     pub fn uses_subspace(self) -> bool {
         matches!(self, Method::Music | Method::RootMusic | Method::Esprit | Method::BiSvd { .. })
     }
@@ -85,7 +85,7 @@ pub enum Smoothing {
     Subarray([usize; 2]),
 }
 
-/// What is asked of an estimator of angle.
+/// Settings of an estimator of angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// The estimator.

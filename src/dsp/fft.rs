@@ -13,7 +13,7 @@ pub(super) fn fits_workgroup(length: usize) -> bool {
     length.is_power_of_two() && length <= LONGEST_IN_WORKGROUP
 }
 
-/// How the device takes a transform.
+/// How the device computes a transform.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// A line in one workgroup's memory: powers of two up to [`LONGEST_IN_WORKGROUP`].

@@ -13,9 +13,9 @@ const PEAK: f64 = 2.0;
 /// Cells to each side of a detected cell of another fold over which the map is that of its fold.
 const SHOWN: i64 = 2;
 
-/// What `process` finds with the transform and the detector that it is given, over the Doppler folds that the radar's processing
-/// asks for. With K folds each map has the K-th part of the false alarm probability, so that all together have no more than was
-/// asked for; one fold is as if there were no others.
+/// Finds detections with `process`, which is given the transform and the detector, over the Doppler folds that the
+/// radar's processing asks for. With K folds each map has the K-th part of the false alarm probability, so that all
+/// together have no more than was asked for; one fold is processed as if there were no others.
 ///
 /// # Errors
 /// Returns an error if the cube's shape is not the radar's, and what `process` fails with.

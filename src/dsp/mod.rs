@@ -96,7 +96,7 @@ pub struct Cell {
     pub range: u32,
 }
 
-/// What the detector found, cell by cell, `[doppler, range]`.
+/// The detector's decision in each cell, `[doppler, range]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detection<T> {
     /// Whether each cell passed the detector, `[doppler, range]`.
@@ -139,7 +139,7 @@ pub struct RangeDoppler<T> {
 }
 
 impl RangeDoppler<f32> {
-    /// The same in f64, exactly.
+    /// The same detections in f64, exactly.
     pub fn widened(self) -> RangeDoppler<f64> {
         let wide = |v: Vec<f32>| v.into_iter().map(f64::from).collect();
         RangeDoppler {
@@ -160,7 +160,7 @@ impl RangeDoppler<f32> {
 }
 
 impl Snapshots<f64> {
-    /// Rounded to f32 (exact when they came from there).
+    /// The snapshots rounded to f32 (exact when they came from there).
     pub fn narrowed(&self) -> Snapshots<f32> {
         Snapshots {
             channels: self.channels,

@@ -115,7 +115,8 @@ pub fn place<T: Real>(map: &PowerMap<T>, cell: Cell, by: [Option<&Interpolator>;
     Peak { doppler: d as f64 + doppler, range: r as f64 + range, power }
 }
 
-/// Peak positions that are exact for a single target and a given window: the parabola, and what it is off taken out.
+/// Interpolates peaks between cells, exactly for a single target and a given window: the parabola, with its error taken
+/// out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interpolator {
     /// Of true offsets -0.5..=0.5: that of the parabola, and the power in the middle cell over that at the peak.
@@ -198,7 +199,7 @@ impl Interpolator {
     }
 }
 
-/// Detections that stand for one: the strongest and what lies around it.
+/// A group of detections that stand for one: the strongest and those around it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
     /// The strongest cell.
@@ -231,7 +232,7 @@ pub fn group<T: Real>(map: &PowerMap<T>, cells: &[Cell], extent: [usize; 2]) -> 
     groups
 }
 
-/// Strongest first; equal powers by row, then column.
+/// Sorts cells, strongest first; equal powers by row, then column.
 pub fn sort<T: Real>(map: &PowerMap<T>, cells: &mut [Cell]) {
     let power = |c: &Cell| map.at(c.doppler as usize, c.range as usize).wide();
     cells.sort_by(|a, b| power(b).total_cmp(&power(a)).then((a.doppler, a.range).cmp(&(b.doppler, b.range))));

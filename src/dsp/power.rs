@@ -37,7 +37,7 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
-/// The map of a spectrum, `[doppler, range]`, in W.
+/// Records the power map of a spectrum, `[doppler, range]`, in W.
 pub fn record(recorder: &mut Recorder<'_>, spectrum: &DeviceSpectrum) -> Buffer<f32> {
     let map = recorder.buffer::<f32>("map", spectrum.doppler_bins * spectrum.range_bins);
     add(recorder, spectrum, &map, (0, spectrum.channels / spectrum.bands));

@@ -219,7 +219,7 @@ pub fn record(
     record_by(recorder, gpu, cube, t, None)
 }
 
-/// [`record`] with a method of choice.
+/// Records as [`record`] with the method that is given.
 ///
 /// # Errors
 /// Returns an error for a cube that is larger than the adapter holds, or if the adapter fails.
@@ -267,7 +267,7 @@ pub fn record_by(
     Ok(spectrum(t, chunks))
 }
 
-/// [`record`] for a cube that is on the device already, whose shape has to be the transform's.
+/// Records as [`record`] for a cube that is on the device already and has the transform's shape.
 ///
 /// # Errors
 /// Returns an error for a cube that is larger than the adapter holds, or if the adapter fails.

@@ -139,7 +139,7 @@ impl Transform {
         Ok(t)
     }
 
-    /// Refuses another shape `[chirps, channels, samples]` than this transform's.
+    /// Checks that a shape `[chirps, channels, samples]` is this transform's.
     ///
     /// # Errors
     /// Returns an error for a shape that is not the one expected.
@@ -155,18 +155,18 @@ impl Transform {
             .into())
     }
 
-    /// Columns of the spectrum: channels x range bins.
+    /// Number of columns of the spectrum: channels x range bins.
     pub fn columns(&self) -> usize {
         self.channels * self.range_bins
     }
 
-    /// Rows of the map.
+    /// Number of rows of the map.
     pub fn doppler_rows(&self) -> usize {
         self.doppler_fft / self.bands
     }
 
-    /// The row that transform bin `k` goes to: zero Doppler to row M/2. With B bands row and band as row · B + band: transmitter b is
-    /// found b M/B rows before its range rate, and fills band b of the row at it.
+    /// Row of the map to which transform bin `k` goes: zero Doppler to row M/2. With B bands row and band as row · B +
+    /// band: transmitter b is found b M/B rows before its range rate, and fills band b of the row at it.
     pub fn doppler_row(&self, k: usize) -> usize {
         let rows = self.doppler_rows();
         let band = (self.bands - (k + rows / 2) / rows % self.bands) % self.bands;
@@ -180,7 +180,7 @@ pub fn line_scale(radar: &Radar) -> Vec<f64> {
     (0..lines.count).map(|n| (lines.first_hz + n as f64 * lines.step_hz) / radar.carrier_hz).collect()
 }
 
-/// How targets are held in their range cells.
+/// How the keystone transform holds targets in their range cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Keystone {
     /// The instantaneous frequency over the carrier, for each sample ([`line_scale`] for a radar).

@@ -88,7 +88,7 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
-/// Takes what rests out of a cube, in place.
+/// Records the subtraction of what rests from a cube, in place.
 pub fn record(recorder: &mut Recorder<'_>, cube: &DeviceCube, rest: &AtRest) {
     let columns = cube.channels * cube.samples;
     let sums = recorder.buffer::<[f32; 2]>("sums over chirps", rest.period * columns);

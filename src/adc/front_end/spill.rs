@@ -18,7 +18,7 @@ pub struct Spill {
 }
 
 impl Spill {
-    /// conj(a₀) e^{jφ} of eq. 12 at `ramp_time_s` after the ramp's start, √W.
+    /// Phasor conj(a₀) e^{jφ} of eq. 12 at `ramp_time_s` after the ramp's start, √W.
     pub fn tone(&self, timing: &Timing, channel: usize, ramp_time_s: f64) -> Complex64 {
         let (a, tau) = self.channels[channel];
         let s = timing.slope_hz_per_s;
