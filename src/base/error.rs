@@ -211,7 +211,7 @@ fn shortened_path(path: &Path, most: usize) -> String {
     }
 }
 
-/// All that can go wrong.
+/// All errors of the library.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The user's input is at fault: exit code 2.
@@ -246,7 +246,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// An error of reading or writing the file at `path`.
+    /// The error of reading or writing the file at `path`.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
         let source = match source.kind() {
             kind @ std::io::ErrorKind::FileTooLarge => {
@@ -328,7 +328,7 @@ fn edit_distance(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
-/// A complaint of serde in words of the file: what is wrong, and what is allowed.
+/// Puts a complaint of serde into words of the file: what is wrong, and what is allowed.
 pub fn in_words(message: &str) -> (String, Option<String>) {
     let message = one_line(message);
     let Some((found, expected)) = message.split_once(", expected ") else { return (message, None) };

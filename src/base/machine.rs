@@ -104,7 +104,7 @@ pub fn check_limits() -> Result<(), Box<BadInput>> {
     }
 }
 
-/// Bytes as people read them.
+/// Formats a number of bytes for people.
 pub fn sized(bytes: f64) -> String {
     match bytes / GIB {
         gib if gib >= 0.1 => format!("{gib:.1} GiB"),

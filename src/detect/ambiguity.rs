@@ -262,7 +262,7 @@ pub struct TdmFolds {
     steering: Vec<Complex64>,
 }
 
-/// What the test says of one cell.
+/// Result of the test of one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoldTest {
     /// Range rate as measured, plus the likeliest number of ambiguities unless unresolved, m/s; of rates λ/(2T_c)

@@ -30,7 +30,7 @@ pub struct Radial {
     pub radar: usize,
 }
 
-/// What is looked for.
+/// The parameters of the motion that are estimated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EgoModel {
     /// Velocity of one radar in its own axes: (v_x, v_y).
@@ -42,7 +42,7 @@ pub enum EgoModel {
     Plane(Vec<Mount>),
 }
 
-/// How the motion is sought.
+/// Settings of the search for the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EgoSettings {
     /// A point stands when its range rate fits within so many standard deviations.
@@ -62,7 +62,7 @@ pub struct EgoSettings {
     pub frame: u32,
 }
 
-/// What is folded in the range rates of a scan.
+/// Folding of the range rates of a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fold {
     /// Range rates are known up to whole multiples of this, m/s.

@@ -50,13 +50,13 @@ impl PointGrid {
         }
     }
 
-    /// Input "B": 1 where there is a point. `[1, row, column]`.
+    /// The grid as input "B": 1 where there is a point, `[1, row, column]`.
     pub fn binary(&self) -> Vec<f32> {
         self.count.iter().map(|n| f32::from(u8::from(*n > 0.0))).collect()
     }
 
-    /// Input "C4": count, amplitude, range, azimuth, `[4, row, column]`. Its second plane is input "A", its first two are
-    /// input "C2".
+    /// The grid as input "C4": count, amplitude, range, azimuth, `[4, row, column]`. Its second plane is input "A", its
+    /// first two are input "C2".
     pub fn planes(&self) -> Vec<f32> {
         [&self.count, &self.amplitude, &self.range_m, &self.azimuth_rad]
             .into_iter()

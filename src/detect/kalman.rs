@@ -71,7 +71,7 @@ pub struct Expectation {
     towards: [DVec4; 3],
 }
 
-/// A plot compared with what was expected.
+/// Difference of a plot from what was expected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Innovation {
     /// Plot less expectation: range, azimuth (wrapped), range rate.
@@ -84,19 +84,19 @@ pub struct Innovation {
 }
 
 impl Innovation {
-    /// ln det S.
+    /// Logarithm of the determinant of S, ln det S.
     pub fn log_determinant(&self) -> f64 {
         self.covariance.determinant().ln()
     }
 }
 
 impl Expectation {
-    /// S for plots with these standard deviations of range, azimuth, range rate.
+    /// Covariance S for plots with these standard deviations of range, azimuth and range rate.
     pub fn spread(&self, std: DVec3) -> DMat3 {
         self.covariance + DMat3::from_diagonal(std * std)
     }
 
-    /// What a plot says beyond what was expected.
+    /// Compares a plot with what is expected.
     pub fn innovation(&self, plot: &Plot) -> Innovation {
         let covariance =
             self.spread(DVec3::new(plot.range_std_m, plot.azimuth_std_rad, plot.range_rate_std_mps));
@@ -160,7 +160,7 @@ fn trace(m: DMat4) -> f64 {
 }
 
 impl Estimate {
-    /// From one plot (eq. 120): the place, and of the velocity what the range rate says. Across the
+    /// Makes an estimate from one plot (eq. 120): the place, and of the velocity what the range rate says. Across the
     /// line of sight the body is taken to stand, give or take `across_std_mps`.
     pub fn of_plot(plot: &Plot, station: &Station, across_std_mps: f64) -> Estimate {
         let u = DVec2::from_angle(station.heading_rad + plot.azimuth_rad);
@@ -184,12 +184,12 @@ impl Estimate {
         }
     }
 
-    /// Position, m.
+    /// Position of the body, m.
     pub fn position_m(&self) -> DVec2 {
         DVec2::new(self.state.x, self.state.y)
     }
 
-    /// Velocity, m/s.
+    /// Velocity of the body, m/s.
     pub fn velocity_mps(&self) -> DVec2 {
         DVec2::new(self.state.z, self.state.w)
     }

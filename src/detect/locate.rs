@@ -35,7 +35,7 @@ const ROW_CELLS: f64 = 0.1;
 /// Levels of one body on two slopes differ by about this, dB: other frequencies, other cells.
 const SLOPE_LEVEL_DB: f64 = 2.0;
 
-/// What the standard deviations of this radar's points depend on.
+/// Computes the quantities on which the standard deviations of this radar's points depend.
 ///
 /// # Errors
 /// Returns an error if a window or the grid of directions of the radar's settings cannot be computed.
@@ -97,7 +97,7 @@ pub fn manifold(radar: &Radar) -> Result<Manifold> {
     }
 }
 
-/// The radar's settings in the words of the estimators.
+/// Converts the radar's settings to options of the estimators.
 pub fn options(a: &AngleSettings) -> Options {
     Options {
         method: match a.method {
@@ -122,7 +122,7 @@ pub fn options(a: &AngleSettings) -> Options {
     }
 }
 
-/// The cells of one map, placed in range, range rate and angle, strongest cell first. `found` keeps as many cells as
+/// Places the cells of one map in range, range rate and angle, strongest cell first. `found` keeps as many cells as
 /// were taken (`Processing::max_points`). `velocity_mps` is the radar's own in its frame, where it is known.
 ///
 /// # Errors

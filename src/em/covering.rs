@@ -36,7 +36,7 @@ pub const LEAF_KG_M3: f64 = 1000.0;
 /// least value of such specifications).
 pub const PAINT_THICKNESS_M: f64 = 0.6 * 0.375e-3;
 
-/// Where the covering lies.
+/// The part of the sample on which the covering lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Region {
     /// The whole bottom plate of sample G(N).
@@ -51,7 +51,7 @@ pub const SAMPLE_WIDTH_M: f64 = 0.160;
 pub const SAMPLE_LENGTH_M: f64 = 0.117;
 
 impl Region {
-    /// A right-angled isosceles triangle on W, and the rectangle L x W before it.
+    /// Area of the region, m²: a right-angled isosceles triangle on W, and the rectangle L x W before it.
     pub fn area_m2(self) -> f64 {
         let corner = 0.25 * SAMPLE_WIDTH_M * SAMPLE_WIDTH_M;
         match self {
@@ -115,7 +115,7 @@ pub fn water(mass_kg: f64, area_m2: f64) -> Result<Layer> {
     Layer::new(by_name("water")?, thickness_m(mass_kg, WATER_KG_M3, area_m2)?)
 }
 
-/// How gravel's loss is taken.
+/// How gravel's loss by scattering is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GrainScattering {
     /// Quasi-static mixture: only absorption, the least loss.

@@ -203,7 +203,7 @@ impl SphereSeries {
         (scale * extinction, scale * scattering)
     }
 
-    /// S_vv = S_hh towards the source, metres, referred to the centre.
+    /// Amplitude S_vv = S_hh towards the source, metres, referred to the centre.
     pub fn backscatter_m(&self) -> Complex64 {
         self.bistatic_m(0.0).0
     }

@@ -44,7 +44,7 @@ pub fn optical_m2(radius_m: f64) -> f64 {
     PI * radius_m * radius_m
 }
 
-/// Exact, from the Mie series. Fails as [`SphereSeries::pec`].
+/// Cross section of a perfectly conducting sphere, m², exact (Mie series).
 ///
 /// # Errors
 /// Returns an error for a size that the Mie series does not take, or for lengths that are not positive.
@@ -78,7 +78,7 @@ impl BinShape {
         }
     }
 
-    /// Noise bandwidth in bins: what a bin collects of an endless marking.
+    /// Noise bandwidth in bins: the power that a bin collects of an endless marking, over that of one bin.
     pub fn noise_bandwidth(&self) -> f64 {
         match self {
             BinShape::Rectangle => 1.0,
@@ -131,7 +131,7 @@ pub struct Row {
     pub remark: &'static str,
 }
 
-/// What Table 3.2 prints.
+/// The values that the document prints in its table 3.2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Printed {
     /// Cross section of one ball, dBsm.

@@ -68,7 +68,7 @@ pub fn rain_attenuation_db_per_m(freq_hz: f64, rain_mm_per_h: f64) -> [f64; 2] {
     rain_coefficients(freq_hz).map(|(k, alpha)| 1e-3 * k * rain_mm_per_h.powf(alpha))
 }
 
-/// eps' - j eps'' of water: the double Debye model of ITU-R P.840-8 (2019), eq. 3-9.
+/// Relative permittivity eps' - j eps'' of water: the double Debye model of ITU-R P.840-8 (2019), eq. 3-9.
 pub fn water_eps(freq_hz: f64, temperature_c: f64) -> Complex64 {
     let theta = 300.0 / (temperature_c + 273.15) - 1.0;
     let eps_0 = 77.66 + 103.3 * theta;
@@ -87,8 +87,8 @@ pub fn fog_attenuation_db_per_m(freq_hz: f64, temperature_c: f64, liquid_g_per_m
     1e-3 * liquid_g_per_m3 * 0.819 * (freq_hz / 1e9) / (loss * (1.0 + eta * eta))
 }
 
-/// Drops for each m^3 and metre of diameter: 8000 exp(-4.1 R^-0.21 D) for each m^3 and mm, D in mm, R in mm/h (Marshall and Palmer,
-/// *J. Meteorol.* 5 (1948) 165).
+/// Number of drops for each m^3 and metre of diameter: 8000 exp(-4.1 R^-0.21 D) for each m^3 and mm, D in mm, R in mm/h
+/// (Marshall and Palmer, *J. Meteorol.* 5 (1948) 165).
 pub fn drops_per_m4(rain_mm_per_h: f64, diameter_m: f64) -> f64 {
     8e6 * (-4.1 * rain_mm_per_h.powf(-0.21) * 1e3 * diameter_m).exp()
 }
@@ -103,7 +103,7 @@ pub fn fall_mps(diameter_m: f64) -> f64 {
 const DIAMETER_M: (f64, f64) = (0.05e-3, 7e-3);
 const CLASSES: usize = 280;
 
-/// What rain scatters back, by diameters.
+/// Backscatter and extinction of rain, with the share of each diameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RainBackscatter {
     /// Cross section for each volume, 1/m.
@@ -117,7 +117,7 @@ pub struct RainBackscatter {
 }
 
 impl RainBackscatter {
-    /// Spheres of water of Marshall and Palmer's sizes, each scattering as if alone (Mie).
+    /// Computes the backscatter of spheres of water of Marshall and Palmer's sizes, each scattering as if alone (Mie).
     ///
     /// # Errors
     /// Returns an error for sizes beyond [`KA_RANGE`](super::mie::KA_RANGE).

@@ -50,7 +50,7 @@ impl Wedge {
         Some(Wedge { tangent, into, normal: [normal, into[1].cross(tangent)], n })
     }
 
-    /// A half-plane that leaves its edge along `into`.
+    /// The wedge of a half-plane that leaves its edge along `into`.
     pub fn half_plane(into: DVec3, normal: DVec3) -> Wedge {
         Wedge { tangent: into.cross(normal), into: [into, into], normal: [normal, -normal], n: 2.0 }
     }

@@ -30,7 +30,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a table.
+    /// Reads a table from a file.
     ///
     /// # Errors
     /// Returns `BadInput` with the line for a row of another length, a missing header, text that is not UTF-8, a name
@@ -42,7 +42,7 @@ impl Table {
         Table::parse(path, text)
     }
 
-    /// `path` is only named in errors.
+    /// Parses a table from a text; `path` is only named in errors.
     ///
     /// # Errors
     /// Returns an error for text that is no table, with its line.
@@ -152,7 +152,7 @@ impl Table {
         })
     }
 
-    /// A column as text, quotes taken off.
+    /// Cells of a column as text, without quotes.
     ///
     /// # Errors
     /// Returns `BadInput` for a missing column or a cell that is not of its kind.
@@ -162,7 +162,7 @@ impl Table {
         Ok(cells.map(|r| unquoted(&self.text[r.clone()])).collect())
     }
 
-    /// A column of numbers; an empty cell is NaN, and `inf`, `-inf` and `nan` are read.
+    /// Cells of a column as numbers; an empty cell is NaN, and `inf`, `-inf` and `nan` are read.
     ///
     /// # Errors
     /// Returns `BadInput` for a missing column or a cell that is not of its kind.
@@ -228,14 +228,14 @@ fn unquoted(cell: &str) -> Cow<'_, str> {
     }
 }
 
-/// Writes the same kind of table, one row at a time.
+/// Writes a table of the same kind, row by row.
 pub struct Writer<W> {
     out: W,
     columns: usize,
 }
 
 impl<W: Write> Writer<W> {
-    /// Comments are written first, one line each, then the header.
+    /// Begins a table: writes the comments, one line each, then the header.
     ///
     /// # Errors
     /// Returns an error if the output cannot be written.
@@ -250,7 +250,7 @@ impl<W: Write> Writer<W> {
         Ok(w)
     }
 
-    /// A row of as many cells as the header has; text is quoted where it must be.
+    /// Writes a row of as many cells as the header has; text is quoted where it must be.
     ///
     /// # Errors
     /// Returns an error if the output cannot be written.
@@ -286,7 +286,7 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// What a table of numbers gives, whatever its format.
+/// A table of numbers by columns, whatever its format.
 pub trait Columns {
     /// Comment lines without their `#`.
     fn comments(&self) -> &[String];

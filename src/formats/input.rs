@@ -54,7 +54,7 @@ pub fn open(path: &Path, what: &str) -> Result<File> {
     File::open(path).map_err(|e| Error::io(path, e))
 }
 
-/// The bytes of a regular file of at most `most` bytes.
+/// Reads a regular file of at most `most` bytes.
 ///
 /// # Errors
 /// Returns the errors of [`regular`], and an error if the file is larger than `most` or than memory, or cannot be read.

@@ -6,7 +6,7 @@ use std::fs::{File, TryLockError};
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-/// Held until it is dropped; the file goes with it.
+/// A lock that is held until it is dropped, which also removes its file.
 #[derive(Debug)]
 pub struct Lock {
     path: PathBuf,

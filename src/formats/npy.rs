@@ -56,7 +56,7 @@ pub struct Array<T> {
     pub data: Vec<T>,
 }
 
-/// What the first bytes of a file say.
+/// Type, shape and place of the data, from the first bytes of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// Type of the elements as NumPy writes it.
@@ -119,7 +119,7 @@ impl<T: Element> Writer<T> {
         self.file.write_all(bytemuck::cast_slice(data)).map_err(|e| Error::io(&self.path, e))
     }
 
-    /// Fails when the number of elements is not what the shape says.
+    /// Finishes the file, whose elements must be as many as the shape says.
     ///
     /// # Errors
     /// Returns an error if the number of elements is not that of the shape, or if the file cannot be written.

@@ -64,7 +64,8 @@ pub fn is_parquet(path: impl AsRef<Path>) -> Result<bool> {
     Ok(named)
 }
 
-/// Comments and rows of a file, Parquet when it is named so, else CSV. Further columns are allowed and not looked at.
+/// Reads comments and rows of a file, as Parquet when it is named so, else as CSV. Further columns are allowed and
+/// ignored.
 ///
 /// # Errors
 /// Returns `BadInput` for a missing column, a cell that is not a number, a table without rows.

@@ -409,7 +409,7 @@ fn hidden(path: &Path, suffix: &str) -> Result<PathBuf> {
     Ok(path.with_file_name(file))
 }
 
-/// SHA-256 (FIPS 180-4) of a file's bytes, 64 hexadecimal digits.
+/// Computes SHA-256 (FIPS 180-4) of a file's bytes, 64 hexadecimal digits.
 ///
 /// # Errors
 /// Returns an error if the file cannot be read.
@@ -427,7 +427,7 @@ pub fn sha256_of_file(path: impl AsRef<Path>) -> Result<String> {
     }
 }
 
-/// SHA-256 of bytes in memory.
+/// Computes SHA-256 of bytes in memory, 64 hexadecimal digits.
 pub fn sha256_of_bytes(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
@@ -436,8 +436,8 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// SHA-256 of every file under `dir` except its manifest, by path relative to `dir` with forward slashes,
-/// in order.
+/// Computes SHA-256 of every file under `dir` except its manifest, by path relative to `dir` with forward slashes, in
+/// order.
 ///
 /// # Errors
 /// Returns an error if the folder or a file in it cannot be read.
@@ -488,7 +488,7 @@ pub fn sync_folder(path: &Path) -> Result<()> {
     }
 }
 
-/// Everything under `dir`, and its own name.
+/// Returns when everything under `dir`, and its own name, would survive a loss of power.
 ///
 /// # Errors
 /// Returns an error if a file or folder cannot be opened or synchronised.

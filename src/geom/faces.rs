@@ -276,7 +276,7 @@ impl Faces {
         self.mirrors = mirrors;
     }
 
-    /// The faces that have a place not farther than `reach_m` from `place_m`; None when all have.
+    /// Finds the faces that have a place not farther than `reach_m` from `place_m`; None when all have.
     pub fn near(&self, place_m: DVec3, reach_m: f64) -> Option<NearFaces> {
         if place_m.distance(self.centre_m) + self.radius_m <= reach_m {
             return None;
@@ -349,12 +349,12 @@ impl Faces {
             || self.is_endless(patch, other)
     }
 
-    /// Whether it does so as an endless plane.
+    /// Whether a patch mirrors another as an endless plane.
     pub fn is_endless(&self, patch: u32, other: u32) -> bool {
         self.is_larger(patch, other, ENDLESS_M2, ENDLESS_RATIO)
     }
 
-    /// Whether it is so large that its outline seldom matters.
+    /// Whether a patch is so large that its outline seldom matters.
     pub fn is_large(&self, patch: u32) -> bool {
         self.patch_area_m2[patch as usize] >= ENDLESS_M2
     }
@@ -364,7 +364,7 @@ impl Faces {
         area(patch) >= least_m2.max(ratio * area(other))
     }
 
-    /// Whether it mirrors what has no extent.
+    /// Whether a patch mirrors what has no extent.
     pub fn mirrors_points(&self, patch: u32) -> bool {
         self.patch_area_m2[patch as usize] >= MIRROR_M2
     }

@@ -70,7 +70,8 @@ impl Shift {
     /// The shift that leaves everything where it is.
     pub const NONE: Shift = Shift { rotation: DQuat::IDENTITY, from_m: DVec3::ZERO, to_m: DVec3::ZERO };
 
-    /// Of a body between two instants. A body that stands as it stood gives [`Shift::NONE`], without rounding.
+    /// The displacement of a body between two instants. A body that stands as it stood gives [`Shift::NONE`], without
+    /// rounding.
     pub fn between(from: &Moving, to: &Moving) -> Shift {
         if from.rotation == to.rotation && from.translation_m == to.translation_m {
             return Shift::NONE;
@@ -82,7 +83,7 @@ impl Shift {
         Shift { rotation, from_m: from.translation_m, to_m: to.translation_m }
     }
 
-    /// Whether it leaves everything where it is.
+    /// Whether the displacement leaves everything where it is.
     pub fn is_none(&self) -> bool {
         *self == Shift::NONE
     }
@@ -93,7 +94,7 @@ impl Shift {
         self.to_m + self.rotation * (p - self.from_m)
     }
 
-    /// What a direction becomes.
+    /// The direction to which a direction of the body turns.
     #[inline]
     pub fn direction(&self, d: DVec3) -> DVec3 {
         self.rotation * d
@@ -155,7 +156,7 @@ impl TableTarget {
     }
 }
 
-/// What the facets of curved surfaces are taken for, those with smooth normals ([`curved`]).
+/// How the facets of curved surfaces are treated, those with smooth normals ([`curved`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Facets {
     /// Flat, as where they have been cut so finely that they are.
@@ -221,7 +222,7 @@ pub struct RigidScene<'a> {
 }
 
 impl<'a> RigidScene<'a> {
-    /// A scene with its materials at a frequency.
+    /// Prepares a scene with its materials at a frequency.
     ///
     /// # Errors
     /// Returns an error for a material without a value at this frequency.
@@ -246,7 +247,7 @@ impl<'a> RigidScene<'a> {
         &self.scene
     }
 
-    /// How many meshes were looked at so far, and how many times one was placed.
+    /// Number of meshes that were examined so far, and of times that one was placed.
     pub fn work_done(&self) -> (usize, usize) {
         let found = self.meshes.iter().filter(|m| m.get().is_some()).count();
         (found, self.placed.load(Ordering::Relaxed))
@@ -268,7 +269,8 @@ impl<'a> RigidScene<'a> {
         Ok(placed)
     }
 
-    /// The scene at `time_s`, for a frame that lasts from `reach_s` before that time to `reach_s` after it.
+    /// Builds the geometry of the scene at `time_s`, for a frame that lasts from `reach_s` before that time to
+    /// `reach_s` after it.
     ///
     /// # Errors
     /// Returns an error for a scattering table without a value at the frequency, for positions that are not finite, or
@@ -401,7 +403,7 @@ impl Geometry {
         a.distance(b) <= 2.0 * self.t_min_m || !self.faces().is_between(a, b, self.t_min_m)
     }
 
-    /// The scene at `time_s`, with materials at `freq_hz`.
+    /// Builds the geometry of the scene at `time_s`, with materials at `freq_hz`.
     ///
     /// # Errors
     /// Returns an error for a material or a scattering table without a value at this frequency, for positions that are
@@ -419,8 +421,7 @@ impl Geometry {
         RigidScene::new(Cow::Borrowed(scene), freq_hz, Facets::Curved)?.at(time_s, reach_s)
     }
 
-    /// The materials at another frequency, in the order of `surfaces`: a sweep over frequency needs no other
-    /// geometry.
+    /// Materials at another frequency, in the order of `surfaces`: a sweep over frequency needs no other geometry.
     ///
     /// # Errors
     /// Returns an error if a material has no value at that frequency.
@@ -428,7 +429,7 @@ impl Geometry {
         of_materials(&self.materials, freq_hz)
     }
 
-    /// The faces anew, without looking whether they or those of a mesh were found before.
+    /// Finds the convex faces again, whether or not they or those of a mesh were found before.
     pub fn find_faces(&self) -> Faces {
         let mut found: FastMap<usize, Faces> = FastMap::default();
         let mut place = |p: &Arc<PlacedMesh>| {

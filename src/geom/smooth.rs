@@ -30,7 +30,7 @@ const OFF: f64 = 0.1;
 /// Sine of the angle between facets that are one plane.
 const PLANE: f64 = 1e-7;
 
-/// How far the edges of curved facets may bend.
+/// Limits on the bend of the edges of curved facets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     /// Greatest sagitta, m.
@@ -49,7 +49,8 @@ impl Limit {
         Limit { sagitta_m, turn_rad: PI, off_m: f64::INFINITY, short_m: 0.0 }
     }
 
-    /// Of facets whose bend is part of their echoes, for an error that goes with `accuracy_db` (CONVENTIONS eq. 59).
+    /// The limit for facets whose bend is part of their echoes, for an error that goes with `accuracy_db` (CONVENTIONS
+    /// eq. 59).
     pub fn curved(accuracy_db: f64, wavenumber: f64) -> Limit {
         let share = accuracy_db / 0.2;
         Limit {

@@ -73,7 +73,7 @@ impl Surface {
         [perp, par].map(|r| Shares::of(r, wavenumber, self.roughness_rms_m, cos_i).diffuse)
     }
 
-    /// Whether it scatters diffusely.
+    /// Whether the surface scatters diffusely.
     pub fn is_rough(&self) -> bool {
         self.roughness_rms_m > 0.0 || self.backscatter.is_some()
     }

@@ -25,20 +25,20 @@ pub struct GeometryArrays {
     pub surfaces: Vec<[f32; 4]>,
 }
 
-/// The f32 nearest to `x` and the f32 nearest to what is left.
+/// Splits `x` into the nearest f32 and the f32 nearest to what is left.
 pub fn split(x: f64) -> [f32; 2] {
     let hi = x as f32;
     [hi, (x - hi as f64) as f32]
 }
 
-/// High and low parts of a vector.
+/// Splits a vector into its high and low parts.
 pub fn split3(v: DVec3) -> [[f32; 3]; 2] {
     let high = v.as_vec3();
     [high.to_array(), (v - high.as_dvec3()).as_vec3().to_array()]
 }
 
 impl GeometryArrays {
-    /// The arrays of a geometry.
+    /// Packs a geometry into the arrays that shaders read.
     ///
     /// # Errors
     /// Returns an error for more bodies or a deeper tree than the shaders can hold.

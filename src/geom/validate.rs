@@ -20,7 +20,7 @@ const DEGENERATE: f64 = 1e-12;
 /// Planes whose normals differ by less, and whose distances by less of the mesh's size, are one.
 const COPLANAR: f64 = 1e-6;
 
-/// Counts of what was found.
+/// Counts of the defects of a mesh.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct MeshReport {
     /// Number of triangles.
@@ -56,7 +56,7 @@ pub struct MeshReport {
 }
 
 impl MeshReport {
-    /// What is treated in a documented way and leaves the result right; one line each.
+    /// Remarks on what is treated in a documented way and leaves the result right; one line each.
     pub fn notes(&self) -> Vec<String> {
         let mut lines = Vec::new();
         let mut say = |n: usize, one: &str, many: &str| {
@@ -92,7 +92,7 @@ impl MeshReport {
         lines
     }
 
-    /// What may make the result wrong, or takes time for nothing; one line each.
+    /// Warnings of what may make the result wrong, or takes time for nothing; one line each.
     pub fn warnings(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if self.duplicates > 0 {

@@ -28,7 +28,7 @@ pub fn test_gpu() -> &'static Gpu {
     })
 }
 
-/// How far two arrays are apart.
+/// Difference of two arrays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
     /// sqrt(sum |got - want|^2 / sum |want|^2)

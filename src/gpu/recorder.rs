@@ -18,7 +18,7 @@ pub const POISON: u32 = 0x7FC0_DEAD;
 /// struct. Kernels take their counts from their uniform and never from `arrayLength`.
 const EMPTY_BYTES: u64 = 256;
 
-/// `len` values of `T` on the device. Cloning shares the memory. Lives as long as it is referred to,
+/// A buffer of `len` values of `T` on the device. Cloning shares the memory, which lives as long as it is referred to,
 /// also beyond the recorder that made it.
 pub struct Buffer<T> {
     /// None after a failed allocation, which the recorder reports.
@@ -34,11 +34,11 @@ impl<T> Clone for Buffer<T> {
 }
 
 impl<T> Buffer<T> {
-    /// Number of elements.
+    /// Number of elements of the buffer.
     pub fn len(&self) -> usize {
         self.len
     }
-    /// Whether there is no element.
+    /// Whether the buffer has no element.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -61,11 +61,11 @@ impl<T> sealed::Sealed for Buffer<T> {
     }
 }
 
-/// A buffer of whatever type, to be bound.
+/// A buffer of any type, to be bound.
 pub trait AnyBuffer: sealed::Sealed {}
 impl<T> AnyBuffer for Buffer<T> {}
 
-/// How many threads a dispatch has.
+/// Number of threads of a dispatch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Threads {
     /// A one-dimensional range, spread over x and y workgroups where it has more than one dimension
@@ -96,7 +96,7 @@ impl Threads {
     }
 }
 
-/// A read-back to be taken from `Done`.
+/// A read-back that is later taken from `Done`.
 #[derive(Debug)]
 pub struct Pending<T> {
     recorder: u64,
@@ -145,12 +145,12 @@ impl<'a> Recorder<'a> {
         Recorder { gpu, label, id, commands: Vec::new(), uniforms: Vec::new(), reads: 0, error: None }
     }
 
-    /// A buffer with these contents. May be empty.
+    /// Makes a buffer with these contents, which may be empty.
     pub fn upload<T: Pod>(&mut self, label: &'static str, data: &[T]) -> Buffer<T> {
         self.new_buffer(label, data.len(), Some(bytemuck::cast_slice(data)))
     }
 
-    /// A buffer whose contents are unspecified (see [`Gpu::with_poisoned_buffers`]).
+    /// Makes a buffer whose contents are unspecified (see [`Gpu::with_poisoned_buffers`]).
     pub fn buffer<T: Pod>(&mut self, label: &'static str, len: usize) -> Buffer<T> {
         let poison = match self.gpu.poison() {
             true => vec![POISON; (len * size_of::<T>()).div_ceil(4)],
@@ -160,7 +160,7 @@ impl<'a> Recorder<'a> {
         self.new_buffer(label, len, (!fill.is_empty()).then_some(fill))
     }
 
-    /// A buffer of zero bytes.
+    /// Makes a buffer of zero bytes.
     pub fn zeros<T: Pod>(&mut self, label: &'static str, len: usize) -> Buffer<T> {
         // wgpu clears whatever is not written.
         self.new_buffer(label, len, None)
@@ -288,7 +288,7 @@ impl<'a> Recorder<'a> {
         Ok(Some(Command::Dispatch { kernel, params: (at, params.len() as u64), storage, workgroups }))
     }
 
-    /// Copies the buffer, as it is at this point of the commands, back to the host.
+    /// Records a copy of the buffer, as it is at this point of the commands, back to the host.
     pub fn read<T: Pod>(&mut self, buffer: &Buffer<T>) -> Pending<T> {
         let pending = Pending { recorder: self.id, index: self.reads, len: buffer.len, values: PhantomData };
         self.reads += 1;

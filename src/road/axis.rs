@@ -47,7 +47,7 @@ pub enum Course {
 }
 
 impl Course {
-    /// Length, m.
+    /// Length of the element, m.
     pub fn length_m(&self) -> f64 {
         match *self {
             Course::Straight { length_m }
@@ -70,7 +70,7 @@ pub struct GradeChange {
     pub k_m_per_percent: f64,
 }
 
-/// Where and how an element begins.
+/// Place and direction at which an element begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Start {
     /// Place, m.
@@ -240,7 +240,7 @@ impl RoadAxis {
         self
     }
 
-    /// Length, m.
+    /// Length of the axis, m.
     pub fn length_m(&self) -> f64 {
         self.length_m
     }
@@ -267,7 +267,7 @@ impl RoadAxis {
         (at + (s_m - s) * DVec2::from_angle(heading), heading, 0.0)
     }
 
-    /// The axis at `s_m`.
+    /// Place and direction of the axis at `s_m`.
     pub fn at(&self, s_m: f64) -> AxisPoint {
         let (at, heading_rad, curvature_per_m) = self.plan(s_m);
         let s = s_m.clamp(0.0, self.length_m);

@@ -116,7 +116,7 @@ impl OnRoad<'_> {
         if count == 0.0 { 0.0 } else { sum / count }
     }
 
-    /// Way since time zero over that stretch of time; None at a steady speed.
+    /// Distance travelled since time zero over that stretch of time, m; None at a steady speed.
     ///
     /// # Errors
     /// Returns an error if the vehicle leaves the road, or turns sharper than the road allows.

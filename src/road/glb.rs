@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 const HEAD: usize = 12;
 const CHUNK: usize = 8;
 
-/// `asset.extras.catseye.road_truth` of the file holds the labels.
+/// Writes a scene as binary glTF, with the labels in `asset.extras.catseye.road_truth` of the file.
 ///
 /// # Errors
 /// Returns the errors of [`gltf::to_glb`].

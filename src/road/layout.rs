@@ -35,7 +35,7 @@ pub enum LaneKind {
 }
 
 impl LaneKind {
-    /// Whether a vehicle may stand on it.
+    /// Whether a vehicle may stand on the lane.
     pub fn is_drivable(self) -> bool {
         !matches!(self, LaneKind::Sidewalk | LaneKind::Median | LaneKind::Verge)
     }
@@ -88,7 +88,7 @@ impl Side {
     }
 }
 
-/// Where in a lane.
+/// Place in a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InLane {
@@ -142,7 +142,7 @@ pub struct Lateral {
     pub offset: Profile,
 }
 
-/// What a lateral offset counts from.
+/// Place from which a lateral offset counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Base {
     /// The axis.

@@ -2,8 +2,8 @@
 
 use crate::base::error::{BadInput, Result};
 
-/// value(s) = c0 + c1 u + c2 u² + c3 u³ with u = s - s0 of the last piece that begins at or before s; the
-/// first piece serves before its beginning only with its first value.
+/// A chain of cubics along the road: value(s) = c0 + c1 u + c2 u² + c3 u³ with u = s - s0 of the last piece that begins
+/// at or before s; the first piece serves before its beginning only with its first value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     pieces: Vec<Piece>,
@@ -24,8 +24,8 @@ impl Profile {
         Profile { pieces: vec![Piece { s0_m: 0.0, coefficients: [value, 0.0, 0.0, 0.0] }] }
     }
 
-    /// Straight between the points (s, value), constant before the first and after the last. Two points at one s are
-    /// a step.
+    /// A profile that is straight between the points (s, value), constant before the first and after the last. Two
+    /// points at one s are a step.
     ///
     /// # Errors
     /// Returns an error if there is no point, s falls, or a number is not finite.
@@ -78,7 +78,7 @@ impl Profile {
         a + u * (b + u * (c + u * d))
     }
 
-    /// First derivative, to the right of a break.
+    /// First derivative at a place, to the right of a break.
     pub fn slope(&self, s_m: f64) -> f64 {
         let (p, u) = self.piece(s_m);
         let [_, b, c, d] = p.coefficients;

@@ -11,7 +11,7 @@ use crate::scene::{Scene, gltf, material};
 use std::path::Path;
 use std::sync::Arc;
 
-/// All that frames are made from.
+/// A scenario with its scene and its roads, from which frames are made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Site {
     /// The scenario, with the ego vehicle's motion.

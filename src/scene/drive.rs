@@ -110,7 +110,7 @@ impl Drive {
         }
     }
 
-    /// Way since time zero: the integral of the speed, exactly.
+    /// Distance travelled since time zero, m: the integral of the speed, exactly.
     pub fn distance_m(&self, time_s: f64) -> f64 {
         let (from, to) = if time_s >= 0.0 { (0.0, time_s) } else { (time_s, 0.0) };
         let inner = self.speed.iter().map(|p| p[0]).filter(|t| (from..to).contains(t) && *t > from);

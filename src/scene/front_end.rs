@@ -15,7 +15,7 @@ pub struct PhaseNoise {
     pub dbc_per_hz: Vec<f64>,
 }
 
-/// What goes from the transmitters into the receivers inside the radar.
+/// Leakage from the transmitters into the receivers inside the radar.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Leakage {
     /// Power of a transmitter over that of its leakage in a receiver.

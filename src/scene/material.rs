@@ -7,7 +7,7 @@ use crate::base::units::EPS0;
 use num_complex::Complex64;
 use std::sync::OnceLock;
 
-/// What the surface is made of. Time convention e^{+j omega t}, so eps = eps' - j eps''.
+/// Electrical kind of a material. The time convention is e^{+j omega t}, so eps = eps' - j eps''.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MaterialKind {
     /// Relative permittivity 1: what stands behind a free-standing sheet.
@@ -148,7 +148,7 @@ impl Material {
         Ok(Material { layers, ..self })
     }
 
-    /// Whether waves enter it: anything but a conductor, whatever lies on it.
+    /// Whether waves enter the material: anything but a conductor, whatever lies on it.
     pub fn is_dielectric(&self) -> bool {
         !matches!(self.kind, MaterialKind::Pec | MaterialKind::Conductor { .. })
     }

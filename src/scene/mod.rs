@@ -91,7 +91,7 @@ impl Object {
         }
     }
 
-    /// Gives it a motion; its pose and velocity become those at time zero.
+    /// Gives the object a motion; its pose and velocity become those at time zero.
     pub fn set_motion(&mut self, motion: Motion) {
         let now = motion.at(0.0);
         (self.pose, self.velocity_mps) = (now.pose(), now.velocity_mps);
@@ -113,7 +113,7 @@ impl Object {
     }
 }
 
-/// What scatters.
+/// The shape of a scatterer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// A mesh, by its number in the scene.

@@ -34,7 +34,7 @@ impl Moving {
         Moving { rotation: pose.rotation, translation_m: pose.translation_m, ..Moving::REST }
     }
 
-    /// First `self`, then `outer`, in which self's frame lies.
+    /// The motion of `self` as seen from the frame in which `outer` lies: first `self`, then `outer`.
     pub fn then(&self, outer: &Moving) -> Moving {
         let arm = outer.rotation * self.translation_m;
         Moving {
@@ -90,7 +90,7 @@ enum TimeInterval {
 }
 
 impl<T: Copy> Channel<T> {
-    /// Values over time.
+    /// Makes a channel of values over time.
     ///
     /// # Errors
     /// Returns an error if there are no values, times do not increase, or a cubic does not have one pair of tangents
@@ -145,7 +145,7 @@ impl<T: Copy> Channel<T> {
         Channel { goes_on: true, ..self }
     }
 
-    /// Whether it goes on beyond its ends.
+    /// Whether the channel goes on beyond its ends.
     pub fn goes_on(&self) -> bool {
         self.goes_on
     }
@@ -217,7 +217,7 @@ impl Linear for DVec3 {
 }
 
 impl<T: Linear> Channel<T> {
-    /// Value and rate.
+    /// Value and its rate at a time.
     pub fn at(&self, time_s: f64) -> (T, T) {
         if let Some(end) = self.beyond(time_s) {
             return end;
@@ -262,7 +262,8 @@ impl<T: Linear> Channel<T> {
 }
 
 impl Channel<DQuat> {
-    /// Rotation, and its spin in rad/s along the outer axes. Linear: at a constant spin, the short way round.
+    /// Rotation at a time, and its spin in rad/s along the outer axes. Linear interpolation is at a constant spin, the
+    /// short way round.
     pub fn at(&self, time_s: f64) -> (DQuat, DVec3) {
         match self.place(time_s) {
             TimeInterval::At(i) => (self.values[i], DVec3::ZERO),
@@ -418,7 +419,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The body in the world.
+    /// Pose and velocity of the body in the world at a time.
     pub fn at(&self, time_s: f64) -> Moving {
         self.joints.iter().fold(Moving::REST, |inner, joint| inner.then(&joint.at(time_s)))
     }

@@ -226,7 +226,7 @@ impl Default for AngleSettings {
     }
 }
 
-/// What is made of the samples.
+/// Settings of the processing of samples.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Processing {
     /// Window of the range transform.
@@ -318,11 +318,11 @@ impl Radar {
         self.motion.as_ref().map_or_else(|| Moving::at_rest(&self.mounting), |motion| motion.at(time_s))
     }
 
-    /// Channels of a cube.
+    /// Number of channels of a cube.
     pub fn channels(&self) -> usize {
         self.slots() * self.rx.len()
     }
-    /// Pairs of a transmitter and a receiver.
+    /// Number of pairs of a transmitter and a receiver.
     pub fn virtual_channels(&self) -> usize {
         self.tx.len() * self.rx.len()
     }
@@ -330,7 +330,7 @@ impl Radar {
     pub fn slots(&self) -> usize {
         self.multiplex.slots(self.tx.len())
     }
-    /// Rows of a cube: loops, each with one chirp of every ramp.
+    /// Number of rows of a cube: loops, each with one chirp of every ramp.
     pub fn rows(&self) -> usize {
         self.chirps * self.waveform.parts()
     }
@@ -364,7 +364,7 @@ impl Radar {
     pub fn slope_hz_per_s(&self) -> f64 {
         self.step_hz() * self.sample_rate_hz
     }
-    /// Frequency at the start of the ramp or run.
+    /// Frequency at the start of the ramp or run, Hz.
     pub fn start_hz(&self) -> f64 {
         match &self.waveform {
             Waveform::Fmcw(s) => self.carrier_hz - 0.5 * s.ramps[s.this].bandwidth_hz,
@@ -419,7 +419,7 @@ impl Radar {
             dechirped: false,
         }
     }
-    /// Time between chirps of the same slot and ramp.
+    /// Time between chirps of the same slot and ramp, s.
     pub fn loop_period_s(&self) -> f64 {
         self.waveform.periods_s().0 * self.slots() as f64
     }
@@ -443,18 +443,18 @@ impl Radar {
             _ => Sampling::Iq,
         }
     }
-    /// Range cells kept: half the FFT where real samples are mixed with the sweep.
+    /// Number of range cells that are kept: half the FFT where real samples are mixed with the sweep.
     pub fn range_bins(&self) -> usize {
         match self.line_sampling() {
             Sampling::Real => self.processing.range_fft / 2,
             Sampling::Iq => self.processing.range_fft,
         }
     }
-    /// Width of a range cell (FFT bin): c / (2 Δf N_fft), Δf from line to line.
+    /// Width of a range cell (FFT bin), m: c / (2 Δf N_fft), Δf from line to line.
     pub fn range_bin_m(&self) -> f64 {
         crate::base::units::C0 / (2.0 * self.step_hz().abs() * self.processing.range_fft as f64)
     }
-    /// Range of cell 0: that of the first sample for pulses and codes, else 0.
+    /// Range of cell 0, m: that of the first sample for pulses and codes, else 0.
     pub fn first_range_m(&self) -> f64 {
         match self.waveform {
             Waveform::Pulse { .. } | Waveform::Coded { .. } => {
@@ -463,22 +463,22 @@ impl Radar {
             _ => 0.0,
         }
     }
-    /// Width of a Doppler cell in m/s of range rate.
+    /// Width of a Doppler cell, m/s of range rate.
     pub fn velocity_bin_mps(&self) -> f64 {
         self.wavelength_m() / (2.0 * self.loop_period_s() * self.processing.doppler_fft as f64)
     }
-    /// Rows of the range-Doppler map: the Doppler FFT, or its share of one band (DDM).
+    /// Number of rows of the range-Doppler map: the Doppler FFT, or its share of one band (DDM).
     pub fn doppler_rows(&self) -> usize {
         match self.multiplex {
             Multiplex::Ddm { bands } => self.processing.doppler_fft / bands,
             _ => self.processing.doppler_fft,
         }
     }
-    /// Largest unambiguous range.
+    /// Largest unambiguous range, m.
     pub fn max_range_m(&self) -> f64 {
         self.first_range_m() + self.range_bin_m() * self.range_bins() as f64
     }
-    /// Largest unambiguous |range rate| of a row of the map.
+    /// Largest unambiguous |range rate| of a row of the map, m/s.
     pub fn max_velocity_mps(&self) -> f64 {
         0.5 * self.velocity_bin_mps() * self.doppler_rows() as f64
     }
@@ -497,7 +497,7 @@ impl Radar {
         let lines = self.lines();
         lines.step_s * self.carrier_hz / lines.step_hz + self.middle_s()
     }
-    /// Middle of all samples of this ramp, from the middle of the frame.
+    /// Time of the middle of all samples of this ramp, from the middle of the frame, s.
     pub fn middle_s(&self) -> f64 {
         let lines = self.lines();
         self.chirp_start_s(0, 0)

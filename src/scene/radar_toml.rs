@@ -537,7 +537,7 @@ fn check_front_end(
     Ok(())
 }
 
-/// Pose on the vehicle.
+/// Pose of the radar on the vehicle.
 ///
 /// # Errors
 /// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.

@@ -54,7 +54,7 @@ impl fmt::Debug for ScatteringTable {
     }
 }
 
-/// Up to four lines of an axis and their weights.
+/// Up to four positions on an axis and their weights, for interpolation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stencil {
     index: [usize; 4],
@@ -221,7 +221,7 @@ impl ScatteringTable {
         sha256_of_bytes(&bytes)
     }
 
-    /// The file that it was read from.
+    /// The file from which the table was read.
     pub fn source(&self) -> &Path {
         &self.source
     }
@@ -261,7 +261,8 @@ impl ScatteringTable {
         Ok(Stencil::open(&self.frequencies_hz, freq_hz.clamp(lo, hi)))
     }
 
-    /// S towards (azimuth, elevation) in radians, with the V and H of that direction; zero outside the table's angles.
+    /// Scattering matrix S towards (azimuth, elevation) in radians, m, with the V and H of that direction; zero outside
+    /// the table's angles.
     pub fn scattering(&self, band: &Stencil, azimuth: f64, elevation: f64) -> Matrix2 {
         let (Some(az), Some(el)) =
             (self.azimuth(azimuth.to_degrees()), self.elevation(elevation.to_degrees()))
@@ -455,7 +456,7 @@ fn at_azimuth(s: Matrix2, azimuth_deg: f64, elevation_deg: f64) -> Matrix2 {
     turned(&s, [[cos, -up * sin], [up * sin, cos]])
 }
 
-/// R S R^T: S in the basis whose vectors have the components `r[new][old]`.
+/// Turns S to another basis, R S R^T: the basis vectors have the components `r[new][old]`.
 pub fn turned(s: &Matrix2, r: [[f64; 2]; 2]) -> Matrix2 {
     let mut out = Matrix2::default();
     for (i, row) in out.iter_mut().enumerate() {

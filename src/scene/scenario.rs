@@ -518,7 +518,7 @@ pub struct Placed {
 /// read; where no road is followed, [`Scenario::without_roads`] does so too.
 pub type SitedScenario = Scenario<Ego>;
 
-/// How the vehicle that carries the radar goes, as a file says it.
+/// How the vehicle that carries the radar moves, as the file says.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EgoPlan {
     /// Its motion is known.
@@ -642,7 +642,7 @@ pub struct TraceSettings {
     pub convention: Convention,
 }
 
-/// Builds what this room cannot: it is given by a room below (`road`).
+/// Builds the scenes, roads and reflectors that this module does not know; `road` implements it.
 pub trait Builder {
     /// The built-in scene of that name.
     ///
@@ -842,7 +842,7 @@ fn in_file(e: Error, at: &BadInput) -> Error {
     }
 }
 
-/// Name and class of what is placed; empty ones leave what the parts have.
+/// Name and class of an object that is placed; empty ones leave what the parts have.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Label<'a> {
     /// Name, or empty.
@@ -851,7 +851,7 @@ pub struct Label<'a> {
     pub class: &'a str,
 }
 
-/// How what is placed goes through the world.
+/// How an object that is placed moves through the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placement {
     /// Its pose at time zero.

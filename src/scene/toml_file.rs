@@ -86,7 +86,7 @@ pub struct Document<'a> {
     tree: Spanned<DeValue<'a>>,
 }
 
-/// The text of a TOML file.
+/// Reads the text of a TOML file.
 ///
 /// # Errors
 /// Returns an error if the path is no regular file, or if the file is larger than 16 MiB or not UTF-8.
@@ -94,7 +94,7 @@ pub fn read_text(path: &Path) -> Result<String> {
     read_text_of(path, "a TOML file", MAX_BYTES)
 }
 
-/// The text of a file of another kind, `what` in errors, of `most` bytes.
+/// Reads the text of a file of another kind, `what` in errors, of at most `most` bytes.
 ///
 /// # Errors
 /// Returns an error if the path is no regular file, or if the file is larger than `most` bytes or not UTF-8.
@@ -193,7 +193,7 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// The document as `T`.
+    /// Reads the document as `T`.
     ///
     /// # Errors
     /// Returns an error for unknown keys (with the nearest), missing keys, wrong types, lists that are too long or too
@@ -219,7 +219,7 @@ impl<'a> Document<'a> {
         b
     }
 
-    /// The value when it lies in the range.
+    /// Returns the value if it lies in the range.
     ///
     /// # Errors
     /// Returns an error of one line with the range if the value lies outside it.
@@ -234,7 +234,7 @@ impl<'a> Document<'a> {
         Err(self.bad(&at.span, "is out of range").allowed(range.text()).remedy(remedy).into())
     }
 
-    /// The value when it is finite.
+    /// Returns the value if it is finite.
     ///
     /// # Errors
     /// Returns an error with file, line, key and value if the value is not finite.
@@ -374,7 +374,7 @@ pub(crate) fn clip(s: &str) -> String {
     if s.chars().count() <= 60 { s } else { s.chars().take(57).chain("...".chars()).collect() }
 }
 
-/// Ranges as the user reads them.
+/// Writes ranges for people.
 pub trait RangeText {
     /// The range in words.
     fn text(&self) -> String;

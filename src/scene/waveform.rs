@@ -53,7 +53,7 @@ impl PulseShape {
         10f64.ln().sqrt() / (PI * bandwidth_hz)
     }
 
-    /// ∫ p(t) e^{−j2πft} dt, seconds.
+    /// Spectrum of the pulse, ∫ p(t) e^{−j2πft} dt, s.
     pub fn spectrum(&self, f_hz: f64) -> Complex64 {
         match self {
             PulseShape::Gaussian { bandwidth_hz } => {
@@ -89,7 +89,7 @@ impl PulseShape {
         }
     }
 
-    /// The spectrum lies within ± this, Hz.
+    /// Half width of the band in which the spectrum lies, Hz.
     pub fn half_band_hz(&self) -> f64 {
         match self {
             PulseShape::Gaussian { bandwidth_hz } => {
@@ -99,7 +99,7 @@ impl PulseShape {
         }
     }
 
-    /// The envelope lies between −`.0` and +`.1` seconds.
+    /// Times (`.0`, `.1`), s, such that the envelope lies between −`.0` and +`.1`.
     pub fn extent_s(&self) -> (f64, f64) {
         match self {
             PulseShape::Gaussian { bandwidth_hz } => {
@@ -121,7 +121,7 @@ impl PulseShape {
     }
 }
 
-/// What is sent.
+/// The signal that the radar sends.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Waveform {
     /// Linear frequency modulation, mixed with what is sent.
@@ -157,7 +157,7 @@ impl Waveform {
         Waveform::Fmcw(Slopes { ramps: vec![Ramp { bandwidth_hz, time_s: ramp_time_s, period_s }], this: 0 })
     }
 
-    /// How often a loop sends with each transmitter.
+    /// Number of times that a loop sends with each transmitter.
     pub fn parts(&self) -> usize {
         match self {
             Waveform::Fmcw(s) => s.ramps.len(),

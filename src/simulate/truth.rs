@@ -48,7 +48,7 @@ pub struct ActorTruth {
     pub seen: Visibility,
 }
 
-/// What came back from an actor in this frame.
+/// Echoes of an actor in this frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Visibility {
     /// Whether its strongest cell lies above the thermal noise of a cell.
@@ -68,7 +68,7 @@ pub struct Visibility {
 }
 
 impl Visibility {
-    /// What two radars see: each counts, and the stronger power.
+    /// Combines what two radars see: counts are added, and the stronger power is taken.
     pub fn and(self, other: Visibility) -> Visibility {
         Visibility {
             visible: self.visible || other.visible,

@@ -20,7 +20,7 @@ pub const MAX_TRIANGLES: f64 = 4e6;
 /// The boresight of a corner whose three legs make equal angles with it: atan(1/sqrt 2).
 pub const CORNER_ELEVATION_DEG: f64 = 35.264_389_682_754_654;
 
-/// Something with facets, deserialised from the parameters of its kind by their names.
+/// A reflector with facets, deserialised from the parameters of its kind by their names.
 pub trait Builder {
     /// Checks the parameters together.
     ///
@@ -87,7 +87,7 @@ pub struct Param {
     pub range: Range,
 }
 
-/// What a parameter may be.
+/// The values that a parameter may have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
     /// A finite number from `min` to `max`, both included.
@@ -175,7 +175,7 @@ pub(super) fn built<T: Builder + 'static>(kind: &Kind, builder: T) -> Result<Bui
 }
 
 impl Param {
-    /// What its name says that it is measured in; nothing for counts and words.
+    /// Unit that the parameter's name ends with; none for counts and words.
     pub fn unit(&self) -> Option<&'static str> {
         match self.name.rsplit_once('_')?.1 {
             "m" => Some("m"),

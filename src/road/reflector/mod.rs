@@ -249,7 +249,7 @@ impl Reflector {
         }
     }
 
-    /// Its row in the registry.
+    /// Row of the reflector's kind in the registry.
     pub fn kind(&self) -> &'static Kind {
         self.kind
     }
@@ -304,8 +304,7 @@ impl Reflector {
         }
     }
 
-    /// Adds it to a scene as a new object and returns the object's id. Fails when the material is
-    /// unknown.
+    /// Adds the reflector to a scene as a new object and returns the object's id.
     ///
     /// # Errors
     /// Returns an error for a material that `materials` does not have.

@@ -23,7 +23,7 @@ use motion::Joint;
 pub use part::{Paint, Part};
 use std::str::FromStr;
 
-/// What there is.
+/// Kinds of vehicles and people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -64,7 +64,7 @@ impl Kind {
         Kind::Child,
     ];
 
-    /// Its name in files.
+    /// Name of the kind in files.
     pub fn name(self) -> &'static str {
         self.words().0
     }

@@ -22,7 +22,7 @@ impl Joint {
     }
 }
 
-/// Where a part is in its body's frame, and how it moves there.
+/// Pose of a part in its body's frame, and how it moves there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PartMotion {
     /// The part's frame in the body's.

@@ -15,7 +15,7 @@ pub enum Up {
 }
 
 impl Up {
-    /// ISO axes from the file's.
+    /// Rotation from the file's axes to ISO axes.
     pub fn axes(self) -> DMat3 {
         match self {
             Up::Y => DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X),
@@ -37,7 +37,7 @@ pub enum Animations {
 }
 
 impl Animations {
-    /// "all", "none" or a name.
+    /// Reads "all", "none" or the name of an animation.
     pub fn from_name(name: &str) -> Animations {
         match name {
             "all" => Animations::All,
@@ -106,7 +106,7 @@ pub fn unit_m(name: &str) -> Result<f64> {
     })
 }
 
-/// "y" or "z".
+/// Reads the upward axis "y" or "z".
 ///
 /// # Errors
 /// Returns an error if `name` is neither.

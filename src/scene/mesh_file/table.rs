@@ -30,7 +30,7 @@ impl ImportTable<'_> {
         given.into_iter().flatten().chain(self.materials.values()).map(|a| &a.span).next()
     }
 
-    /// What the keys say.
+    /// The options that the keys state.
     ///
     /// # Errors
     /// Returns an error with its place in the file if a value is none of those allowed.
