@@ -370,7 +370,8 @@ impl Engine {
         Ok(out)
     }
 
-    /// Errors: waves that pass through something are followed from plane waves and by the cpu engine alone.
+    /// Returns an error where waves pass through something, on the gpu engine or at a finite distance: only the cpu
+    /// engine follows them, and only from plane waves.
     fn check_passed(&self, material: &str, distance: Distance) -> Result<()> {
         let bad = |key: &str| {
             BadInput::new(format!("waves pass through what is made of '{material}'")).key(key.to_string())

@@ -162,7 +162,7 @@ fn check(scene: &Scene, aspects: &[BistaticAspect]) -> Result<()> {
 
 /// The scene with its mirror image under the plane; faces in the plane are left out.
 ///
-/// Errors: a scattering table, whose image is seen from directions that it does not hold.
+/// Returns an error for a scattering table, whose image is seen from directions that it does not hold.
 fn with_image(scene: &Scene) -> Result<Scene> {
     let mut out = Scene { materials: scene.materials.clone(), ..Default::default() };
     for o in &scene.objects {

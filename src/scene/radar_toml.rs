@@ -499,7 +499,8 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     Ok(radar)
 }
 
-/// Errors: effects that are modelled for ramps alone, with another waveform; leakage where transmitters send at once.
+/// Returns an error for effects that are modelled for ramps alone, with another waveform, and for leakage where
+/// transmitters send at once.
 fn check_front_end(
     doc: &Document<'_>,
     f: &RadarFile,

@@ -1220,7 +1220,7 @@ fn frames(doc: &Document<'_>, t: &FramesTable) -> Result<Frames> {
     })
 }
 
-/// Errors: the vehicle has a trajectory and a place, heading, speed or road as well.
+/// Returns an error if the vehicle has a trajectory and a place, heading, speed or road as well.
 fn check_ego_once(doc: &Document<'_>, ego: &EgoTable) -> Result<()> {
     let place = (ego.position_m.value != [0.0; 3]).then_some(("ego.position_m", &ego.position_m.span));
     let yaw = (ego.yaw_deg.value != 0.0).then_some(("ego.yaw_deg", &ego.yaw_deg.span));

@@ -250,7 +250,7 @@ pub fn build(
     Ok((waveform, multiplex(doc, w, transmitters)?))
 }
 
-/// Errors: a key of another kind of waveform.
+/// Returns an error for a key of another kind of waveform.
 fn only(doc: &Document<'_>, w: &WaveformTable) -> Result<()> {
     use WaveformName::{Fmcw, Pmcw, Pulse, SteppedFrequency};
     let one_ramp = w.ramp.is_empty();
@@ -357,7 +357,7 @@ fn ramp(
     Ok(Ramp { bandwidth_hz: band, time_s, period_s })
 }
 
-/// Errors: samples that do not end before the next chirp.
+/// Returns an error for samples that do not end before the next chirp.
 fn fits(doc: &Document<'_>, w: &WaveformTable, r: &ReceiverTable, period_s: f64, what: &str) -> Result<()> {
     let last = r.adc_start_s.value + r.samples.value as f64 / r.sample_rate_hz.value;
     if last > period_s * (1.0 + 1e-9) {

@@ -280,7 +280,10 @@ pub fn choose_material(
     }
 }
 
-/// Errors: the options name a material that is none, or one that is not among the file's `names`.
+/// Checks the options' map of materials.
+///
+/// # Errors
+/// Returns an error if the options name a material that is none, or one that is not among the file's `names`.
 pub fn check_material_map(file: &Path, names: &[String], options: &ImportOptions) -> Result<()> {
     for (from, to) in &options.material_map {
         material::parse_spec(to)?;

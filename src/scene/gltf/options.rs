@@ -81,7 +81,7 @@ impl Default for ImportOptions {
 }
 
 impl ImportOptions {
-    /// Errors: a unit of no sensible length.
+    /// Returns an error for a unit of no sensible length.
     pub(in crate::scene) fn check_unit(&self) -> Result<()> {
         if self.unit_m.is_finite() && (1e-9..=1e6).contains(&self.unit_m) {
             return Ok(());

@@ -203,8 +203,8 @@ impl Reader<'_> {
     }
 }
 
-/// The triangles of a polygon by its corners, in its own winding; by cutting off ears in its mean plane unless it is convex.
-/// Errors: it crosses itself.
+/// Cuts a polygon given by its corners into triangles, in its own winding; by cutting off ears in its mean plane unless
+/// it is convex. Returns an error if it crosses itself.
 fn triangles_of(at: &[DVec3]) -> Result<Vec<[usize; 3]>, String> {
     let fan = || (1..at.len() - 1).map(|i| [0, i, i + 1]).collect();
     let n = at.len();
