@@ -86,7 +86,10 @@ pub(super) struct Warp {
 }
 
 impl Warp {
-    /// Errors: a wrong scale; a line too long for the adapter.
+    /// Prepares the warp of a cube with this transform.
+    ///
+    /// # Errors
+    /// Returns an error for a wrong scale, or for a line too long for the adapter.
     pub fn new(
         recorder: &mut Recorder<'_>,
         gpu: &Gpu,

@@ -128,7 +128,7 @@ impl Kind {
         BadInput::new(problem).key(format!("{}:{param}", self.name)).value(value)
     }
 
-    /// Errors: the metal behind the sheet would fold over itself.
+    /// Returns an error if the metal behind the sheet would fold over itself.
     pub(super) fn check_thickness(&self, sheet: &Mesh, thickness_m: f64) -> Result<()> {
         if thickness_m > 0.0 && thicken(sheet, thickness_m).is_none() {
             return Err(self.too_thick(thickness_m));
@@ -142,7 +142,7 @@ impl Kind {
             .into()
     }
 
-    /// Errors: a facet count that would not fit in memory.
+    /// Returns an error for a facet count that would not fit in memory.
     pub(super) fn check_triangles(&self, triangles: f64) -> Result<()> {
         if triangles <= MAX_TRIANGLES {
             return Ok(());
