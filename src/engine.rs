@@ -164,7 +164,8 @@ impl Engine {
     /// adapter that has it in its name.
     ///
     /// # Errors
-    /// No such adapter; one that fails its self-test; `f64` with a GPU; limits of memory in which no work can begin.
+    /// Returns an error if there is no such adapter or it fails its self-test, for `f64` with a GPU, or for limits of
+    /// memory in which no work can begin.
     pub fn open(device: &str, precision: Precision) -> Result<Engine> {
         crate::base::machine::check_limits()?;
         let gpu = match device {
@@ -234,8 +235,8 @@ impl Engine {
     /// Through sheets and bodies of dielectric waves are followed from plane waves and by the cpu engine alone (CONVENTIONS eq. 70-75).
     ///
     /// # Errors
-    /// A material or a scattering table without a value at a frequency; options that are out of range; a body that is
-    /// not closed or touches another.
+    /// Returns an error for a material or a scattering table without a value at a frequency, for options that are out
+    /// of range, or for a body that is not closed or touches another.
     pub fn rcs(
         &self,
         scene: &Scene,
@@ -251,7 +252,8 @@ impl Engine {
     /// is no echo.
     ///
     /// # Errors
-    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
+    /// Returns an error if `scene` cannot be followed by the method, a material has no value at a frequency, or the
+    /// engine fails.
     pub fn rcs_convergence_db(
         &self,
         scene: &Scene,
@@ -368,7 +370,8 @@ impl Engine {
         Ok(out)
     }
 
-    /// Errors: waves that pass through something are followed from plane waves and by the cpu engine alone.
+    /// Returns an error where waves pass through something, on the gpu engine or at a finite distance: only the cpu
+    /// engine follows them, and only from plane waves.
     fn check_passed(&self, material: &str, distance: Distance) -> Result<()> {
         let bad = |key: &str| {
             BadInput::new(format!("waves pass through what is made of '{material}'")).key(key.to_string())
@@ -385,7 +388,7 @@ impl Engine {
     /// S for each aspect by a grid of rays.
     ///
     /// # Errors
-    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
+    /// Returns an error if the adapter fails, or if a scattering table has no value at the frequency.
     pub fn rcs_rays(
         &self,
         geometry: &Geometry,

@@ -1,5 +1,5 @@
 // Imbalance of I and Q, constant, saturation and quantiser of every sample of a piece of the cube.
-struct Params {
+struct ConvertParams {
     count: u32,
     // 1: real sampling, the second part stays 0.
     is_real: u32,
@@ -17,7 +17,7 @@ struct Params {
     largest_code: f32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: ConvertParams;
 @group(0) @binding(1) var<storage, read_write> cube: array<vec2<f32>>;
 
 // The builtin tanh may take sinh/cosh and lose all digits of a small argument.

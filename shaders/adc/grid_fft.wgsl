@@ -2,13 +2,13 @@
 // powers of two from 16 to 4096 in workgroup memory, as many lines side by side as make 4096 values. Radix 16
 // as often as it goes, then 4, then 2; unrolled, since software drivers are slow with arrays that loops index
 // and with every access to memory. Only the samples around the middle of the ramp are kept.
-struct Params {
+struct GridFftParams {
     lines: u32,
     log2_cells: u32,
     samples: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: GridFftParams;
 // [line, cell]
 @group(0) @binding(1) var<storage, read> grid: array<vec2<f32>>;
 // e^(+j 2 pi i / cells)

@@ -1,6 +1,6 @@
 // Adds up the lines of a block at each of its samples (CONVENTIONS eq. 84): polynomials in e^(+-2 pi j t D) from the
 // outermost lines to the middle one. A thread works on one sample of four chirps.
-struct Params {
+struct GridLinesParams {
     // Of the cube's piece.
     first_chirp: u32,
     chirps: u32,
@@ -21,7 +21,7 @@ struct Params {
     copies: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: GridLinesParams;
 // [channel, block, line, sample]
 @group(0) @binding(1) var<storage, read> lines: array<vec2<f32>>;
 // [chirp of a block, sample]: e^(2 pi j t D), then the factor of the sum.

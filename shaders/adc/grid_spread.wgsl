@@ -1,6 +1,6 @@
 // Spreads echoes over a grid: a thread owns one line of one block of one channel and walks over the
 // echoes that can reach it, in a fixed order (CONVENTIONS eq. 83).
-struct Params {
+struct GridSpreadParams {
     // Polynomials of the bell across cells and of the one across lines, lowest order first.
     cell_a: vec4<f32>,
     cell_b: vec4<f32>,
@@ -54,7 +54,7 @@ struct Span {
     end: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: GridSpreadParams;
 // [channel, echo]
 @group(0) @binding(1) var<storage, read> echoes: array<DeviceEcho>;
 @group(0) @binding(2) var<storage, read> spans: array<Span>;

@@ -1,5 +1,5 @@
 // Adds thermal noise to every sample of a piece of the cube: Philox4x32-10, Box-Muller.
-struct Params {
+struct NoiseParams {
     count: u32,
     // Index in the whole cube of the first sample here.
     base_lo: u32,
@@ -13,7 +13,7 @@ struct Params {
     sigma: f32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: NoiseParams;
 @group(0) @binding(1) var<storage, read_write> cube: array<vec2<f32>>;
 
 @compute @workgroup_size(64)

@@ -1,7 +1,7 @@
 // Sum of echoes at every sample of the cube. A thread owns 16 samples of one chirp of one channel
 // and walks over all echoes: the phase in the middle of the block, exact in turns, then cosine and
 // sine at ±1/2, ±3/2 ... ±15/2 samples from there, which two samples share.
-struct Params {
+struct SynthesisParams {
     // Rows that are computed, and in how many further chirps each is written (for echoes at rest).
     chirps: u32,
     copies: u32,
@@ -32,7 +32,7 @@ struct DeviceEcho {
     pad: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: SynthesisParams;
 // [channel, echo]
 @group(0) @binding(1) var<storage, read> echoes: array<DeviceEcho>;
 // [chirp, channel, sample]

@@ -4,7 +4,7 @@
 // the largest candidate a pivot is taken, the cells below it are counted, and the bound on the wrong side
 // moves to the nearest cell; the bounds meet at the statistic itself, whatever the pivots.
 
-struct Params {
+struct CfarNoiseParams {
     doppler_bins: u32,
     range_bins: u32,
     // Half heights and half widths of the two rectangles.
@@ -30,7 +30,7 @@ struct Column {
     scale: f32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: CfarNoiseParams;
 @group(0) @binding(1) var<storage, read> map: array<f32>;
 @group(0) @binding(2) var<storage, read> columns: array<Column>;
 // How many cells there are, then each as doppler * range_bins + range.

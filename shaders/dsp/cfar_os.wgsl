@@ -3,7 +3,7 @@
 // Four neighbouring cells a thread: a load costs a CPU's driver more than the arithmetic on four. The map
 // is read as it is: copying it to workgroup memory first takes twice as long there.
 
-struct Params {
+struct CfarWindowParams {
     doppler_bins: u32,
     range_bins: u32,
     // Half heights and half widths of the two rectangles.
@@ -23,7 +23,7 @@ struct Column {
     scale: f32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: CfarWindowParams;
 @group(0) @binding(1) var<storage, read> map: array<f32>;
 @group(0) @binding(2) var<storage, read> columns: array<Column>;
 @group(0) @binding(3) var<storage, read_write> mask: array<u32>;

@@ -1,6 +1,6 @@
 // Bartlett beamformer: power over the grid of directions for each cell (CONVENTIONS eq. 19).
 
-struct Params {
+struct BeamformParams {
     cells: u32,
     directions: u32,
     channels: u32,
@@ -8,7 +8,7 @@ struct Params {
     slot_channels: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: BeamformParams;
 // [cell, channel]
 @group(0) @binding(1) var<storage, read> snapshots: array<vec2<f32>>;
 // [cell, slot]: takes out the phase gathered between transmitters.

@@ -1,6 +1,6 @@
 // Quadratic forms a^H F F^H a over the grid of directions for each cell (CONVENTIONS eq. 94).
 
-struct Params {
+struct DoaSpectrumParams {
     cells: u32,
     directions: u32,
     channels: u32,
@@ -8,7 +8,7 @@ struct Params {
     rank: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: DoaSpectrumParams;
 // [cell, column, channel]
 @group(0) @binding(1) var<storage, read> factors: array<vec2<f32>>;
 // [channel, direction]

@@ -4,7 +4,7 @@
 // stay in a CPU's cache. The load applies the window and fills with zeros; the store shifts and keeps a
 // range of positions (CONVENTIONS eq. 14).
 
-struct Params {
+struct WorkgroupFftParams {
     lines: u32,
     log2_length: u32,
     // Input values a line; the rest is zero.
@@ -26,7 +26,7 @@ struct Params {
     log2_tile: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: WorkgroupFftParams;
 @group(0) @binding(1) var<storage, read> values: array<vec2<f32>>;
 @group(0) @binding(2) var<storage, read> weights: array<f32>;
 // e^(-j 2 pi i / length)

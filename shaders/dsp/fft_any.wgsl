@@ -1,7 +1,7 @@
 // Pass of any radix as a plain sum, one output a thread (see shaders/shared/fft_pass.wgsl): for the factors
 // that radices 8 and 16 leave.
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: FftPassParams;
 @group(0) @binding(1) var<storage, read> values: array<vec2<f32>>;
 @group(0) @binding(2) var<storage, read> multipliers: array<vec2<f32>>;
 // e^(-j 2 pi i / length)

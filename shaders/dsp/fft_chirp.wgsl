@@ -1,7 +1,7 @@
 // Multiplies lines by a vector: the steps of Bluestein's transform between its two convolving ones
 // (Bluestein, IEEE Trans. AU-18 (1970) 451), with the placing of shaders/shared/fft_pass.wgsl.
 
-struct Params {
+struct FftChirpParams {
     lines: u32,
     length: u32,
     // Values of a line; the rest is zero.
@@ -22,7 +22,7 @@ struct Params {
     conjugate_out: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: FftChirpParams;
 @group(0) @binding(1) var<storage, read> values: array<vec2<f32>>;
 @group(0) @binding(2) var<storage, read> multipliers: array<vec2<f32>>;
 @group(0) @binding(3) var<storage, read_write> products: array<vec2<f32>>;

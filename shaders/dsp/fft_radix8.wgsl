@@ -1,6 +1,6 @@
 // Pass of radix 8 (see shaders/shared/fft_pass.wgsl).
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: FftPassParams;
 @group(0) @binding(1) var<storage, read> values: array<vec2<f32>>;
 @group(0) @binding(2) var<storage, read> multipliers: array<vec2<f32>>;
 @group(0) @binding(3) var<storage, read_write> spectrum: array<vec2<f32>>;

@@ -6,7 +6,7 @@ const BEFORE = 0u;
 const KERNEL = 1u;
 const PRODUCT = 2u;
 
-struct Params {
+struct KeystoneParams {
     // 0 values by the first chirp, 1 the chirp to convolve with, 2 product of spectra, 3 rows by the last chirp.
     step: u32,
     lines: u32,
@@ -34,7 +34,7 @@ struct Params {
     ramp_high: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: KeystoneParams;
 @group(0) @binding(1) var<storage, read> values: array<vec2<f32>>;
 // Weights of the chirps (x), or the spectrum of the chirp of each sample.
 @group(0) @binding(2) var<storage, read> factors: array<vec2<f32>>;

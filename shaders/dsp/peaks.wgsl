@@ -3,7 +3,7 @@
 // places in the list; each workgroup writes from its place on. The count goes on beyond the list's
 // capacity, which the host reads as overflow.
 
-struct Params {
+struct PeakParams {
     doppler_bins: u32,
     range_bins: u32,
     capacity: u32,
@@ -12,7 +12,7 @@ struct Params {
     blocks: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: PeakParams;
 @group(0) @binding(1) var<storage, read> map: array<f32>;
 @group(0) @binding(2) var<storage, read> mask: array<u32>;
 // Of each block: first how many peaks it has, then its place in the list.

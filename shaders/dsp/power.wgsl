@@ -2,7 +2,7 @@
 // left in the map; the last chunk turns the sum into the mean. Channels are added in their order, each with
 // its Doppler bands, so that chunking does not change a bit.
 
-struct Params {
+struct PowerMapParams {
     doppler_bins: u32,
     // of this chunk
     channels: u32,
@@ -17,7 +17,7 @@ struct Params {
     bands: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: PowerMapParams;
 @group(0) @binding(1) var<storage, read> spectrum: array<vec2<f32>>;
 @group(0) @binding(2) var<storage, read_write> map: array<f32>;
 

@@ -1,6 +1,6 @@
 // The channels of the listed cells, out of one chunk of the spectrum.
 
-struct Params {
+struct SnapshotParams {
     capacity: u32,
     // of all the cube
     channels: u32,
@@ -15,7 +15,7 @@ struct Params {
     doppler_bins: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: SnapshotParams;
 @group(0) @binding(1) var<storage, read> spectrum: array<vec2<f32>>;
 // [0]: how many there are; then the cells as doppler * range_bins + range.
 @group(0) @binding(2) var<storage, read> cells: array<u32>;

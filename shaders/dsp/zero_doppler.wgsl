@@ -2,7 +2,7 @@
 // projection of the sums over such chirps; with a period of one the mean. A cube lies in pieces of some
 // chirps: each adds its sums to what those before it left, in order, and then gives up what rests.
 
-struct Params {
+struct ZeroDopplerParams {
     chirps: u32,
     columns: u32,
     // 0 sums, 1 subtracts.
@@ -14,7 +14,7 @@ struct Params {
     period: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: ZeroDopplerParams;
 @group(0) @binding(1) var<storage, read_write> cube: array<vec2<f32>>;
 // [chirp of a period, column]
 @group(0) @binding(2) var<storage, read_write> sums: array<vec2<f32>>;

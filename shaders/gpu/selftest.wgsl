@@ -1,11 +1,11 @@
 // What the shared parts compute on this adapter, for the host to check before it is trusted.
 // An item is 16 words, the first of which says what to do; its answer is 4 words.
-struct Params {
+struct SelfTestParams {
     count: u32,
     zero: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: SelfTestParams;
 @group(0) @binding(1) var<storage, read> items: array<u32>;
 @group(0) @binding(2) var<storage, read_write> answers: array<u32>;
 

@@ -2,7 +2,7 @@
 // receiver sees, cut into cells where the phase is curved, each integrated in closed form. A thread takes
 // one polygon, or the share of it that its number tells: bit d says which half it follows at the d-th cut.
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: BeamParams;
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> aspects: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> records: array<vec4<u32>>;

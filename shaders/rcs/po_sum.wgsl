@@ -1,7 +1,7 @@
 // Physical-optics sum of the tubes of many aspects. One workgroup takes one block of tubes of one aspect
 // and adds it up in a fixed order; the host adds the blocks in f64.
 
-struct Params {
+struct PoSumParams {
     inv_wavelength: vec2<f32>,
     wavenumber: f32,
     t_min: f32,
@@ -47,7 +47,7 @@ struct Sum {
     last_h: vec4<f32>,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: PoSumParams;
 @group(0) @binding(1) var<storage, read> bvh_nodes: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> bvh_triangles: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> planes: array<vec4<f32>>;

@@ -6,7 +6,7 @@
 // (v, 0), (k, 0), of the transmitter's frame and as many of the receiver's. Places are measured from
 // the centre of the target.
 
-struct Params {
+struct BeamParams {
     first: u32,
     count: u32,
     // 0 counts, 1 writes.

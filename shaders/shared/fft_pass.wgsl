@@ -3,7 +3,7 @@
 // and fills with zeros, later ones multiply by twiddles; the last one shifts and keeps a range of
 // positions. The entry file binds `params`, `values`, `multipliers` and `spectrum`.
 
-struct Params {
+struct FftPassParams {
     lines: u32,
     length: u32,
     // Of a line.

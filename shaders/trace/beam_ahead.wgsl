@@ -1,7 +1,7 @@
 // What stands ahead of each reflected beam: the faces that it meets, and the parts of it that meet none. A
 // thread takes one beam. Counts first; then, the counts being summed, writes.
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: BeamParams;
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> aspects: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> records: array<vec4<u32>>;

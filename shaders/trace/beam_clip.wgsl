@@ -2,7 +2,7 @@
 // thread takes one beam and one face, or (level 0) one aspect and one face. Counts first, and keeps what is a
 // single piece; then, the counts being summed, writes.
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: BeamParams;
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> aspects: array<vec4<f32>>;
 // Beams that set out, and (beam, face) of each item; not read at level 0.

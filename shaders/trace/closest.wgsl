@@ -1,6 +1,6 @@
 // The nearest triangle along each of the given rays, or whether there is one.
 
-struct Params {
+struct ClosestHitParams {
     count: u32,
     // Non-zero: any triangle will do.
     any: u32,
@@ -13,7 +13,7 @@ struct Ray {
     t_max: f32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: ClosestHitParams;
 @group(0) @binding(1) var<storage, read> bvh_nodes: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> bvh_triangles: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> rays: array<Ray>;

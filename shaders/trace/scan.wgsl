@@ -1,12 +1,12 @@
 // Exclusive prefix sums in blocks of 1024, by levels. mode 0: each block on its own, its total to `totals`;
 // mode 1: adds the scanned totals to their blocks.
 
-struct Params {
+struct PrefixSumParams {
     count: u32,
     mode: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params: PrefixSumParams;
 @group(0) @binding(1) var<storage, read_write> values: array<u32>;
 @group(0) @binding(2) var<storage, read_write> totals: array<u32>;
 

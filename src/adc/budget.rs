@@ -11,13 +11,13 @@ use rayon::prelude::*;
 /// What may be left out of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Budget {
-    /// Nothing.
+    /// Nothing is left out.
     Nothing,
     /// The weakest echoes, as long as the sum of their powers in a channel stays below this, W.
     Sum(f64),
-    /// The same as a share of the power of all.
+    /// Echoes may be left out up to this share of the power of all echoes.
     Share(f64),
-    /// Each echo whose power would be below this in the antennas' main directions, W.
+    /// Each echo is left out whose power would be below this in the antennas' main directions, W.
     Each(f64),
 }
 
@@ -63,7 +63,7 @@ pub fn power_w(radar: &Radar, echoes: &[Echo]) -> f64 {
     summed_w(radar, echoes, |r| levels.amplitude(r))
 }
 
-/// The same of echoes of which only the size is known: whatever the radar's polarisation.
+/// Sum of the powers in W of echoes of which only the size is known, whatever the radar's polarisation.
 pub fn unpolarised_w(radar: &Radar, echoes: &[Echo]) -> f64 {
     let levels = Levels::new(radar);
     summed_w(radar, echoes, |r| levels.unpolarised(r).into())

@@ -10,7 +10,7 @@ use crate::scene::radar::Sampling;
 use num_complex::Complex64;
 use std::f64::consts::SQRT_2;
 
-/// The map of one sample; both engines apply the same.
+/// The conversion that is applied to each sample; both engines apply the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convert {
     /// Whether samples are real (I alone).
@@ -23,11 +23,11 @@ pub struct Convert {
     pub offset: [f64; 2],
     /// Limit A, √W.
     pub saturation: Option<(SaturationKind, f64)>,
-    /// None where samples are not quantised.
+    /// The quantiser; None where samples are not quantised.
     pub quantiser: Option<Quantiser>,
 }
 
-/// 2^bits levels a step apart.
+/// A quantiser of 2^bits levels, one step apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantiser {
     /// Δ = 2A/2^bits, √W.
@@ -39,7 +39,7 @@ pub struct Quantiser {
 }
 
 impl Convert {
-    /// None when nothing is to be done.
+    /// The conversion for these settings; None when it would change nothing.
     pub fn new(settings: &FrontEndSettings, sampling: Sampling) -> Option<Convert> {
         let is_real = sampling == Sampling::Real;
         let iq = if is_real { None } else { settings.iq };
@@ -72,7 +72,7 @@ impl Convert {
                 QuantiserKind::MidRise => 2,
             });
             let bits = self.quantiser.map_or(1, |q| q.bits);
-            let params = Params {
+            let params = ConvertParams {
                 count: piece.data.len() as u32,
                 is_real: u32::from(self.is_real),
                 saturation,
@@ -112,13 +112,13 @@ pub fn peak(full_scale_dbm: f64, sampling: Sampling) -> f64 {
     }
 }
 
-/// Signal to quantisation noise of a tone that fills the range: 3/2 · 4^bits, 6.02 bits + 1.76 dB.
+/// Signal to quantisation noise of a tone that fills the range, dB: 3/2 · 4^bits, 6.02 bits + 1.76 dB.
 pub fn full_scale_snr_db(bits: u32) -> f64 {
     10.0 * (1.5 * 4f64.powi(bits as i32)).log10()
 }
 
 impl IqImbalance {
-    /// (K₁, K₂) of y = K₁ x + K₂ x*: K₁ = ½(1 + g e^{−jψ}), K₂ = ½(1 − g e^{jψ}).
+    /// The factors (K₁, K₂) of y = K₁ x + K₂ x* that the imbalance makes: K₁ = ½(1 + g e^{−jψ}), K₂ = ½(1 − g e^{jψ}).
     pub fn factors(&self) -> (Complex64, Complex64) {
         let g = Complex64::from_polar(power_from_db(self.gain_db).sqrt(), self.phase_rad);
         (0.5 * (1.0 + g.conj()), 0.5 * (1.0 - g))
@@ -133,7 +133,7 @@ impl IqImbalance {
 
 gpu_struct! {
     /// Uniform of `shaders/adc/convert.wgsl`.
-    pub struct Params {
+    pub struct ConvertParams {
         pub count: u32,
         pub is_real: u32,
         pub saturation: u32,
@@ -156,7 +156,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/adc/convert.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(ConvertParams::LAYOUT),
     storage: &[Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {

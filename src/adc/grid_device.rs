@@ -31,15 +31,15 @@ const STILL_LINES: usize = 64;
 /// direct sum and accurate.
 ///
 /// # Errors
-/// As [`Plan::record`] where a set is summed directly.
+/// Returns the errors of [`Plan::record`] where a set is summed directly.
 pub fn record(plan: &Plan, gpu: &Gpu, recorder: &mut Recorder) -> Result<(DeviceCube, Methods)> {
     record_with(plan, gpu, recorder, &DEVICE_COSTS)
 }
 
-/// The same with given costs, by which tests force one method or another.
+/// Records as [`record`] with given costs, by which tests force one method or another.
 ///
 /// # Errors
-/// A plan that is larger than the adapter holds; failures of the adapter; interrupted, when cancelled.
+/// Returns the errors of [`Plan::record`] where a set is summed directly.
 pub fn record_with(
     plan: &Plan,
     gpu: &Gpu,

@@ -12,8 +12,8 @@ use std::ops::Range;
 /// Echoes whose columns are filled by one task.
 const PART: usize = 1024;
 
-/// Coefficients of some echoes about the middle of frame and ramp, `[channel, echo]`. What they have of b1 and c beyond this is in
-/// the warp.
+/// Coefficients of some echoes about the middle of frame and ramp, `[channel, echo]`. Their b1 and c are the
+/// differences from the warp.
 #[derive(Debug, Clone, Default)]
 pub struct GridEchoes {
     /// Number of echoes.
@@ -38,13 +38,13 @@ pub struct GridEchoes {
     pub b2: Vec<f64>,
 }
 
-/// Chirp and sample that coefficients are taken about.
+/// The chirp and the sample about which coefficients are taken.
 pub fn origin(plan: &Plan) -> [f64; 2] {
     [(plan.chirps / 2) as f64, (plan.samples / 2) as f64]
 }
 
 impl GridEchoes {
-    /// Room for `count` echoes in `channels` channels, all silent.
+    /// An array with room for `count` echoes in `channels` channels, all silent.
     pub fn silent(count: usize, channels: usize) -> GridEchoes {
         let total = count * channels;
         let column = || vec![0.0; total];
@@ -62,7 +62,7 @@ impl GridEchoes {
         }
     }
 
-    /// `indices` into the returns of the plan, in some channels.
+    /// Computes the coefficients of the plan's echoes with these `indices`, in some channels.
     pub fn new(plan: &Plan, indices: &[u32], channels: Range<usize>) -> GridEchoes {
         let mut echoes = GridEchoes::silent(indices.len(), channels.len());
         Paths::new(plan, indices, channels.clone()).fill(plan, channels, &mut echoes);
@@ -83,12 +83,12 @@ struct Part {
     rate: Vec<f64>,
     acceleration: Vec<f64>,
     jerk: Vec<f64>,
-    /// Of the way to and from each element that the channels have, in their order; empty for others.
+    /// Excess of the way to and from each element that the channels have, in their order; empty for others.
     tx: Vec<Excess>,
     rx: Vec<Excess>,
 }
 
-/// By what the way to an element is longer than that to the phase centre, m, and its first and second derivative.
+/// Length of the way to an element less that to the phase centre, m, with its first and second derivative.
 #[derive(Default)]
 struct Excess {
     length: Vec<f64>,
@@ -97,7 +97,7 @@ struct Excess {
 }
 
 impl Excess {
-    /// Of all elements in use, for ways with these directions, ranges and velocities.
+    /// Computes the excesses of all elements in use, for ways with these directions, ranges and velocities.
     fn of(elements: &[Antenna], used: &[bool], ways: &[(DVec3, f64, DVec3)]) -> Vec<Excess> {
         let of = |(element, used): (&Antenna, &bool)| {
             let p = element.position_m;
@@ -131,7 +131,7 @@ impl Part {
 }
 
 impl Paths {
-    /// Of `indices` into the returns of the plan, as some channels need them.
+    /// Collects the paths of the plan's echoes with these `indices`, as these channels need them.
     fn new(plan: &Plan, indices: &[u32], channels: Range<usize>) -> Paths {
         let mut used = (vec![false; plan.radar.tx.len()], vec![false; plan.radar.rx.len()]);
         for way in &plan.ways[channels] {

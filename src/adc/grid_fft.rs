@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 gpu_struct! {
     /// Uniform of `shaders/adc/grid_fft.wgsl`.
-    pub struct Params {
+    pub struct GridFftParams {
         pub lines: u32,
         pub log2_cells: u32,
         pub samples: u32,
@@ -24,7 +24,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/adc/grid_fft.wgsl"),
     ],
     workgroup: [256, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(GridFftParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {
@@ -33,7 +33,7 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
-/// Longest line, and the values that a workgroup works on: what its 32 KiB hold.
+/// Length of the longest line, and number of the values that a workgroup works on: what its 32 KiB hold.
 pub const LONGEST: usize = 4096;
 
 /// Records the transform of all lines of a grid: `[line, sample]`.
@@ -48,7 +48,7 @@ pub fn record(recorder: &mut Recorder, layout: &Layout, grid: &Buffer<Complex32>
         .collect();
     let turns = recorder.upload("turns", &turns);
     let out = recorder.buffer("lines", lines * samples);
-    let params = Params { lines: lines as u32, log2_cells: cells.ilog2(), samples: samples as u32 };
+    let params = GridFftParams { lines: lines as u32, log2_cells: cells.ilog2(), samples: samples as u32 };
     let groups = lines.div_ceil(LONGEST / cells) as u64;
     let threads = Threads::Linear(groups * u64::from(KERNEL.workgroup[0]));
     recorder.dispatch(&KERNEL, &params, &[grid, &turns, &out], threads);

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 gpu_struct! {
     /// Uniform of `shaders/adc/grid_lines.wgsl`.
-    pub struct Params {
+    pub struct GridLinesParams {
         pub first_chirp: u32,
         pub chirps: u32,
         pub cube_channels: u32,
@@ -37,7 +37,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/adc/grid_lines.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(GridLinesParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {
@@ -46,7 +46,7 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
-/// `[chirp of a block, sample]`: step from line to line and factor of the sum.
+/// Step from line to line and factor of the sum, `[chirp of a block, sample]`.
 pub fn steps(layout: &Layout) -> Vec<[f32; 4]> {
     let finish = layout.finish();
     let mut steps = vec![[0.0; 4]; layout.block * layout.samples];
@@ -61,7 +61,7 @@ pub fn steps(layout: &Layout) -> Vec<[f32; 4]> {
     steps
 }
 
-/// Where sums go.
+/// The cube to which sums are written.
 pub struct Into<'a> {
     /// The cube that receives them.
     pub cube: &'a DeviceCube,
@@ -84,7 +84,7 @@ pub fn record(
     let blocks = layout.blocks();
     let in_block = lines.len() / (channels.len() * blocks * layout.samples).max(1);
     for piece in &cube.pieces {
-        let params = Params {
+        let params = GridLinesParams {
             first_chirp: piece.first_chirp as u32,
             chirps: piece.chirps as u32,
             cube_channels: cube.channels as u32,

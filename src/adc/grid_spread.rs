@@ -10,7 +10,7 @@ use std::ops::Range;
 
 gpu_struct! {
     /// Uniform of `shaders/adc/grid_spread.wgsl`.
-    pub struct Params {
+    pub struct GridSpreadParams {
         pub cell_a: [f32; 4],
         pub cell_b: [f32; 4],
         pub cell_c: [f32; 4],
@@ -71,7 +71,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/adc/grid_spread.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(GridSpreadParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[DeviceEcho::LAYOUT, Span::LAYOUT],
     tolerance: Tolerance {
@@ -100,7 +100,7 @@ pub struct Sorted {
 }
 
 impl Sorted {
-    /// For echoes that are to go into one line each, the same number into every line.
+    /// Shares the echoes out among the lines in equal numbers, for echoes that go into one line each.
     pub fn shared_out(echoes: &GridEchoes, lines: usize) -> Sorted {
         let n = echoes.count;
         Sorted {
@@ -110,7 +110,7 @@ impl Sorted {
         }
     }
 
-    /// By place among the lines.
+    /// Sorts the echoes by their place among the lines of the layout.
     pub fn by_line(echoes: &GridEchoes, layout: &Layout) -> Sorted {
         if layout.lines == 1 {
             return Sorted {
@@ -184,7 +184,7 @@ pub fn record(
     let list = recorder.upload("echoes", &list);
     let ([cell_a, cell_b, cell_c, cell_d], [line_a, line_b, line_c, line_d]) =
         (quarters(&layout.cell_bell), quarters(&layout.line_bell));
-    let params = Params {
+    let params = GridSpreadParams {
         cell_a,
         cell_b,
         cell_c,

@@ -48,8 +48,8 @@ pub struct Bell {
 pub const DEGREE: usize = 13;
 
 impl Bell {
-    /// For frequencies up to 1/(2 oversampling) cycles a cell. β puts the first zero of the transform
-    /// where the image of that band begins.
+    /// The bell for frequencies up to 1/(2 oversampling) cycles a cell. β puts the first zero of the transform where
+    /// the image of that band begins.
     pub fn new(oversampling: f64) -> Bell {
         let beta = 0.98 * PI * TAPS as f64 * (1.0 - 0.5 / oversampling);
         let peak = bessel_i0(beta);
@@ -57,12 +57,12 @@ impl Bell {
         Bell { beta, peak, polynomial: economised(f).map(|c| c as f32) }
     }
 
-    /// Its value at distance d, in halves of its width.
+    /// Value of the bell at distance d, in halves of its width.
     pub fn at(&self, d: f64) -> f64 {
         if d.abs() > 1.0 { 0.0 } else { bessel_i0(self.beta * (1.0 - d * d).sqrt()) / self.peak }
     }
 
-    /// ∫ bell e^{2πj f x} dx, x in cells.
+    /// Transform of the bell at frequency f, ∫ bell e^{2πj f x} dx, x in cells.
     pub fn transform(&self, f: f64) -> f64 {
         let w = TAPS as f64;
         let q = self.beta * self.beta - (PI * w * f).powi(2);
@@ -75,7 +75,7 @@ impl Bell {
         w * shape / self.peak
     }
 
-    /// What images add at frequencies up to 1/(2 oversampling), relative to the signal: the largest.
+    /// Largest amplitude of images at frequencies up to 1/(2 oversampling), relative to the signal.
     pub fn aliasing(&self, oversampling: f64) -> f64 {
         let band = 0.5 / oversampling;
         let at = |f: f64| {
@@ -128,7 +128,7 @@ fn economised(f: impl Fn(f64) -> f64) -> [f64; DEGREE + 1] {
     sum
 }
 
-/// y = slope x + offset.
+/// A straight line y = slope x + offset.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Line {
     /// Slope.
@@ -171,9 +171,9 @@ impl Warp {
 /// Time that the parts of the work take on an engine, ns.
 #[derive(Debug, Clone, Copy)]
 pub struct Costs {
-    /// One echo at one sample, directly.
+    /// Cost of one echo at one sample, summed directly.
     pub direct: f64,
-    /// One echo in one channel and one block, on one line, and on [`TAPS`] of them.
+    /// Cost of one echo in one channel and one block: on one line, and on [`TAPS`] of them.
     pub spread: [f64; 2],
     /// A cell of a transform, per factor of two.
     pub transform: f64,
@@ -185,11 +185,11 @@ pub struct Costs {
     pub table: f64,
     /// Whether transforms have to be powers of two, and the longest.
     pub power_of_two: bool,
-    /// Longest line that a transform of the engine takes, cells.
+    /// Length of the longest line that a transform of the engine takes, cells.
     pub longest: usize,
-    /// Most lines of a block.
+    /// Largest number of lines of a block.
     pub lines: usize,
-    /// Most cells of all blocks of a channel.
+    /// Largest number of cells in all blocks of a channel.
     pub largest_grid: usize,
 }
 
@@ -200,7 +200,7 @@ pub struct Layout {
     pub chirps: usize,
     /// Number of samples of a chirp.
     pub samples: usize,
-    /// Chirps of a block; the last may be shorter.
+    /// Number of chirps of a block; the last block may be shorter.
     pub block: usize,
     /// Cells of a line, one turn of b0.
     pub cells: usize,
@@ -220,14 +220,15 @@ pub struct Layout {
     pub error: f64,
 }
 
-/// mean + slope m, which is nearest to m² over the chirps m of a block as counted from [`Layout::middle`], and the mean of m.
+/// The line mean + slope m, which is nearest to m² over the chirps m of a block as counted from [`Layout::middle`], and
+/// the mean of m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
     /// Mean of m, chirps.
     pub centre: f64,
-    /// At m = 0, chirps².
+    /// Value at m = 0, chirps².
     pub mean: f64,
-    /// Chirps.
+    /// Slope over m, chirps.
     pub slope: f64,
 }
 
@@ -241,7 +242,7 @@ fn is_smooth(mut n: usize) -> bool {
     n == 1
 }
 
-/// Cells of a line for this many samples.
+/// Number of cells of a line for this many samples.
 pub fn cells(samples: usize, costs: &Costs) -> usize {
     let least = (1.375 * samples as f64).ceil() as usize;
     let least = least.max(2 * TAPS);
@@ -265,7 +266,7 @@ pub struct Bells {
 }
 
 impl Bells {
-    /// For this many samples on an engine of these costs.
+    /// The bells for this many samples on an engine of these costs.
     pub fn new(samples: usize, costs: &Costs) -> Bells {
         let cells = cells(samples, costs);
         let oversampling = cells as f64 / samples.max(1) as f64;
@@ -289,7 +290,7 @@ pub(super) fn lines(block: usize, samples: usize, [low, high]: [f64; 2], warp: &
 }
 
 impl Layout {
-    /// For echoes that do not change from chirp to chirp: one chirp, one line.
+    /// Layout for echoes that do not change from chirp to chirp: one chirp, one line.
     pub fn still(samples: usize, costs: &Costs) -> Layout {
         let cells = cells(samples, costs);
         let oversampling = cells as f64 / samples.max(1) as f64;
@@ -309,7 +310,7 @@ impl Layout {
         }
     }
 
-    /// Whether gridding `echoes` echoes that stand still pays.
+    /// Whether gridding of `echoes` echoes that stand still costs less than the direct sum.
     pub fn still_pays(echoes: usize, samples: usize, costs: &Costs) -> bool {
         let n = samples as f64;
         let cells = cells(samples, costs);
@@ -317,7 +318,7 @@ impl Layout {
         cells <= costs.longest && gridded < echoes as f64 * n * costs.direct
     }
 
-    /// For echoes whose a1 goes over `range` during the frame, in blocks of `block` chirps.
+    /// Layout for echoes whose a1 goes over `range` during the frame, in blocks of `block` chirps.
     pub fn moving(
         (chirps, samples): (usize, usize),
         block: usize,
@@ -341,7 +342,7 @@ impl Layout {
         }
     }
 
-    /// The same for a channel in which every a1 is larger by `turns`.
+    /// The layout for a channel in which every a1 is larger by `turns`.
     pub fn turned(&self, turns: f64) -> Layout {
         let moved = |l: Line| Line { offset: l.offset - l.slope * turns, ..l };
         Layout {
@@ -351,8 +352,9 @@ impl Layout {
         }
     }
 
-    /// Where a sum in single precision has to be put aside: before these echoes of the first channel, so that in no square of
-    /// [`TAPS`] cells by lines more than what [`PORTION`] equal echoes make adds up in between. The last is the number of echoes.
+    /// Finds where a sum in single precision has to be put aside: before these echoes of the first channel, so that in
+    /// no square of [`TAPS`] cells by lines more than what [`PORTION`] equal echoes make adds up in between. The last
+    /// entry is the number of echoes.
     pub fn portions(&self, echoes: &GridEchoes) -> Vec<usize> {
         let mut cuts = Vec::new();
         if echoes.count > PORTION {
@@ -464,8 +466,8 @@ pub struct Finish<'a> {
 }
 
 impl Finish<'_> {
-    /// At chirp `i` of a block and sample `n` of the ramp: turns from line to line, and the factor's
-    /// turns and magnitude.
+    /// The factor at chirp `i` of a block and sample `n` of the ramp: its turns from line to line, its turns and its
+    /// magnitude.
     pub fn at(&self, i: usize, n: usize) -> (f64, f64, f64) {
         let layout = self.layout;
         let m = i as f64 - (layout.block / 2) as f64;

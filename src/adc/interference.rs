@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 /// Antennas of two radars are at least so far apart.
 const NEAREST_M: f64 = 1e-3;
 
-/// One way from an interferer to the victim.
+/// A wave that arrives at the victim from an interferer by one way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arrival {
     /// Ways of one interferer share it, and with it their draws.
@@ -35,14 +35,14 @@ pub struct Arrival {
     pub start_s: Option<f64>,
     /// Whether its oscillator runs through from ramp to ramp.
     pub coherent: bool,
-    /// (amplitude in √W without the phase of the way, length of the way in m) of each receiver. The length is that
-    /// of the wave received in the middle of the frame.
+    /// For each receiver the amplitude in √W, without the phase of the way, and the length of the way in m. The length
+    /// is that of the wave received in the middle of the frame.
     pub receivers: Vec<(Complex64, f64)>,
-    /// Its rate of change by the time of reception.
+    /// Rate of change of that length by the time of reception, m/s.
     pub path_rate_mps: f64,
 }
 
-/// Where the victim is and how it moves, in the middle of the frame.
+/// Place and motion of the victim in the middle of the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RadarState {
     /// Pose of the victim in the world.
@@ -51,10 +51,11 @@ pub struct RadarState {
     pub velocity_mps: DVec3,
 }
 
-/// The straight way: power P_t G_t G_r λ²/(4πR)², times |p_r·p_t|². `place` is the interferer's.
+/// The interferer's wave on the straight way: power P_t G_t G_r λ²/(4πR)², times |p_r·p_t|². `place` is that of the
+/// interferer.
 ///
 /// # Errors
-/// One that stands where a receiver does.
+/// Returns an error if the interferer stands where a receiver stands.
 pub fn direct(
     sender: &Interferer,
     number: u32,
@@ -88,8 +89,8 @@ pub fn direct(
     Ok(arrival(sender, number, receivers.collect(), (at.velocity_mps - place.velocity_mps).dot(u)))
 }
 
-/// By way of a body at `body_m` with the velocity `body_mps` that scatters σ into all directions and keeps V
-/// and H as an isotropic point target does: power P_t G_t G_r λ² σ/((4π)³ R₁² R₂²).
+/// The interferer's wave by way of a body at `body_m` with the velocity `body_mps` that scatters σ into all directions
+/// and keeps V and H as an isotropic point target does: power P_t G_t G_r λ² σ/((4π)³ R₁² R₂²).
 pub fn scattered(
     sender: &Interferer,
     number: u32,
@@ -154,13 +155,13 @@ impl Field {
     }
 }
 
-/// How long a burst lasts: a band `band_hz` wide over the difference of the slopes.
+/// Duration of a burst of interference, s: a band `band_hz` wide over the difference of the slopes.
 pub fn burst_s(band_hz: f64, slope_hz_per_s: f64, other_hz_per_s: f64) -> f64 {
     band_hz / (slope_hz_per_s - other_hz_per_s).abs()
 }
 
-/// Where an interferer of equal slope appears whose ramp is received `late_s` after the victim's starts and
-/// begins `higher_hz` above it: R = (c/2)(late − higher/S).
+/// Range at which an interferer of equal slope appears whose ramp is received `late_s` after the victim's starts and
+/// begins `higher_hz` above it: R = (c/2)(late − higher/S), m.
 pub fn ghost_range_m(slope_hz_per_s: f64, late_s: f64, higher_hz: f64) -> f64 {
     0.5 * C0 * (late_s - higher_hz / slope_hz_per_s)
 }

@@ -4,14 +4,14 @@
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// Every echo at every sample.
+    /// Every echo is summed at every sample.
     #[default]
     Direct,
-    /// On a grid, with its size.
+    /// The echoes are spread on a grid, whose size this holds.
     Gridded(Gridded),
 }
 
-/// What [`Method::Gridded`] did.
+/// Size and error of a grid that [`Method::Gridded`] used.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Gridded {
     /// Grids, each with echoes of its own; `blocks` is that of the finest and `lines` the largest.
@@ -36,8 +36,8 @@ fn one() -> usize {
 /// How the echoes of one frame were summed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Methods {
-    /// Of the echoes that do not move against the radar.
+    /// Method for the echoes that do not move against the radar.
     pub still: Method,
-    /// Of the echoes that move.
+    /// Method for the echoes that move.
     pub moving: Method,
 }

@@ -79,11 +79,11 @@ pub struct DeviceCube {
     pub channels: usize,
     /// Number of samples of a chirp.
     pub samples: usize,
-    /// In order of chirps, together the whole cube.
+    /// Pieces in the order of chirps; together they are the whole cube.
     pub pieces: Vec<CubePiece>,
 }
 
-/// Chirps `first_chirp..first_chirp + chirps`, `[chirp, channel, sample]`, (I, Q) in √W.
+/// A piece of the cube: chirps `first_chirp..first_chirp + chirps`, `[chirp, channel, sample]`, (I, Q) in √W.
 pub struct CubePiece {
     /// First chirp of the piece.
     pub first_chirp: usize,

@@ -54,7 +54,7 @@ impl Noise {
     pub fn record(&self, recorder: &mut Recorder, cube: &DeviceCube) {
         for piece in &cube.pieces {
             let base = (piece.first_chirp * cube.channels * cube.samples) as u64;
-            let params = Params {
+            let params = NoiseParams {
                 count: piece.data.len() as u32,
                 base_lo: base as u32,
                 base_hi: (base >> 32) as u32,
@@ -72,7 +72,7 @@ impl Noise {
 
 gpu_struct! {
     /// Uniform of `shaders/adc/noise.wgsl`.
-    pub struct Params {
+    pub struct NoiseParams {
         pub count: u32,
         pub base_lo: u32,
         pub base_hi: u32,
@@ -95,7 +95,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/adc/noise.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(NoiseParams::LAYOUT),
     storage: &[Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {

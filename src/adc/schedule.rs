@@ -34,7 +34,7 @@ const TOGETHER: usize = 1 << 20;
 pub struct Group {
     /// Which, as the caller numbers them.
     pub echoes: Vec<u32>,
-    /// Their grid, or None where the direct sum is cheaper.
+    /// Grid of the group's echoes, or None where the direct sum is cheaper.
     pub layout: Option<Layout>,
     /// Power that the grid leaves out, predicted, W.
     pub error_w: f64,
@@ -45,14 +45,14 @@ pub struct Group {
 pub struct Schedule {
     /// Echoes of a grid, as indices into the frame's returns, with the grid.
     pub grids: Vec<(Vec<u32>, Layout)>,
-    /// Those that are summed directly.
+    /// Echoes that are summed directly.
     pub directly: Vec<u32>,
     /// Power that grids leave out over Σ|A|², predicted.
     error: f64,
 }
 
 impl Schedule {
-    /// Of the plan's echoes that move, on an engine of these costs.
+    /// The schedule of the plan's echoes that move, on an engine of these costs.
     pub fn new(plan: &Plan, costs: &Costs) -> Schedule {
         let mut schedule = Schedule::default();
         let moving = plan.set(Set::Moving);
@@ -98,7 +98,7 @@ impl Schedule {
         schedule
     }
 
-    /// Grids that an engine does not take after all: their echoes are summed directly.
+    /// Drops the grids that an engine cannot take (`fits` is false), so that their echoes are summed directly.
     pub fn keep(&mut self, mut fits: impl FnMut(&[u32], &Layout) -> bool) {
         let (kept, left): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.grids).into_iter().partition(|(echoes, layout)| fits(echoes, layout));
@@ -107,7 +107,7 @@ impl Schedule {
         self.directly.sort_unstable();
     }
 
-    /// The method as results state it: of several grids the numbers of the finest.
+    /// The method as results state it; of several grids it has the numbers of the finest.
     pub fn method(&self) -> Method {
         let finest = self.grids.iter().max_by_key(|(_, layout)| layout.blocks());
         finest.map_or(Method::Direct, |(_, layout)| {
@@ -120,7 +120,7 @@ impl Schedule {
     }
 }
 
-/// Size of what is synthesised.
+/// Size of the cube that is synthesised.
 #[derive(Debug, Clone, Copy)]
 pub struct Shape {
     /// Number of chirps.
@@ -131,14 +131,15 @@ pub struct Shape {
     pub channels: usize,
 }
 
-/// What the choice looks at of an echo.
+/// The terms of an echo on which the choice of a grid depends.
 #[derive(Debug, Clone, Copy)]
 pub struct Term {
-    /// At the phase centre in the first slot, about the middle of frame and ramp, without what the transmitter's code adds.
+    /// Phase at the phase centre in the first slot, about the middle of frame and ramp, without what the transmitter's
+    /// code adds.
     pub polynomial: PhasePolynomial,
     /// a1, a2 and a3 in the last slot.
     pub last_a1: [f64; 3],
-    /// Most by which a1 differs from these in any channel, turns.
+    /// Largest difference of a1 in any channel from that of `polynomial`, turns.
     pub array_a1: f64,
     /// |A|², mean over channels, W.
     pub power_w: f64,
@@ -174,7 +175,7 @@ impl Deviation {
         }
     }
 
-    /// At `half` chirps and `n` samples from the middle, rad.
+    /// The three deviations at `half` chirps and `n` samples from the middle, rad.
     fn corner(&self, half: f64, n: f64) -> [f64; 3] {
         [self.a2 * half * half, self.b1 * half * n, self.c * n * n].map(|turns| TAU * turns.abs())
     }

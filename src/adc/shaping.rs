@@ -41,7 +41,7 @@ pub struct Shaping {
 }
 
 impl Shaping {
-    /// For echoes up to this |path rate|. None for waveforms whose lines are the samples.
+    /// The shaping for echoes up to this |path rate|, m/s. None for waveforms whose lines are the samples.
     pub fn of(radar: &Radar, largest_path_rate_mps: f64) -> Option<Shaping> {
         let fs = radar.sample_rate_hz;
         let (period, half_band_hz) = match &radar.waveform {
@@ -75,10 +75,11 @@ impl Shaping {
         })
     }
 
-    /// Terms of the exponential series that echoes up to this |path rate| need.
+    /// Number of terms of the exponential series that echoes up to this |path rate|, m/s, need.
     ///
     /// # Errors
-    /// An echo whose phase turns so far within one record that the series would cancel its own digits.
+    /// Returns an error for an echo whose phase turns so far within one record that the series would cancel its own
+    /// digits.
     pub fn orders(&self, largest_path_rate_mps: f64) -> Result<u32> {
         let top_hz = self.lines.first_hz + self.lines.count as f64 * self.lines.step_hz;
         let theta = TAU * top_hz * largest_path_rate_mps / C0 * self.half_s;
@@ -98,10 +99,10 @@ impl Shaping {
         Ok(orders)
     }
 
-    /// The echoes as set `order` of lines needs them.
+    /// Plans the synthesis of the echoes as set `order` of lines needs them.
     ///
     /// # Errors
-    /// When an echo is not finite.
+    /// Returns an error if an echo is not finite.
     pub fn plan<'a>(&self, radar: &'a Radar, echoes: &'a Echoes, order: u32) -> Result<Plan<'a>> {
         let plan = Plan::with_lines(radar, self.lines, echoes)?;
         if order == 0 {
@@ -114,14 +115,14 @@ impl Shaping {
         }))
     }
 
-    /// Factors of the lines of set `order`.
+    /// Factors by which the lines of set `order` are multiplied.
     pub fn weights(&self, order: u32) -> Vec<Complex64> {
         let first_hz = self.lines.first_hz;
         let relative = |k: usize| (first_hz + k as f64 * self.lines.step_hz) / first_hz;
         self.spectrum.iter().enumerate().map(|(k, s)| s * relative(k).powi(order as i32)).collect()
     }
 
-    /// Factors of the samples that come out of set `order`.
+    /// Factors by which the samples that come out of set `order` are multiplied.
     pub fn times(&self, order: u32) -> Vec<f64> {
         let middle = 0.5 * (self.samples as f64 - 1.0);
         let half = 0.5 * self.samples as f64;

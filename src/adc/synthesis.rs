@@ -64,7 +64,7 @@ impl PhasePolynomial {
             + n * (self.b0 + m * (self.b1 + m * self.b2) + n * (self.c + m * self.c1))
     }
 
-    /// The same polynomial about (chirp, sample) as origin.
+    /// Expands the same polynomial about (chirp, sample) as origin.
     #[inline(always)]
     pub fn about(&self, chirp: f64, sample: f64) -> PhasePolynomial {
         let (m, n) = (chirp, sample);
@@ -117,7 +117,7 @@ pub struct SynthesisStats {
 }
 
 impl SynthesisStats {
-    /// What was seen of one frame's echoes through two ramps.
+    /// Adds up the statistics of one frame's echoes through two ramps.
     pub fn and(&self, other: &SynthesisStats) -> SynthesisStats {
         SynthesisStats {
             echoes: self.echoes.max(other.echoes),
@@ -136,12 +136,12 @@ impl SynthesisStats {
     }
 }
 
-/// Which echoes of a plan.
+/// A set of the echoes of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Set {
-    /// The same in every loop.
+    /// Echoes that are the same in every loop.
     Still,
-    /// Those that move against the radar.
+    /// Echoes that move against the radar.
     Moving,
 }
 
@@ -200,7 +200,7 @@ pub struct Plan<'a> {
     pub channels: usize,
     /// Number of samples of a chirp.
     pub samples: usize,
-    /// Of the lines: what is not mixed with the sweep is real, if at all, only after shaping.
+    /// Whether the lines are real or complex; what is not mixed with the sweep is real, if at all, only after shaping.
     pub sampling: Sampling,
     /// What the front end did with the echoes.
     pub front_end: SynthesisStats,
@@ -218,19 +218,19 @@ pub struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// The lines that processing sees are those that are synthesised, but for pulses and codes
-    /// ([`crate::adc::shaping`]).
+    /// Plans the synthesis of the lines that processing sees, except for pulses and codes, whose lines
+    /// [`crate::adc::shaping`] turns into samples.
     ///
     /// # Errors
-    /// When an echo is not finite.
+    /// Returns an error if an echo is not finite.
     pub fn new(radar: &'a Radar, echoes: &'a Echoes) -> Result<Plan<'a>> {
         Self::with_lines(radar, radar.lines(), echoes)
     }
 
-    /// With lines of one's choice.
+    /// Plans the synthesis of frequency lines other than the radar's own.
     ///
     /// # Errors
-    /// When an echo is not finite.
+    /// Returns an error if an echo is not finite.
     pub fn with_lines(radar: &'a Radar, lines: FrequencySamples, echoes: &'a Echoes) -> Result<Plan<'a>> {
         let filters = &radar.front_end.filters;
         let front_end = SynthesisStats {
@@ -294,7 +294,7 @@ impl<'a> Plan<'a> {
         Ok(plan)
     }
 
-    /// The same echoes with each amplitude multiplied by `factor` of its return.
+    /// Multiplies the amplitude of each echo by `factor` of it.
     pub fn weighted(mut self, factor: impl Fn(&Echo) -> Complex64 + Sync) -> Plan<'a> {
         let kinds = self.kinds;
         self.amplitudes.par_chunks_mut(kinds.max(1)).zip(self.echoes).for_each(|(a, r)| {
@@ -313,18 +313,18 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Σ|A|² of all echoes that are heard in a channel, W.
+    /// Power of all echoes that are heard in a channel, Σ|A|², W.
     pub fn power(&self, channel: usize) -> f64 {
         let way = &self.ways[channel];
         self.power[way.kind] * way.factor.norm_sqr()
     }
 
-    /// Mean over channels of [`Plan::power`], W.
+    /// Mean of [`Plan::power`] over channels, W.
     pub fn mean_power_w(&self) -> f64 {
         (0..self.channels).map(|c| self.power(c)).sum::<f64>() / self.channels.max(1) as f64
     }
 
-    /// |A|² of each echo of `indices`, mean over channels, W.
+    /// Power |A|² of each echo of `indices`, mean over channels, W.
     pub fn echo_powers_w<'p>(&'p self, indices: &'p [u32]) -> impl IndexedParallelIterator<Item = f64> + 'p {
         let mut share = vec![0.0; self.kinds];
         for way in &self.ways {
@@ -347,7 +347,7 @@ impl<'a> Plan<'a> {
         self.ways[channel].code_turns
     }
 
-    /// Neighbouring channels whose transmitters have the same code.
+    /// Ranges of neighbouring channels whose transmitters have the same code.
     pub fn channels_by_code(&self) -> impl Iterator<Item = Range<usize>> + '_ {
         self.ways.chunk_by(|a, b| a.code_turns == b.code_turns).scan(0, |from, some| {
             *from += some.len();
@@ -355,7 +355,7 @@ impl<'a> Plan<'a> {
         })
     }
 
-    /// Indices into the frame's returns.
+    /// Indices of the set's echoes among those of the frame.
     pub fn set(&self, set: Set) -> &[u32] {
         match set {
             Set::Still => &self.still,
@@ -363,12 +363,12 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// The contribution of return `index` to `channel`.
+    /// The phase polynomial of echo `index` in `channel`.
     pub fn coefficients(&self, index: u32, channel: usize) -> PhasePolynomial {
         self.channel(channel).coefficients(index)
     }
 
-    /// For many echoes in one channel: what they have in common is worked out once.
+    /// A channel in which many echoes are evaluated: what they have in common is worked out once.
     pub fn channel(&self, channel: usize) -> Channel<'_> {
         let way = self.ways[channel];
         Channel {
@@ -485,7 +485,7 @@ impl<'a> Levels<'a> {
         Levels { pairs, kind, scale }
     }
 
-    /// √W from an echo of 1/m in the antennas' main directions, the largest over the channels.
+    /// Largest factor over the channels from an echo of 1/m in the antennas' main directions to its amplitude, √W.
     pub fn full_gain(&self) -> f64 {
         let gain = |(t, x): &(&Antenna, &Antenna)| power_from_db(t.gain_dbi + x.gain_dbi).sqrt();
         self.scale * self.pairs.iter().map(gain).fold(0.0, f64::max)
@@ -496,8 +496,8 @@ impl<'a> Levels<'a> {
         self.pairs.iter().map(|(t, x)| self.scale * pair_amplitude(r, t, x))
     }
 
-    /// a of eq. 9 without its e^{-jkL}, √W: its square is the power of this echo alone, mean over
-    /// channels; its phase is that of channel 0.
+    /// Amplitude a of eq. 9 without its e^{-jkL}, √W: its square is the power of this echo alone, mean over channels;
+    /// its phase is that of channel 0.
     pub fn amplitude(&self, r: &Echo) -> Complex64 {
         let all: Vec<Complex64> = self.amplitudes(r).collect();
         let power: f64 = self.kind.iter().map(|k| all[*k].norm_sqr()).sum();
@@ -507,8 +507,8 @@ impl<'a> Levels<'a> {
 }
 
 impl Levels<'_> {
-    /// The largest entry of path_gain as all antennas would receive it if it were of their polarisation, √W, mean of the powers over
-    /// channels.
+    /// Amplitude of an echo if all antennas had the polarisation of the largest entry of its path_gain, √W, mean of the
+    /// powers over channels.
     pub fn unpolarised(&self, r: &Echo) -> f64 {
         let gain = |(tx, rx): &(&Antenna, &Antenna)| power_gain(tx, r.departure) * power_gain(rx, r.arrival);
         let all: Vec<f64> = self.pairs.iter().map(gain).collect();
@@ -532,8 +532,8 @@ pub fn power_gain(antenna: &Antenna, direction: DVec3) -> f64 {
     crate::base::units::power_from_db(antenna.gain_dbi) * antenna.pattern.power_gain(azimuth, elevation)
 }
 
-/// Path of a channel, eq. 9: from the element to the first scatterer and from the last one back,
-/// exact for spherical waves, in the middle of the frame.
+/// Length of a channel's path, m (eq. 9): from the element to the first scatterer and from the last one back, exact for
+/// spherical waves, in the middle of the frame.
 pub fn channel_path_m(radar: &Radar, r: &Echo, tx: usize, rx: usize) -> f64 {
     r.path_length_m
         + excess_m(r.departure, r.first_range_m, radar.tx[tx].position_m)
@@ -574,7 +574,7 @@ pub struct Channel<'a> {
 }
 
 impl Channel<'_> {
-    /// The contribution of return `index`.
+    /// The phase polynomial of echo `index`.
     #[inline]
     pub fn coefficients(&self, index: u32) -> PhasePolynomial {
         let r = &self.echoes[index as usize];
@@ -598,13 +598,13 @@ impl Channel<'_> {
 /// Eq. 11 in eq. 12a as a polynomial, for one slot. With τ = a + b m + d n: b the change of delay
 /// from loop to loop, d from line to line.
 pub(super) struct Polynomial {
-    /// Of the sweep that the echo is mixed with; zero when it is not.
+    /// Slope of the sweep that the echo is mixed with, Hz/s; zero when it is not mixed.
     slope: f64,
-    /// From line to line, Hz and s.
+    /// Step of the frequency from line to line, Hz; `line` is that of the time, s.
     step: f64,
     line: f64,
     loop_: f64,
-    /// Of the first line of the frame.
+    /// Time of the first line of the frame, s.
     start: f64,
     /// Frequency of that line, Hz.
     f: f64,
@@ -740,7 +740,7 @@ pub fn point_echo(position_m: DVec3, velocity_mps: DVec3, sigma_m2: f64, object:
 
 gpu_struct! {
     /// Uniform of `shaders/adc/synthesis.wgsl`.
-    pub struct Params {
+    pub struct SynthesisParams {
         pub chirps: u32,
         pub copies: u32,
         pub channels: u32,
@@ -754,7 +754,7 @@ gpu_struct! {
 }
 
 gpu_struct! {
-    /// `PhasePolynomial` about the middle of frame and ramp as the shader reads them.
+    /// A `PhasePolynomial` about the middle of frame and ramp as the shader reads it.
     pub struct DeviceEcho {
         pub amplitude: [f32; 2],
         pub a0: u32,
@@ -780,7 +780,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/adc/synthesis.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(SynthesisParams::LAYOUT),
     storage: &[Access::Read, Access::ReadWrite],
     structs: &[DeviceEcho::LAYOUT],
     tolerance: Tolerance {
@@ -845,7 +845,7 @@ impl Plan<'_> {
                 Set::Still => 1,
                 Set::Moving => piece.chirps,
             };
-            let params = Params {
+            let params = SynthesisParams {
                 chirps: rows as u32,
                 copies: (piece.chirps - rows) as u32,
                 channels: self.channels as u32,
@@ -869,15 +869,16 @@ impl Plan<'_> {
     /// too long, or when one chirp exceeds a binding.
     ///
     /// # Errors
-    /// A plan that is larger than the adapter holds; failures of the adapter; interrupted, when cancelled.
+    /// Returns an error if the beat frequency of an echo drifts too fast for the shader, or if one chirp does not fit a
+    /// binding of the adapter.
     pub fn record(&self, gpu: &Gpu, recorder: &mut Recorder) -> Result<DeviceCube> {
         self.record_some(gpu, recorder, &self.still, &self.moving)
     }
 
-    /// The same of some of the echoes at rest and of those that move.
+    /// Records as [`Self::record`] only some of the echoes at rest and of those that move.
     ///
     /// # Errors
-    /// A plan that is larger than the adapter holds; failures of the adapter; interrupted, when cancelled.
+    /// Returns the errors of [`Self::record`].
     pub fn record_some(
         &self,
         gpu: &Gpu,

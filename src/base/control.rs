@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-/// How somebody watches a long piece of work, and stops it.
+/// How a caller watches a long piece of work, and stops it.
 #[derive(Default, Clone, Copy)]
 pub struct Control<'a> {
     /// Called with (parts done, parts in all), from any thread. The work says what a part is.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Most bounces of a chain.
+/// Largest number of bounces of a chain.
 pub const MAX_BOUNCES: usize = 8;
 
 /// Which bounces of a chain radiate to the receiver.

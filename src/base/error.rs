@@ -59,7 +59,7 @@ impl BadInput {
         self.allowed = Some(allowed.into());
         self
     }
-    /// As [`BadInput::allowed`], and the list is never cut.
+    /// States the allowed values as [`BadInput::allowed`] does, in a list that is never cut.
     pub fn allowed_whole(mut self, allowed: impl Into<String>) -> Self {
         self.allowed_whole = true;
         self.allowed(allowed)
@@ -71,7 +71,7 @@ impl BadInput {
     }
 }
 
-/// Most characters of one error: 300 with the "error: " before it.
+/// Largest number of characters of one error: 300 with the "error: " before it.
 pub const MAX_CHARS: usize = 293;
 
 impl fmt::Display for BadInput {
@@ -193,7 +193,7 @@ fn final_name(path: &Path) -> PathBuf {
     out
 }
 
-/// At most `most` characters of `text`, the end left out.
+/// Shortens `text` to at most `most` characters, leaving out its end.
 fn shortened(text: &str, most: usize) -> String {
     match text.chars().count() <= most {
         true => text.to_string(),
@@ -201,7 +201,7 @@ fn shortened(text: &str, most: usize) -> String {
     }
 }
 
-/// At most `most` characters of a path, the beginning left out: its end says which file it is.
+/// Shortens a path to at most `most` characters, leaving out its beginning: its end says which file it is.
 fn shortened_path(path: &Path, most: usize) -> String {
     let text = path.display().to_string();
     let count = text.chars().count();
@@ -211,7 +211,7 @@ fn shortened_path(path: &Path, most: usize) -> String {
     }
 }
 
-/// All that can go wrong.
+/// All errors of the library.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The user's input is at fault: exit code 2.
@@ -246,7 +246,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// An error of reading or writing the file at `path`.
+    /// The error of reading or writing the file at `path`.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
         let source = match source.kind() {
             kind @ std::io::ErrorKind::FileTooLarge => {
@@ -266,7 +266,7 @@ impl Error {
         }
     }
 
-    /// The same, with the file that was at fault where none is named.
+    /// Adds the file that was at fault, where none is named.
     pub fn in_file(self, file: &Path) -> Error {
         match self {
             Error::Input(b) if b.file.is_none() => b.file(file).into(),
@@ -274,8 +274,8 @@ impl Error {
         }
     }
 
-    /// For `--json`: `{"error": {"message": …, "exit_code": …}}`, and of bad input file, line, key, value, problem, what is allowed and
-    /// the remedy, as far as they are known.
+    /// The error as JSON, for `--json`: `{"error": {"message": …, "exit_code": …}}`; for a bad input file also line,
+    /// key, value, problem, what is allowed and the remedy, as far as they are known.
     pub fn json(&self) -> serde_json::Value {
         let mut error = serde_json::Map::new();
         error.insert("message".into(), self.to_string().into());
@@ -328,7 +328,7 @@ fn edit_distance(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
-/// A complaint of serde in words of the file: what is wrong, and what is allowed.
+/// Puts a complaint of serde into words of the file: what is wrong, and what is allowed.
 pub fn in_words(message: &str) -> (String, Option<String>) {
     let message = one_line(message);
     let Some((found, expected)) = message.split_once(", expected ") else { return (message, None) };
@@ -385,7 +385,7 @@ pub fn in_words(message: &str) -> (String, Option<String>) {
     (problem, Some(allowed))
 }
 
-/// The same of a JSON document, in one line without the place.
+/// Puts an error of a JSON document into words, in one line without the place.
 pub fn json_in_words(e: &serde_json::Error) -> String {
     let message = e.to_string();
     match in_words(message.split(" at line ").next().unwrap_or_default()) {

@@ -4,16 +4,16 @@
 use glam::{DMat3, DQuat, DVec3};
 use std::marker::PhantomData;
 
-/// Road-fixed frame.
+/// The road-fixed frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct World;
-/// Origin at the rear-axle centre of the car that carries the radar.
+/// The frame of the car that carries the radar, with its origin at the rear-axle centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vehicle;
-/// Origin at the radar's phase centre, x along boresight.
+/// The frame of the radar, with its origin at the phase centre and x along boresight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensor;
-/// A scatterer's own frame, x along its boresight.
+/// The frame of a scatterer, x along its boresight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target;
 
@@ -36,7 +36,7 @@ impl<A, B> Pose<A, B> {
         Pose { rotation, translation_m, frames: PhantomData }
     }
 
-    /// Yaw about z, then pitch about the new y, then roll about the new x (ISO 8855). Positive yaw
+    /// The pose with yaw about z, then pitch about the new y, then roll about the new x (ISO 8855), rad. Positive yaw
     /// turns left; positive pitch turns the nose **down** (right-hand rule about y left).
     pub fn from_yaw_pitch_roll(position_m: DVec3, yaw: f64, pitch: f64, roll: f64) -> Self {
         let q = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
@@ -53,13 +53,13 @@ impl<A, B> Pose<A, B> {
         self.rotation * d
     }
 
-    /// The motion back.
+    /// The inverse motion.
     pub fn inverse(&self) -> Pose<B, A> {
         let r = self.rotation.inverse();
         Pose::new(r, -(r * self.translation_m))
     }
 
-    /// First `self` (A to B), then `next` (B to C).
+    /// The motion by `self` (A to B) and after it by `next` (B to C).
     pub fn then<C>(&self, next: &Pose<B, C>) -> Pose<A, C> {
         Pose::new(next.rotation * self.rotation, next.point(self.translation_m))
     }
@@ -72,7 +72,7 @@ pub fn direction_from_angles(azimuth: f64, elevation: f64) -> DVec3 {
     DVec3::new(ce * ca, ce * sa, se)
 }
 
-/// (azimuth, elevation) in radians of a non-zero vector.
+/// Azimuth and elevation of a non-zero vector, rad.
 pub fn angles_from_direction(d: DVec3) -> (f64, f64) {
     (d.y.atan2(d.x), d.z.atan2(d.x.hypot(d.y)))
 }

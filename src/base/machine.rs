@@ -90,7 +90,7 @@ const THREAD_GIB: f64 = 0.125;
 /// Checks the process's limits of memory.
 ///
 /// # Errors
-/// Limits of the process in which any work may fail for want of memory, halfway and without a word.
+/// Returns an error if the process has limits under which any work may run out of memory halfway, without a message.
 pub fn check_limits() -> Result<(), Box<BadInput>> {
     let least = GIB * (LEAST_GIB + THREAD_GIB * rayon::current_num_threads() as f64);
     match limits().into_iter().find(|(_, limit, _)| (*limit as f64) < least) {
@@ -104,7 +104,7 @@ pub fn check_limits() -> Result<(), Box<BadInput>> {
     }
 }
 
-/// Bytes as people read them.
+/// Formats a number of bytes for people.
 pub fn sized(bytes: f64) -> String {
     match bytes / GIB {
         gib if gib >= 0.1 => format!("{gib:.1} GiB"),
@@ -115,7 +115,7 @@ pub fn sized(bytes: f64) -> String {
 /// Refuses work that needs more memory than the machine has. The caller adds the key that asks for it.
 ///
 /// # Errors
-/// `bytes` is more than [`available_bytes`]; `what` needs them.
+/// Returns an error if `bytes` is more than [`available_bytes`]; `what` needs them.
 pub fn require(bytes: f64, what: &str) -> Result<(), Box<BadInput>> {
     match available_bytes() {
         Some(there) if bytes > there as f64 => {

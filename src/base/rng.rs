@@ -30,7 +30,7 @@ impl Draws {
         Draws { key: [seed, stream], next: 0 }
     }
 
-    /// Above 0, below 1.
+    /// Draws a number above 0 and below 1.
     pub fn uniform(&mut self) -> f64 {
         let [w, ..] = philox4x32_10([self.next, 0, 0, 0], self.key);
         self.next += 1;
@@ -44,7 +44,7 @@ impl Draws {
     }
 }
 
-/// (counter, key, output) of the known-answer file of the Random123 library (`philox4x32 10`).
+/// Known answers (counter, key, output) of the Random123 library (`philox4x32 10`).
 pub const PHILOX_KNOWN_ANSWERS: [([u32; 4], [u32; 2], [u32; 4]); 3] = [
     ([0; 4], [0; 2], [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8]),
     ([u32::MAX; 4], [u32::MAX; 2], [0x408f_276d, 0x41c8_3b0e, 0xa20b_c7c6, 0x6d54_51fd]),

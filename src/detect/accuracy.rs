@@ -18,13 +18,13 @@ pub struct AxisAccuracy {
     /// √(2 SNR) times the standard deviation, in cells, of the least-squares fit of a tone under this
     /// window; with a rectangle, the bound of Cramér and Rao (eq. 115).
     pub fit: f64,
-    /// The same for the place between three cells, root mean square over offsets (eq. 116).
+    /// Standard deviation of the place between three cells, root mean square over offsets (eq. 116).
     pub peak: f64,
     /// What it is off without noise, root mean square over offsets, in cells.
     pub bias: f64,
     /// What the parabola is off under this window, which is taken out; None where that cannot be.
     pub response: Option<Interpolator>,
-    /// From the middle of the data to the window's centroid, in values: half a value under a periodic window.
+    /// Distance from the middle of the data to the window's centroid, in values: half a value under a periodic window.
     pub late: f64,
 }
 
@@ -115,7 +115,7 @@ fn times(factor: f64, std: f64) -> f64 {
     if factor == 0.0 { 0.0 } else { factor * std }
 }
 
-/// One channel of the array.
+/// A channel of the array.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Element {
     /// p_tx + p_rx, sensor frame.
@@ -129,9 +129,9 @@ pub struct Element {
 /// All that the standard deviations of a radar's points depend on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointAccuracy {
-    /// Along range.
+    /// Accuracy along range.
     pub range: AxisAccuracy,
-    /// Along Doppler.
+    /// Accuracy along Doppler.
     pub doppler: AxisAccuracy,
     /// Width of a range bin, m.
     pub range_bin_m: f64,
@@ -141,7 +141,7 @@ pub struct PointAccuracy {
     pub coupling_s: f64,
     /// Virtual elements of the array.
     pub elements: Vec<Element>,
-    /// 2π/λ.
+    /// Wavenumber 2π/λ, rad/m.
     pub wavenumber: f64,
     /// Time from one transmitter's chirp to the next one's.
     pub chirp_period_s: f64,
@@ -154,13 +154,13 @@ pub struct PointAccuracy {
 /// Standard deviations of one point. Angles are None where the array cannot tell them.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct PointStd {
-    /// Of the range, m.
+    /// Standard deviation of the range, m.
     pub range_m: f64,
-    /// Of the range rate, m/s.
+    /// Standard deviation of the range rate, m/s.
     pub range_rate_mps: f64,
-    /// Of the azimuth, rad.
+    /// Standard deviation of the azimuth, rad.
     pub azimuth_rad: Option<f64>,
-    /// Of the elevation, rad.
+    /// Standard deviation of the elevation, rad.
     pub elevation_rad: Option<f64>,
 }
 

@@ -29,7 +29,7 @@ pub enum Ambiguity {
 }
 
 impl Ambiguity {
-    /// As files have it.
+    /// The word for it in files.
     pub fn name(self) -> &'static str {
         match self {
             Ambiguity::Unambiguous => "unambiguous",
@@ -84,7 +84,7 @@ pub struct ResolvedRate {
 pub struct Standing {
     /// The radar's own, in its frame, m/s.
     pub velocity_mps: DVec3,
-    /// So near to it a range rate has to be.
+    /// Largest difference of a range rate that still counts as standing, m/s.
     pub tolerance_mps: f64,
 }
 
@@ -111,7 +111,7 @@ impl Standing {
     }
 }
 
-/// No body is taken to move faster than this along the line of sight, m/s: two cars that meet at 180 km/h each.
+/// Speed along the line of sight that no body is taken to exceed, m/s: two cars that meet at 180 km/h each.
 pub const FASTEST_MPS: f64 = 100.0;
 
 /// Whether a range rate known but for multiples of `modulo_mps` is the only one of them within ±[`FASTEST_MPS`].
@@ -171,7 +171,8 @@ const RULED_OUT: f64 = 1e-3;
 /// Unambiguous when no fold of it lies within the limits, else Ambiguous.
 ///
 /// # Errors
-/// No values, values that are not finite, ambiguities or deviations that are not positive.
+/// Returns an error if there are no values, for values that are not finite, or for ambiguities or deviations that are
+/// not positive.
 pub fn resolve_range_rates(folded: &[Folded], max_mps: f64) -> Result<ResolvedRate> {
     let wrong = |key: &str, value: f64, allowed: &str| {
         BadInput::new("cannot unfold").key(key).value(value).allowed(allowed)
@@ -269,11 +270,11 @@ pub struct TdmFolds {
     steering: Vec<Complex64>,
 }
 
-/// What the test says of one cell.
+/// Result of the test of one cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoldTest {
-    /// As measured, plus the likeliest number of ambiguities unless unresolved; of rates λ/(2T_c) apart,
-    /// which look alike, the slowest.
+    /// Range rate as measured, plus the likeliest number of ambiguities unless unresolved, m/s; of rates λ/(2T_c)
+    /// apart, which look alike, the slowest.
     pub range_rate_mps: f64,
     /// Resolved when the fold is found and no rate λ/(2T_c) from it lies within ±[`FASTEST_MPS`].
     pub state: Ambiguity,
@@ -293,7 +294,8 @@ impl TdmFolds {
     /// elevation) that bodies may stand in, two or more to a beamwidth.
     ///
     /// # Errors
-    /// No channels, no directions, a turn beyond `transmitters`, a loop that the turns do not fit into.
+    /// Returns an error if there are no channels or directions, for a turn beyond `transmitters`, or for a loop that
+    /// the turns do not fit into.
     pub fn new(
         channels: &[(DVec3, usize)],
         transmitters: usize,
@@ -336,7 +338,7 @@ impl TdmFolds {
         })
     }
 
-    /// λ/(2T_loop).
+    /// Width of the unambiguous interval λ/(2T_loop), m/s.
     pub fn ambiguity_mps(&self) -> f64 {
         TAU / self.wavenumber / (2.0 * self.loop_period_s)
     }
@@ -406,9 +408,9 @@ impl TdmFolds {
         (y.norm_sqr(), if step.is_finite() { step } else { DVec2::ZERO })
     }
 
-    /// By how many dB the beam of the best wrong fold falls short of the right one, for the direction
-    /// in which that is least: 0 when the array can tell nothing (a receiver that no two
-    /// transmitters double, say), and what decides the SNR that a decision takes.
+    /// How many dB the beam of the best wrong fold falls short of the right one, for the direction in which that is
+    /// least. It is 0 when the array can tell nothing (a receiver that no two transmitters double, say), and decides
+    /// the SNR that a decision takes.
     pub fn separation_db(&self) -> f64 {
         let channels = self.channels.len();
         let mut worst: f64 = 0.0;

@@ -7,8 +7,8 @@
 use crate::base::error::{BadInput, Result};
 use std::collections::HashMap;
 
-/// Where a point lies for clustering: metres in any plane, range rate in m/s. With points of a moving
-/// radar take the range rate that is left when its own motion is taken out.
+/// A point for clustering: its place in metres in any plane, and its range rate in m/s. With points of a moving radar
+/// take the range rate that is left when its own motion is taken out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClusterPoint {
     /// Along x, m.
@@ -19,12 +19,12 @@ pub struct ClusterPoint {
     pub range_rate_mps: f64,
 }
 
-/// Two points are neighbours when (Δx² + Δy²)/position² + Δrate²/rate² ≤ 1.
+/// Clustering by density. Two points are neighbours when (Δx² + Δy²)/position² + Δrate²/rate² ≤ 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dbscan {
     /// Distance that counts as one, m.
     pub position_m: f64,
-    /// Infinite to leave range rate out.
+    /// Scale of the range rate, m/s; infinite to leave range rate out.
     pub range_rate_mps: f64,
     /// A point with so many neighbours, itself counted, is a core.
     pub min_points: usize,
@@ -44,7 +44,7 @@ impl Dbscan {
     /// does not depend on the order of the points unless distances are equal.
     ///
     /// # Errors
-    /// Scales that are not positive, `min_points` = 0.
+    /// Returns an error for scales that are not positive, or `min_points` = 0.
     pub fn labels(&self, points: &[ClusterPoint]) -> Result<Vec<Option<usize>>> {
         for (key, value, top) in [
             ("position_m", self.position_m, f64::MAX),

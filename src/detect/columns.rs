@@ -91,7 +91,7 @@ pub const ANGLE_CELLS: [Column<SpectrumCell>; 4] = [
 pub struct HeardEcho<'a> {
     /// The echo.
     pub echo: &'a Echo,
-    /// Its power alone, mean over channels, dBm.
+    /// Power of this echo alone, mean over channels, dBm.
     pub power_dbm: f64,
     /// Azimuth and elevation of arrival, degrees.
     pub angles_deg: [f64; 2],

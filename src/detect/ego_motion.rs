@@ -6,12 +6,12 @@ use crate::base::frames::direction_from_angles;
 use crate::base::rng::philox4x32_10;
 use glam::{DVec2, DVec3};
 
-/// Where a radar sits on its vehicle: origin at the rear-axle centre, x forward, y left.
+/// Pose of a radar on its vehicle: origin at the rear-axle centre, x forward, y left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mount {
     /// Place of the radar, m.
     pub position_m: DVec2,
-    /// Of boresight.
+    /// Direction of boresight in the vehicle's frame, rad, positive to the left.
     pub yaw_rad: f64,
 }
 
@@ -30,7 +30,7 @@ pub struct Radial {
     pub radar: usize,
 }
 
-/// What is looked for.
+/// The parameters of the motion that are estimated.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EgoModel {
     /// Velocity of one radar in its own axes: (v_x, v_y).
@@ -42,7 +42,7 @@ pub enum EgoModel {
     Plane(Vec<Mount>),
 }
 
-/// How the motion is sought.
+/// Settings of the search for the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EgoSettings {
     /// A point stands when its range rate fits within so many standard deviations.
@@ -51,10 +51,10 @@ pub struct EgoSettings {
     pub tolerance_mps: f64,
     /// Share of the points that has to stand, at least.
     pub min_inliers: f64,
-    /// Samples drawn.
+    /// Number of samples that are drawn.
     pub draws: u32,
-    /// Where range rates are folded: the width of the unambiguous interval, and how fast the radar may
-    /// be. None: range rates are as they are.
+    /// Folding of range rates: the width of the unambiguous interval, and how fast the radar may be. With None range
+    /// rates are taken as they are.
     pub folded: Option<Fold>,
     /// Seed of the random samples.
     pub seed: u64,
@@ -62,7 +62,7 @@ pub struct EgoSettings {
     pub frame: u32,
 }
 
-/// What is folded in the range rates of a scan.
+/// Folding of the range rates of a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fold {
     /// Range rates are known up to whole multiples of this, m/s.
@@ -97,9 +97,9 @@ impl Default for EgoSettings {
 /// The motion, in the order of the model's parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EgoMotion {
-    /// m/s, yaw rate in rad/s; as many as the model has, then 0.
+    /// Values of the motion: speeds in m/s, yaw rate in rad/s; as many as the model has, then 0.
     pub value: [f64; 3],
-    /// Of those, row by row.
+    /// Covariance of `value`, row by row.
     pub covariance: [[f64; 3]; 3],
     /// Which points stand.
     pub standing: Vec<bool>,
@@ -270,9 +270,10 @@ impl Problem<'_> {
 /// than they say.
 ///
 /// # Errors
-/// (exit code 1, as the scene does not allow it): fewer points than parameters plus one; directions that do not tell
-/// the parameters apart (all points in one line of sight); fewer standing points than the settings ask for; folded
-/// range rates that two motions explain nearly as well. Settings and mounts outside their ranges are bad input.
+/// Returns an error (exit code 1, as the scene does not allow an estimate) for fewer points than parameters plus one;
+/// directions that do not tell the parameters apart (all points in one line of sight); fewer standing points than the
+/// settings ask for; folded range rates that two motions explain nearly as well. Settings and mounts outside their
+/// ranges are bad input.
 pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -> Result<EgoMotion> {
     check(points, model, settings)?;
     let n = model.parameters();

@@ -13,7 +13,7 @@ use std::io::Write;
 /// Writes points as CSV with a header; the columns are [`POINTS`].
 ///
 /// # Errors
-/// The writer's error.
+/// Returns an error if the output cannot be written.
 pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
     write(out, &POINTS, points)
 }
@@ -21,7 +21,7 @@ pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
 /// Writes echoes as CSV with a header; the columns are those of [`super::columns::echoes`].
 ///
 /// # Errors
-/// The writer's error.
+/// Returns an error if the output cannot be written.
 pub fn write_echoes<W: Write>(out: W, radar: &Radar, echoes: &Echoes) -> std::io::Result<W> {
     write(out, &echo_columns(), &heard(radar, echoes))
 }

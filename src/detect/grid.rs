@@ -4,7 +4,8 @@ use super::points::Point;
 use crate::base::frames::{Pose, Sensor, World};
 use crate::road::mask::{Grid, Level};
 
-/// One value a cell and plane, `[row, column]` as [`Grid`] says. Cells without a point are 0 in every plane.
+/// Points in cells: one value for each cell and plane, `[row, column]` as [`Grid`] says. Cells without a point are 0 in
+/// every plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointGrid {
     /// The cells.
@@ -49,13 +50,13 @@ impl PointGrid {
         }
     }
 
-    /// Input "B": 1 where there is a point. `[1, row, column]`.
+    /// The grid as input "B": 1 where there is a point, `[1, row, column]`.
     pub fn binary(&self) -> Vec<f32> {
         self.count.iter().map(|n| f32::from(u8::from(*n > 0.0))).collect()
     }
 
-    /// Input "C4": count, amplitude, range, azimuth, `[4, row, column]`. Its second plane is input "A", its first two are
-    /// input "C2".
+    /// The grid as input "C4": count, amplitude, range, azimuth, `[4, row, column]`. Its second plane is input "A", its
+    /// first two are input "C2".
     pub fn planes(&self) -> Vec<f32> {
         [&self.count, &self.amplitude, &self.range_m, &self.azimuth_rad]
             .into_iter()

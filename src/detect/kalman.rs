@@ -9,12 +9,12 @@ use super::plot::Plot;
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 use std::f64::consts::{PI, TAU};
 
-/// Where the sensor is and how it moves in the plane that tracks live in, road-fixed.
+/// Place and motion of the sensor in the road-fixed plane in which tracks live.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
     /// Place of the sensor, m.
     pub position_m: DVec2,
-    /// Of boresight, from the plane's x axis, positive to the left.
+    /// Direction of boresight, rad, from the plane's x axis, positive to the left.
     pub heading_rad: f64,
     /// Velocity of the sensor, m/s.
     pub velocity_mps: DVec2,
@@ -51,10 +51,10 @@ impl Station {
     }
 }
 
-/// Where a body is and how it moves, and how sure that is: (x, y, v_x, v_y).
+/// Place and motion of a body, (x, y, v_x, v_y), with their covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// (x, y, v_x, v_y) in m and m/s.
+    /// State (x, y, v_x, v_y) in m and m/s.
     pub state: DVec4,
     /// Covariance of the state.
     pub covariance: DMat4,
@@ -71,7 +71,7 @@ pub struct Expectation {
     towards: [DVec4; 3],
 }
 
-/// A plot compared with what was expected.
+/// Difference of a plot from what was expected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Innovation {
     /// Plot less expectation: range, azimuth (wrapped), range rate.
@@ -84,19 +84,19 @@ pub struct Innovation {
 }
 
 impl Innovation {
-    /// ln det S.
+    /// Logarithm of the determinant of S, ln det S.
     pub fn log_determinant(&self) -> f64 {
         self.covariance.determinant().ln()
     }
 }
 
 impl Expectation {
-    /// S for plots with these standard deviations of range, azimuth, range rate.
+    /// Covariance S for plots with these standard deviations of range, azimuth and range rate.
     pub fn spread(&self, std: DVec3) -> DMat3 {
         self.covariance + DMat3::from_diagonal(std * std)
     }
 
-    /// What a plot says beyond what was expected.
+    /// Compares a plot with what is expected.
     pub fn innovation(&self, plot: &Plot) -> Innovation {
         let covariance =
             self.spread(DVec3::new(plot.range_std_m, plot.azimuth_std_rad, plot.range_rate_std_mps));
@@ -160,7 +160,7 @@ fn trace(m: DMat4) -> f64 {
 }
 
 impl Estimate {
-    /// From one plot (eq. 120): the place, and of the velocity what the range rate says. Across the
+    /// Makes an estimate from one plot (eq. 120): the place, and of the velocity what the range rate says. Across the
     /// line of sight the body is taken to stand, give or take `across_std_mps`.
     pub fn of_plot(plot: &Plot, station: &Station, across_std_mps: f64) -> Estimate {
         let u = DVec2::from_angle(station.heading_rad + plot.azimuth_rad);
@@ -184,18 +184,18 @@ impl Estimate {
         }
     }
 
-    /// Position, m.
+    /// Position of the body, m.
     pub fn position_m(&self) -> DVec2 {
         DVec2::new(self.state.x, self.state.y)
     }
 
-    /// Velocity, m/s.
+    /// Velocity of the body, m/s.
     pub fn velocity_mps(&self) -> DVec2 {
         DVec2::new(self.state.z, self.state.w)
     }
 
-    /// After `dt_s` seconds of constant velocity disturbed by white acceleration of spectral density
-    /// `psd` in m²/s³ on each axis: two steps are the same as one of their sum.
+    /// The estimate after `dt_s` seconds of constant velocity disturbed by white acceleration of spectral density `psd`
+    /// in m²/s³ on each axis: two steps are the same as one of their sum.
     pub fn predicted(&self, dt_s: f64, psd: f64) -> Estimate {
         let mut f = DMat4::IDENTITY;
         f.z_axis.x = dt_s;
@@ -229,7 +229,7 @@ impl Estimate {
         Expectation { value: e.value + DVec3::from(bent.map(trace)) * 0.5, covariance, towards }
     }
 
-    /// With the plot of `innovation` taken in.
+    /// The estimate with the plot of `innovation` taken in.
     pub fn updated(&self, innovation: &Innovation) -> Estimate {
         let [a, b, c] = innovation.gain;
         let r = innovation.residual;

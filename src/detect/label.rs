@@ -217,7 +217,7 @@ pub struct Label {
     pub share: f64,
 }
 
-/// Of a point's power, what echoes have to bring so that it is not noise.
+/// Least share of a point's power that echoes have to bring so that the point is not noise.
 const LEAST_EXPLAINED: f64 = 0.1;
 /// Echoes that can bring less than this share of a point's power are not followed through the array.
 const LEAST_ECHO: f64 = 1e-6;
@@ -245,7 +245,7 @@ impl<'a> Labeller<'a> {
     /// Gathers a frame's echoes, with the bodies that they come from.
     ///
     /// # Errors
-    /// Those of the radar's windows.
+    /// Returns an error if a window of the radar's settings cannot be computed.
     pub fn new(radar: &Radar, echoes: &Echoes, bodies: &'a Bodies) -> Result<Labeller<'a>> {
         let k = wavenumber(radar.carrier_hz);
         let levels = Levels::new(radar);
@@ -333,7 +333,7 @@ fn filters(chain: &Chain, delay_s: f64) -> Complex64 {
 /// from elsewhere, and labels stay empty.
 ///
 /// # Errors
-/// Those of the radar's windows.
+/// Returns an error if a window of the radar's settings cannot be computed.
 pub fn label(radar: &Radar, points: &mut [Point], echoes: &Echoes, bodies: &Bodies) -> Result<()> {
     let labeller = Labeller::new(radar, echoes, bodies)?;
     points.par_iter_mut().for_each(|p| {

@@ -35,10 +35,10 @@ const ROW_CELLS: f64 = 0.1;
 /// Levels of one body on two slopes differ by about this, dB: other frequencies, other cells.
 const SLOPE_LEVEL_DB: f64 = 2.0;
 
-/// What the standard deviations of this radar's points depend on.
+/// Computes the quantities on which the standard deviations of this radar's points depend.
 ///
 /// # Errors
-/// Those of its windows and grid.
+/// Returns an error if a window or the grid of directions of the radar's settings cannot be computed.
 pub fn accuracy(radar: &Radar) -> Result<PointAccuracy> {
     let p = &radar.processing;
     let axis = |w, n: usize, bins: usize| -> Result<AxisAccuracy> {
@@ -82,7 +82,7 @@ pub fn accuracy(radar: &Radar) -> Result<PointAccuracy> {
 /// The array as the radar's settings describe it.
 ///
 /// # Errors
-/// Coincident channels; a calibration that is no calibration of it.
+/// Returns an error for coincident channels, or for a calibration of another array.
 pub fn manifold(radar: &Radar) -> Result<Manifold> {
     let ideal = Manifold::of_radar(radar)?;
     match &radar.processing.angle.calibration {
@@ -97,7 +97,7 @@ pub fn manifold(radar: &Radar) -> Result<Manifold> {
     }
 }
 
-/// The radar's settings in the words of the estimators.
+/// Converts the radar's settings to options of the estimators.
 pub fn options(a: &AngleSettings) -> Options {
     Options {
         method: match a.method {
@@ -122,11 +122,12 @@ pub fn options(a: &AngleSettings) -> Options {
     }
 }
 
-/// The cells of one map, placed in range, range rate and angle, strongest cell first. `found` keeps as many cells as
+/// Places the cells of one map in range, range rate and angle, strongest cell first. `found` keeps as many cells as
 /// were taken (`Processing::max_points`). `velocity_mps` is the radar's own in its frame, where it is known.
 ///
 /// # Errors
-/// Those of the array, its calibration and the method.
+/// Returns an error if the array, its calibration or the method of the radar's settings does not allow an estimate, or
+/// if the engine fails.
 pub fn detected(
     engine: &Engine,
     radar: &Radar,
@@ -355,7 +356,7 @@ struct OfSlope<'a> {
 /// where it is known. What would stand nearer than [`least_range_m`] is no point.
 ///
 /// # Errors
-/// Those of [`detected`].
+/// Returns the errors of [`detected`].
 pub fn points(
     engine: &Engine,
     radar: &Radar,

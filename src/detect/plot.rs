@@ -12,7 +12,7 @@ use glam::DVec2;
 pub struct Plot {
     /// Ground range, along the plane.
     pub range_m: f64,
-    /// From the sensor's boresight, positive to the left.
+    /// Azimuth from the sensor's boresight, rad, positive to the left.
     pub azimuth_rad: f64,
     /// Rate of the ground range, positive when receding.
     pub range_rate_mps: f64,
@@ -27,9 +27,8 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// From a point at (range, azimuth, elevation) with its standard deviations: ρ = R cos e and, for
-    /// bodies that move in the plane, ρ̇ = Ṙ/cos e. The error of elevation is left out: it changes ρ by
-    /// R sin e σ_e.
+    /// Makes a plot of a point at (range, azimuth, elevation) with its standard deviations: ρ = R cos e and, for bodies
+    /// that move in the plane, ρ̇ = Ṙ/cos e. The error of elevation is left out: it changes ρ by R sin e σ_e.
     pub fn of_point(
         [range_m, range_rate_mps, azimuth_rad, elevation_rad]: [f64; 4],
         [range_std_m, range_rate_std_mps, azimuth_std_rad]: [f64; 3],
@@ -46,7 +45,7 @@ impl Plot {
         }
     }
 
-    /// From a point of the cloud with its standard deviations; None when the array cannot tell azimuths or
+    /// Makes a plot of a point of the cloud with its standard deviations; None when the array cannot tell azimuths or
     /// the result is no plot ([`Self::check`]).
     pub fn of(point: &Point, std: &PointStd) -> Option<Plot> {
         let plot = Plot::of_point(
@@ -56,7 +55,7 @@ impl Plot {
         plot.check(0).is_ok().then_some(plot)
     }
 
-    /// In the sensor's plane, metres.
+    /// Place of the plot in the sensor's plane, m.
     pub fn position_m(&self) -> DVec2 {
         self.range_m * DVec2::from_angle(self.azimuth_rad)
     }
@@ -64,7 +63,7 @@ impl Plot {
     /// Checks plot number `index`.
     ///
     /// # Errors
-    /// A value that is not finite or beyond 10⁹, a range or a standard deviation below 10⁻⁹.
+    /// Returns an error for a value that is not finite or beyond 10⁹, a range or a standard deviation below 10⁻⁹.
     pub fn check(&self, index: usize) -> Result<()> {
         let positive = [
             ("range_m", self.range_m),

@@ -48,34 +48,35 @@ pub struct Detected {
 /// A point of the cloud, sensor frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// At least half a resolution cell: nearer than that nothing is told from the radar itself ([`least_range_m`]).
+    /// Range, m, at least half a resolution cell: nearer than that nothing is told from the radar itself
+    /// ([`least_range_m`]).
     pub range_m: f64,
-    /// Positive when receding. As measured it lies within ±`Radar::max_velocity_mps`; beyond that where the array, empty
-    /// Doppler bands, another slope or the ego's speed said which fold it is in (`ambiguity`).
+    /// Range rate, m/s, positive when receding. As measured it lies within ±`Radar::max_velocity_mps`; beyond that
+    /// where the array, empty Doppler bands, another slope or the ego's speed said which fold it is in (`ambiguity`).
     pub range_rate_mps: f64,
-    /// Positive to the left.
+    /// Azimuth, rad, positive to the left.
     pub azimuth_rad: f64,
-    /// Positive up.
+    /// Elevation, rad, positive up.
     pub elevation_rad: f64,
     /// Position in the sensor frame, m.
     pub position_m: DVec3,
-    /// After beamforming, at the peak between cells.
+    /// Power after beamforming, at the peak between cells, dBm.
     pub power_dbm: f64,
     /// Power of the cell after beamforming over the noise of one channel's cell (eq. 20).
     pub snr_db: f64,
-    /// Infinite where the antennas have no gain.
+    /// Cross section, dBsm; infinite where the antennas have no gain.
     pub rcs_dbsm: f64,
     /// Standard deviations (eq. 115-117).
     pub std: PointStd,
-    /// Of its column, in cells.
+    /// Standard deviation of the point's column, cells.
     pub beat_std_cells: f64,
-    /// Of the range rate.
+    /// How the ambiguity of the range rate was decided.
     pub ambiguity: Ambiguity,
     /// The radar itself knows the range rate but for whole multiples of this, m/s; infinite: for none.
     pub modulo_mps: f64,
     /// The object whose echoes made it; 0 for none.
     pub object_id: u32,
-    /// That object's class; without an object `leakage`, `noise` or `weather`, and "" where no scene is known.
+    /// Class of that object; without an object `leakage`, `noise` or `weather`, and "" where no scene is known.
     pub class: String,
     /// Reflections of the echo that contributes most; 0 for none.
     pub bounces: u8,
@@ -114,7 +115,8 @@ fn array_gain(radar: &Radar, azimuth: f64, elevation: f64) -> f64 {
     mean(&radar.tx) * mean(&radar.rx)
 }
 
-/// One point without a label (eq. 15, 16, 20). The RCS is that seen by the antennas' polarisation.
+/// Makes a point without a label from what was detected (eq. 15, 16, 20). Its cross section is the one that the
+/// antennas' polarisation sees.
 pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
     let rate = range_rate_mps(radar, d.doppler_row) + d.unfolded_mps;
     let range = range_m(radar, d.range_bin, rate, accuracy.coupling_s);

@@ -14,8 +14,8 @@ use std::f64::consts::TAU;
 
 /// Samples of a window's transform per resolution cell; between them it is interpolated linearly, to 1 %.
 const STEPS: usize = 8;
-/// Of the power that the array hears of an echo in the echo's own direction, what it hears in the main lobe at least: the
-/// first side lobe of equal weights is 13 dB down.
+/// Least power that the array hears of an echo in its main lobe, as a share of what it hears in the echo's own
+/// direction: the first side lobe of equal weights is 13 dB down.
 const LEAST_OF_MAIN_LOBE: f64 = 0.1;
 /// Cells to each side that are tabulated. Side lobes of a Hann window lie 100 dB below there.
 const REACH: usize = 32;
@@ -103,7 +103,7 @@ pub(super) struct Response {
 
 impl Response {
     /// # Errors
-    /// Those of the radar's windows.
+    /// Returns an error if a window of the radar's settings cannot be computed.
     pub fn new(radar: &Radar) -> Result<Response> {
         let p = &radar.processing;
         let lines = radar.lines();

@@ -73,7 +73,7 @@ pub fn together(radar: &Radar, accuracy: &PointAccuracy, lists: &[Vec<Detected>]
     out
 }
 
-/// From one row to another the short way round.
+/// Difference of two rows, the short way round a map of `all` rows.
 fn turn(rows: f64, all: f64) -> f64 {
     if all > 0.0 { rows - all * (rows / all).round() } else { rows }
 }

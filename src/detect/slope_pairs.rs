@@ -19,7 +19,7 @@ pub struct SlopePeak {
     pub beat_std_hz: f64,
     /// Power, dB.
     pub power_db: f64,
-    /// None without an array.
+    /// Azimuth, rad; None without an array.
     pub azimuth_rad: Option<f64>,
     /// Range rate of its row, known up to whole folds; None where one chirp is all.
     pub row: Option<Folded>,
@@ -28,7 +28,7 @@ pub struct SlopePeak {
 /// One slope of the waveform and its peaks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slope {
-    /// Hz/s, negative when falling.
+    /// Slope of the ramp, Hz/s, negative when falling.
     pub slope_hz_per_s: f64,
     /// Carrier of the slope, Hz.
     pub carrier_hz: f64,
@@ -45,7 +45,7 @@ pub struct PairLimits {
     pub max_range_rate_mps: f64,
     /// Standard deviation of a body's level from slope to slope, dB.
     pub power_std_db: f64,
-    /// And of its azimuth.
+    /// Standard deviation of the azimuth of a body on two slopes, rad.
     pub azimuth_std_rad: f64,
 }
 
@@ -186,7 +186,8 @@ fn unlike(p: &SlopePeak, q: &SlopePeak, limits: &PairLimits) -> (f64, f64) {
 /// different bodies. Peaks without a partner are left out. In the order of the first slope's peaks.
 ///
 /// # Errors
-/// Slopes that are equal or zero, values that are not finite, deviations or limits that are not positive.
+/// Returns an error for slopes that are equal or zero, values that are not finite, deviations or limits that are not
+/// positive.
 pub fn pair_slopes(
     first: &Slope,
     second: &Slope,

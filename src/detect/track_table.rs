@@ -88,7 +88,7 @@ impl TrackRow {
 /// Writes rows as CSV with a header.
 ///
 /// # Errors
-/// What the writer fails with.
+/// Returns an error if the output cannot be written.
 pub fn write_tracks<W: Write>(out: W, rows: &[TrackRow]) -> std::io::Result<W> {
     let mut table = Writer::new(out, &[], &TRACK_COLUMNS)?;
     for r in rows {

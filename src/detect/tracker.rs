@@ -21,15 +21,16 @@ pub struct TrackerSettings {
     pub gate_probability: f64,
     /// A track is confirmed by so many plots within [`Self::confirm_scans`] scans, its first counted.
     pub confirm_hits: u32,
-    /// At most [`MAX_CONFIRM_SCANS`].
+    /// Number of scans within which a track must have [`Self::confirm_hits`] plots to be confirmed, at most
+    /// [`MAX_CONFIRM_SCANS`].
     pub confirm_scans: u32,
     /// A confirmed track ends after so many scans in a row that should have shown it.
     pub max_misses: u32,
-    /// Or so long after its last plot, in view or not.
+    /// Time after its last plot, in view or not, at which a confirmed track ends too, s.
     pub max_coast_s: f64,
 }
 
-/// Most scans over which a confirmation may be counted.
+/// Largest number of scans over which a confirmation may be counted.
 pub const MAX_CONFIRM_SCANS: u32 = 16;
 
 impl Default for TrackerSettings {
@@ -51,7 +52,7 @@ impl TrackerSettings {
     /// Checks the settings.
     ///
     /// # Errors
-    /// The first setting outside its range.
+    /// Returns an error for the first setting outside its range.
     pub fn check(&self) -> Result<()> {
         let finite = |v: f64, ok: bool| v.is_finite() && ok;
         let wrong = |key: &str, value: &dyn std::fmt::Display, allowed: String| {
@@ -99,7 +100,7 @@ impl TrackerSettings {
     /// compete for plots.
     ///
     /// # Errors
-    /// Settings or rates outside their ranges.
+    /// Returns an error for settings or rates outside their ranges.
     pub fn false_confirmation(
         &self,
         plot: &Plot,
@@ -147,7 +148,7 @@ impl TrackerSettings {
 pub struct Coverage {
     /// Largest range, m.
     pub max_range_m: f64,
-    /// To each side of boresight.
+    /// Half the field of view in azimuth, to each side of boresight, rad.
     pub azimuth_rad: f64,
 }
 
@@ -158,7 +159,7 @@ pub struct Scan<'a> {
     pub time_s: f64,
     /// Where the sensor is.
     pub station: Station,
-    /// None: everywhere.
+    /// What the sensor covers; with None it covers everything.
     pub coverage: Option<Coverage>,
     /// What it measured.
     pub plots: &'a [Plot],
@@ -168,7 +169,7 @@ pub struct Scan<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TrackState {
-    /// Seen too seldom so far.
+    /// It was seen too seldom so far to be confirmed.
     Tentative,
     /// Confirmed, and seen at the instant of the latest scan.
     Confirmed,
@@ -177,7 +178,7 @@ pub enum TrackState {
 }
 
 impl TrackState {
-    /// As in `tracks.csv`.
+    /// The word for it in `tracks.csv`.
     pub fn name(self) -> &'static str {
         match self {
             TrackState::Tentative => "tentative",
@@ -190,11 +191,11 @@ impl TrackState {
 /// A body that is followed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
-    /// From 1, in the order of birth; never used again.
+    /// Number of the track from 1, in the order of birth; never used again.
     pub id: u64,
     /// How far it has come.
     pub state: TrackState,
-    /// In the tracker's plane, at the time of the latest scan.
+    /// State in the tracker's plane, at the time of the latest scan.
     pub estimate: Estimate,
     /// Time of its first plot, s.
     pub born_s: f64,
@@ -229,7 +230,7 @@ impl Tracker {
     /// A tracker without tracks.
     ///
     /// # Errors
-    /// A setting outside its range.
+    /// Returns an error for a setting outside its range.
     pub fn new(settings: TrackerSettings) -> Result<Tracker> {
         settings.check()?;
         Ok(Tracker { settings, gate: settings.gate()?, time_s: None, next_id: 1, tracks: Vec::new() })
@@ -250,7 +251,7 @@ impl Tracker {
     /// left. A scan without plots is a scan in which nothing was seen.
     ///
     /// # Errors
-    /// Leave the tracker as it was: time that runs back, plots that are not finite.
+    /// Returns an error, and leaves the tracker as it was, if time runs back or a plot is not finite.
     pub fn step(&mut self, scan: &Scan) -> Result<()> {
         let last = self.time_s.unwrap_or(scan.time_s);
         if !(scan.time_s.is_finite() && scan.time_s >= last) {

@@ -20,7 +20,7 @@ use std::sync::{Mutex, PoisonError};
 /// `channels` is the number of looks that the map is the mean of.
 ///
 /// # Errors
-/// A window taller than the map, no training cells, a rank outside 1..=cells, pfa outside 0..1.
+/// Returns an error for a window taller than the map, no training cells, a rank outside 1..=cells, or pfa outside 0..1.
 pub fn columns(cfar: &Cfar, channels: usize, doppler_bins: usize, range_bins: usize) -> Result<Vec<Column>> {
     let rows = 2 * (cfar.guard[0] + cfar.train[0]) + 1;
     if rows > doppler_bins {
@@ -176,7 +176,7 @@ pub(crate) fn record(
         CfarKind::Ca => recorder.dispatch(&cfar_ca::KERNEL, &w, &storage, threads),
         CfarKind::Os { .. } => recorder.dispatch(&cfar_os::KERNEL, &w, &storage, threads),
         CfarKind::Go | CfarKind::So => {
-            let params = cfar_go_so::Params {
+            let params = cfar_go_so::CfarGoSoParams {
                 doppler_bins: w.doppler_bins,
                 range_bins: w.range_bins,
                 guard_doppler: w.guard_doppler,

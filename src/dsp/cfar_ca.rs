@@ -1,7 +1,7 @@
 //! Cell-averaging CFAR: the factor and the host side of the kernel (CONVENTIONS eq. 17).
 
 use super::cfar_factor::{check_pfa, ln_series, solve_factor};
-use super::cfar_window::{DeviceColumn, Params};
+use super::cfar_window::{CfarWindowParams, DeviceColumn};
 use crate::base::error::Result;
 use crate::gpu::{Access, Kernel, Tolerance};
 
@@ -10,7 +10,7 @@ pub static KERNEL: Kernel = Kernel {
     stem: "dsp/cfar_ca",
     sources: &[include_str!("../../shaders/dsp/cfar_ca.wgsl")],
     workgroup: [16, 16, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(CfarWindowParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[DeviceColumn::LAYOUT],
     tolerance: Tolerance {
@@ -27,7 +27,7 @@ pub static KERNEL: Kernel = Kernel {
 /// K is whole; solved in logarithms, so it holds for any pfa that f64 has.
 ///
 /// # Errors
-/// Pfa outside 0..1.
+/// Returns an error if `pfa` is not between 0 and 1.
 pub fn factor(channels: usize, training: usize, pfa: f64) -> Result<f64> {
     check_pfa(pfa)?;
     let (k, n) = (channels as f64, training as f64);

@@ -12,7 +12,7 @@ use statrs::function::gamma::ln_gamma;
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/cfar_go_so.wgsl`.
-    pub struct Params {
+    pub struct CfarGoSoParams {
         pub doppler_bins: u32,
         pub range_bins: u32,
         pub guard_doppler: u32,
@@ -29,7 +29,7 @@ pub static KERNEL: Kernel = Kernel {
     stem: "dsp/cfar_go_so",
     sources: &[include_str!("../../shaders/dsp/cfar_go_so.wgsl")],
     workgroup: [16, 16, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(CfarGoSoParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[DeviceColumn::LAYOUT],
     tolerance: Tolerance { relative_l2: 1e-6, reason: "the sums of cfar_ca over half as many cells" },
@@ -47,7 +47,7 @@ const NODES: usize = 16;
 /// panels of two standard deviations of the narrower one that is there.
 ///
 /// # Errors
-/// Pfa outside 0..1.
+/// Returns an error if `pfa` is not between 0 and 1.
 pub fn factor(kind: CfarKind, channels: usize, parts: [usize; 2], pfa: f64) -> Result<Factor> {
     check_pfa(pfa)?;
     if parts.contains(&0) {

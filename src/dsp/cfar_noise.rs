@@ -7,7 +7,7 @@ use crate::scene::radar::Cfar;
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/cfar_noise.wgsl`.
-    pub struct Params {
+    pub struct CfarNoiseParams {
         pub doppler_bins: u32,
         pub range_bins: u32,
         pub guard_doppler: u32,
@@ -28,7 +28,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/cfar_noise.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(CfarNoiseParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::Read, Access::ReadWrite],
     structs: &[DeviceColumn::LAYOUT],
     tolerance: Tolerance {
@@ -52,7 +52,7 @@ pub(crate) fn record(
 ) -> Buffer<f32> {
     let capacity = list.len() - 1;
     let w = Window::new(size, cfar);
-    let params = Params {
+    let params = CfarNoiseParams {
         doppler_bins: w.doppler_bins,
         range_bins: w.range_bins,
         guard_doppler: w.guard_doppler,

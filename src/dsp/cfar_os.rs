@@ -2,7 +2,7 @@
 //! IEEE Trans. AES-19 (1983) 608, for one look).
 
 use super::cfar_factor::{Factor, check_pfa, crossing, ln_lower, ln_upper, maximum, solve_factor};
-use super::cfar_window::{DeviceColumn, Params};
+use super::cfar_window::{CfarWindowParams, DeviceColumn};
 use crate::base::error::Result;
 use crate::gpu::{Access, Kernel, Tolerance};
 use statrs::function::gamma::ln_gamma;
@@ -12,7 +12,7 @@ pub static KERNEL: Kernel = Kernel {
     stem: "dsp/cfar_os",
     sources: &[include_str!("../../shaders/dsp/cfar_os.wgsl")],
     workgroup: [16, 16, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(CfarWindowParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[DeviceColumn::LAYOUT],
     tolerance: Tolerance { relative_l2: 0.0, reason: "compares and counts products of two numbers" },
@@ -26,7 +26,7 @@ pub static KERNEL: Kernel = Kernel {
 /// that decays exponentially, on which that rule converges faster than any power.
 ///
 /// # Errors
-/// Pfa outside 0..1.
+/// Returns an error if `pfa` is not between 0 and 1.
 pub fn factor(channels: usize, training: usize, rank: usize, pfa: f64) -> Result<Factor> {
     check_pfa(pfa)?;
     let (k, n, r) = (channels as f64, training as f64, rank as f64);

@@ -9,11 +9,11 @@ use crate::scene::radar::{Cfar, CfarKind};
 /// `rank`-th smallest (OS) of `count` training cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Column {
-    /// Training cells.
+    /// Number of training cells.
     pub count: u32,
-    /// Those of the half before (GO, SO); else 0.
+    /// Number of them in the half before (GO, SO); else 0.
     pub before: u32,
-    /// 1-based rank (OS); else 0.
+    /// Rank from 1 (OS); else 0.
     pub rank: u32,
     /// Factor on the statistic.
     pub factor: f64,
@@ -27,7 +27,7 @@ pub(crate) enum Halves {
     /// The training cells at smaller and at larger range than the cell's own column, whose training cells
     /// belong to neither.
     AlongRange,
-    /// Without training columns: the rows before and after.
+    /// There are no training columns: the halves are the rows before and after.
     AlongDoppler,
 }
 
@@ -49,8 +49,9 @@ pub(crate) fn reach(cfar: &Cfar, range: usize, range_bins: usize) -> Reach {
 }
 
 gpu_struct! {
-    /// Uniform of the CFAR shaders that need no more.
-    pub struct Params {
+    /// Uniform of the CFAR shaders that need only the window: size of the map, and half heights and half widths of the
+    /// guard and training rectangles.
+    pub struct CfarWindowParams {
         pub doppler_bins: u32,
         pub range_bins: u32,
         pub guard_doppler: u32,
@@ -87,12 +88,12 @@ impl DeviceColumn {
 }
 
 /// The window on a map of `[doppler bins, range bins]`.
-pub(crate) type Window = Params;
+pub(crate) type Window = CfarWindowParams;
 
-impl Params {
-    pub(crate) fn new(size: [usize; 2], cfar: &Cfar) -> Params {
+impl CfarWindowParams {
+    pub(crate) fn new(size: [usize; 2], cfar: &Cfar) -> CfarWindowParams {
         let half = [0, 1].map(|i| cfar.guard[i] + cfar.train[i]);
-        Params {
+        CfarWindowParams {
             doppler_bins: size[0] as u32,
             range_bins: size[1] as u32,
             guard_doppler: cfar.guard[0] as u32,

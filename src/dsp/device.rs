@@ -28,7 +28,7 @@ pub(super) fn detection(mask: Vec<u32>, columns: &[cfar_window::Column]) -> Dete
 /// The detector alone, on a map from the host: the twin of the cpu engine's `detect`.
 ///
 /// # Errors
-/// A map or cube that does not fit the settings; failures of the adapter.
+/// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
 pub fn detect(gpu: &Gpu, map: &PowerMap<f32>, cfar: &Cfar, channels: usize) -> Result<Detection<f32>> {
     cfar::check_map(map)?;
     let columns = cfar::columns(cfar, channels, map.doppler_bins, map.range_bins)?;
@@ -43,7 +43,7 @@ pub fn detect(gpu: &Gpu, map: &PowerMap<f32>, cfar: &Cfar, channels: usize) -> R
 /// The noise in W in these cells, on a map from the host: the twin of the cpu engine's `noise`.
 ///
 /// # Errors
-/// A map or cube that does not fit the settings; failures of the adapter.
+/// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
 pub fn noise(
     gpu: &Gpu,
     map: &PowerMap<f32>,
@@ -69,18 +69,19 @@ pub fn noise(
 /// Room for this many detected cells; a frame with more costs a second, small submission.
 pub(super) const CELLS: usize = 4096;
 
-/// From the cube to detected cells in one submission: the twin of the cpu engine's `process`.
+/// Processes a cube to detected cells in one submission: the twin of the cpu engine's `process`.
 ///
 /// # Errors
-/// A cube that is not this radar's, bad settings, samples that are not finite, failures of the adapter.
+/// Returns an error if the cube's shape is not the radar's, a setting is out of its range, a sample is not finite, or
+/// the adapter fails.
 pub fn process(gpu: &Gpu, cube: &Cube<f32>, radar: &Radar) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
     process_by(gpu, cube, &Transform::of_cube(cube, radar)?, &radar.processing.cfar)
 }
 
-/// [`process`] by a transform of one's choice.
+/// Processes a cube as [`process`], with the transform and the detector that are given.
 ///
 /// # Errors
-/// As [`process`].
+/// Returns the errors of [`process`].
 pub fn process_by(
     gpu: &Gpu,
     cube: &Cube<f32>,
@@ -92,11 +93,11 @@ pub fn process_by(
     Recorded::new(recorder, gpu, spectrum, cfar)?.submit()
 }
 
-/// [`process`] of a cube that earlier commands of the recorder leave on the device, to be submitted with
+/// Records [`process`] for a cube that earlier commands of the recorder leave on the device, to be submitted with
 /// [`Recorded::submit`].
 ///
 /// # Errors
-/// A map or cube that does not fit the settings; failures of the adapter.
+/// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
 pub fn record<'a>(
     mut recorder: Recorder<'a>,
     gpu: &'a Gpu,
@@ -112,7 +113,7 @@ pub fn record<'a>(
 pub struct Recorded<'a> {
     recorder: Recorder<'a>,
     gpu: &'a Gpu,
-    found: Found<'a>,
+    found: DetectionRun<'a>,
     cells: PendingCells,
     map: Pending<f32>,
     mask: Pending<u32>,
@@ -131,30 +132,30 @@ impl<'a> Recorded<'a> {
         let map = power::record(&mut recorder, &spectrum);
         let mask = cfar::record(&mut recorder, &map, size, cfar, &columns)?;
         let limit = (gpu.max_binding_bytes() as usize / (8 * spectrum.channels)).max(1);
-        let found = Found { cfar, columns, spectrum, map, mask };
+        let found = DetectionRun { cfar, columns, spectrum, map, mask };
         let cells = found.record(&mut recorder, CELLS.min(limit));
         let (map, mask) = (recorder.read(&found.map), recorder.read(&found.mask));
         Ok(Recorded { recorder, gpu, found, cells, map, mask, limit })
     }
 
-    /// For more commands of the same submission.
+    /// The recorder, for more commands of the same submission.
     pub fn recorder(&mut self) -> &mut Recorder<'a> {
         &mut self.recorder
     }
 
-    /// Runs everything.
+    /// Runs everything that was recorded.
     ///
     /// # Errors
-    /// Samples that are not finite, failures of the adapter.
+    /// Returns an error for samples that are not finite, or if the adapter fails.
     pub fn submit(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
         let (spectrum, found, _) = self.submit_with()?;
         Ok((spectrum, found))
     }
 
-    /// And what else was recorded.
+    /// Runs everything that was recorded, and returns also what else was asked for.
     ///
     /// # Errors
-    /// A map or cube that does not fit the settings; failures of the adapter.
+    /// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
     pub fn submit_with(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>, Done)> {
         let Recorded { recorder, gpu, found, cells, map, mask, limit } = self;
         let spectrum = found.spectrum.clone();
@@ -178,8 +179,8 @@ impl<'a> Recorded<'a> {
     }
 }
 
-/// What the list of cells is made from.
-struct Found<'a> {
+/// Buffers and settings of one detection, from which the list of cells is made.
+struct DetectionRun<'a> {
     cfar: &'a Cfar,
     columns: Vec<cfar_window::Column>,
     spectrum: DeviceSpectrum,
@@ -193,7 +194,7 @@ struct PendingCells {
     channels: Pending<Complex32>,
 }
 
-impl Found<'_> {
+impl DetectionRun<'_> {
     fn record(&self, recorder: &mut Recorder<'_>, capacity: usize) -> PendingCells {
         let size = [self.spectrum.doppler_bins, self.spectrum.range_bins];
         let list = peaks::record(recorder, &self.map, &self.mask, size, capacity);
@@ -226,7 +227,7 @@ pub(super) struct ListedCells {
 }
 
 impl ListedCells {
-    /// Strongest first.
+    /// The cells with their powers and snapshots, strongest first.
     pub fn sorted(&self, map: &PowerMap<f32>, channels: usize) -> (Vec<Cell>, Vec<f32>, Snapshots<f32>) {
         let list = &self.list[1..=self.list[0] as usize];
         let mut order: Vec<usize> = (0..list.len()).collect();

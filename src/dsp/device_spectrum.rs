@@ -33,15 +33,15 @@ pub struct DeviceSpectrum {
 }
 
 impl DeviceSpectrum {
-    /// How many buffers it fills.
+    /// Number of buffers that the spectrum fills.
     pub fn chunks(&self) -> usize {
         self.chunks.len()
     }
 
-    /// Copies it to the host.
+    /// Copies the spectrum to the host.
     ///
     /// # Errors
-    /// Failures of the adapter.
+    /// Returns an error if the adapter fails.
     pub fn read(&self, gpu: &Gpu) -> Result<Spectrum<f32>> {
         let mut recorder = gpu.recorder("spectrum");
         let pending: Vec<_> = self.chunks.iter().map(|c| recorder.read(&c.spectrum)).collect();

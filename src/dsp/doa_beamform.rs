@@ -32,7 +32,7 @@ impl Grid {
     /// asked for: there every angle looks the same.
     ///
     /// # Errors
-    /// No bins, or a field of view outside 0..=90 degrees to each side.
+    /// Returns an error if there are no bins, or for a field of view outside 0..=90 degrees to each side.
     pub fn new(radar: &Radar) -> Result<Self> {
         let p = &radar.processing;
         let resolved = |bins: usize, along: fn(DVec3) -> f64| {
@@ -86,18 +86,18 @@ fn sine_axis(name: &str, bins: usize, fov: f64) -> Result<Vec<f64>> {
         .collect())
 }
 
-/// Where the beamformer's power peaks.
+/// A direction in which the beamformer's power peaks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Angle {
     /// Azimuth, rad.
     pub azimuth_rad: f64,
     /// Elevation, rad.
     pub elevation_rad: f64,
-    /// y of eq. 19 in that direction, sqrt(W).
+    /// Amplitude y of eq. 19 in that direction, sqrt(W).
     pub amplitude: Complex64,
 }
 
-/// A radar's array, ready to look.
+/// A radar's array with the window and the grid of its beamformer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Beamformer {
     /// The directions that are looked at.
@@ -114,10 +114,11 @@ pub struct Beamformer {
 }
 
 impl Beamformer {
-    /// Channel weights are the angle window at the channels' positions along y ([`window::at_positions`]).
+    /// The beamformer of a radar. Its channel weights are the angle window at the channels' positions along y
+    /// ([`window::at_positions`]).
     ///
     /// # Errors
-    /// Those of [`Grid::new`] and of the window; no antennas.
+    /// Returns the errors of [`Grid::new`] and of the window, and an error if there are no antennas.
     pub fn new(radar: &Radar) -> Result<Self> {
         let grid = Grid::new(radar)?;
         let (mut position_m, mut slot) = (Vec::new(), Vec::new());
@@ -171,7 +172,7 @@ impl Beamformer {
         Complex64::cis(-self.slot_phase * range_rate_mps * self.slot[channel] as f64)
     }
 
-    /// y of eq. 19 in any direction, in f64. `snapshot`: one value per channel.
+    /// Amplitude y of eq. 19 in any direction, sqrt(W), in f64. `snapshot`: one value per channel.
     pub fn amplitude<T: Real>(
         &self,
         snapshot: &[Complex<T>],
@@ -258,7 +259,7 @@ impl Beamformer {
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/doa_beamform.wgsl`.
-    pub struct Params {
+    pub struct BeamformParams {
         pub cells: u32,
         pub directions: u32,
         pub channels: u32,
@@ -275,7 +276,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/doa_beamform.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(BeamformParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {
@@ -289,7 +290,7 @@ pub static KERNEL: Kernel = Kernel {
 /// chunks of cells as the adapter's bindings ask for. `range_rates_mps`: one for each cell.
 ///
 /// # Errors
-/// Snapshots of another number of channels; failures of the adapter.
+/// Returns an error for snapshots of another number of channels, or if the adapter fails.
 pub fn spectra(
     gpu: &Gpu,
     beam: &Beamformer,
@@ -317,7 +318,7 @@ pub fn spectra(
             recorder.upload("snapshots", &snapshots.data[cells.start * channels..cells.end * channels]);
         let turn = recorder.upload("tdm corrections", &corrections[cells.start * slots..cells.end * slots]);
         let power = recorder.buffer::<f32>("angular power", cells.len() * directions);
-        let params = Params {
+        let params = BeamformParams {
             cells: cells.len() as u32,
             directions: directions as u32,
             channels: channels as u32,

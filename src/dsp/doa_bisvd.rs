@@ -11,7 +11,7 @@ use super::doa_manifold::Matrix;
 use crate::base::error::{BadInput, Result};
 use num_complex::Complex64;
 
-/// Told what arithmetic is done. `()` tells nobody and costs nothing.
+/// Counts the arithmetic that is done. `()` counts nothing and costs nothing.
 pub trait Tally {
     /// Complex products, each added to a sum.
     fn products(&mut self, _count: usize) {}
@@ -72,7 +72,7 @@ impl Tally for Operations {
     }
 }
 
-/// The tracker. Matrices are row-major.
+/// The tracker of a signal subspace. Matrices are row-major.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BiSvd {
     channels: usize,
@@ -99,10 +99,10 @@ struct Scratch {
 }
 
 impl BiSvd {
-    /// `rank`: number of sources L. `forgetting`: alpha of eq. 98, nearer 1 for longer memory.
+    /// A tracker of `rank` sources (L) with `forgetting` factor alpha of eq. 98, nearer 1 for longer memory.
     ///
     /// # Errors
-    /// A rank that is not below the number of channels; alpha outside 0..1.
+    /// Returns an error for a rank that is not below the number of channels, or for alpha outside 0..1.
     pub fn new(channels: usize, rank: usize, forgetting: f64) -> Result<Self> {
         check_forgetting(forgetting)?;
         if rank == 0 || rank >= channels {
@@ -138,7 +138,7 @@ impl BiSvd {
         self.update_counted(snapshot, &mut ());
     }
 
-    /// The same, told to `tally`.
+    /// Takes in a snapshot as [`Self::update`] does, and counts its operations in `tally`.
     pub fn update_counted<T: Tally>(&mut self, snapshot: &[Complex64], tally: &mut T) {
         let (n, l) = (self.channels, self.rank);
         let Scratch { h, across, tall, q, row } = &mut self.scratch;
@@ -209,7 +209,7 @@ impl BiSvd {
         tally.products(n * l * (l + 1));
     }
 
-    /// Q_A: orthonormal columns that span the signal subspace, `[channel, rank]`.
+    /// Orthonormal columns Q_A that span the signal subspace, `[channel, rank]`.
     pub fn basis(&self) -> Matrix {
         Matrix::from_fn(self.channels, self.rank, |i, j| self.basis[i * self.rank + j])
     }
@@ -365,19 +365,19 @@ pub fn jacobi<T: Tally>(
     ((0..n).map(|i| a[i * n + i].re).collect(), v)
 }
 
-/// What one snapshot costs either way.
+/// Operations that one snapshot costs with the tracker and with the full decomposition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Costs {
-    /// One update of the tracker.
+    /// Cost of one update of the tracker.
     pub tracking: Operations,
     /// Update of the covariance (its upper half) and Jacobi's decomposition to 1e-6.
     pub decomposition: Operations,
 }
 
-/// Counts both on the last of `snapshots`, `[snapshot, channel]`, after all others.
+/// Counts the operations of both on the last of `snapshots`, `[snapshot, channel]`, after all others.
 ///
 /// # Errors
-/// A rank or a number of channels that the tracker does not take.
+/// Returns an error for a rank or a number of channels that the tracker does not take.
 pub fn costs(snapshots: &[Complex64], channels: usize, rank: usize, forgetting: f64) -> Result<Costs> {
     let mut tracker = BiSvd::new(channels, rank, forgetting)?;
     let mut r = vec![Complex64::ZERO; channels * channels];
@@ -399,7 +399,7 @@ pub fn costs(snapshots: &[Complex64], channels: usize, rank: usize, forgetting: 
     Ok(costs)
 }
 
-/// Seconds for all snapshots.
+/// Time for all snapshots, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Times {
     /// Number of snapshots that were timed.
@@ -410,10 +410,10 @@ pub struct Times {
     pub decomposition_s: f64,
 }
 
-/// Times both over the same snapshots, `[snapshot, channel]`, on one thread.
+/// Times the tracker and the full decomposition over the same snapshots, `[snapshot, channel]`, on one thread.
 ///
 /// # Errors
-/// A rank or a number of channels that the tracker does not take.
+/// Returns an error for a rank or a number of channels that the tracker does not take.
 pub fn times(snapshots: &[Complex64], channels: usize, rank: usize, forgetting: f64) -> Result<Times> {
     use super::doa_covariance::{Forgetting, eigen};
     let mut tracker = BiSvd::new(channels, rank, forgetting)?;

@@ -20,19 +20,19 @@ const RANGE: &str = "range_m";
 /// vector carries no meaning, and its mean square over channels is 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// Ascending.
+    /// Azimuths, degrees, ascending.
     pub azimuth_deg: Vec<f64>,
     /// Ascending; one value for a run in azimuth alone, which then holds for all elevations.
     pub elevation_deg: Vec<f64>,
     /// Number of virtual channels.
     pub channels: usize,
-    /// `[elevation, azimuth, channel]`
+    /// Steering vectors, `[elevation, azimuth, channel]`.
     pub vectors: Vec<Complex64>,
     /// Distance of the reflector, if its wave front was not flat.
     pub range_m: Option<f64>,
 }
 
-/// What a turntable run is made into.
+/// Settings with which a turntable run becomes a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurntableOptions {
     /// Keep the phases alone: every channel gets modulus 1.
@@ -52,7 +52,7 @@ impl Manifold {
     /// Uses measured vectors (eq. 96): between their angles the ratio to this manifold is interpolated.
     ///
     /// # Errors
-    /// A table of another number of channels.
+    /// Returns an error for a table of another number of channels.
     pub fn with_calibration(self, calibration: &Calibration) -> Result<Self> {
         let mut there = self.unmeasured();
         if let Some(range_m) = calibration.range_m {
@@ -63,16 +63,16 @@ impl Manifold {
 }
 
 impl Calibration {
-    /// From the snapshots of one reflector at each position of a turntable: their principal
-    /// eigenvector, with the ratio to the manifold smoothed over azimuth (local quadratic regression
-    /// with tricube weights, Cleveland, J. Am. Stat. Assoc. 74, 829, 1979).
+    /// Measures a calibration from the snapshots of one reflector at each position of a turntable: the principal
+    /// eigenvector of each, with the ratio to the manifold smoothed over azimuth (local quadratic regression with
+    /// tricube weights, Cleveland, J. Am. Stat. Assoc. 74, 829, 1979).
     ///
     /// `snapshots`: for each elevation, each azimuth: `[snapshot, channel]`, one or more snapshots.
     /// `manifold`: the ideal array, at the reflector's distance `range_m` if that is near.
     ///
     /// # Errors
-    /// Axes that do not ascend, missing or silent positions, values that are not finite, a window that holds fewer
-    /// than three angles.
+    /// Returns an error for axes that do not ascend, missing or silent positions, values that are not finite, or a
+    /// window that holds fewer than three angles.
     pub fn from_turntable(
         manifold: &Manifold,
         azimuth_deg: Vec<f64>,
@@ -127,10 +127,10 @@ impl Calibration {
         Ok(Calibration { azimuth_deg, elevation_deg, channels: n, vectors, range_m })
     }
 
-    /// The vectors that a manifold has at these angles, as if measured without error.
+    /// The calibration with the vectors that a manifold has at these angles, as if measured without error.
     ///
     /// # Errors
-    /// Axes that are empty or do not ascend.
+    /// Returns an error for axes that are empty or do not ascend.
     pub fn of_manifold(manifold: &Manifold, azimuth_deg: Vec<f64>, elevation_deg: Vec<f64>) -> Result<Self> {
         check_axis("azimuth_deg", &azimuth_deg)?;
         check_axis("elevation_deg", &elevation_deg)?;
@@ -152,7 +152,7 @@ impl Calibration {
     /// Reads a table from a file.
     ///
     /// # Errors
-    /// A file that is missing or no table of steering vectors, with its line.
+    /// Returns an error for a file that is missing or no table of steering vectors, with its line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         Self::from_table(&Table::read(&path)?, path.as_ref())
     }
@@ -161,8 +161,8 @@ impl Calibration {
     /// comment line `range_m = R` gives the distance of the reflector.
     ///
     /// # Errors
-    /// Other columns, angles that do not form a full product of two axes, a channel missing or given twice, numbers
-    /// that are not finite, a vector of zeros: with file and line.
+    /// Returns an error for other columns, angles that do not form a full product of two axes, a channel missing or
+    /// given twice, numbers that are not finite, a vector of zeros: with file and line.
     pub fn from_table(table: &Table, path: &Path) -> Result<Self> {
         let bad = |problem: String| BadInput::new(problem).file(path);
         if let Some(extra) = table.header.iter().find(|h| !HEADER.contains(&h.as_str())) {
@@ -261,7 +261,7 @@ impl Calibration {
     /// Writes the table that [`Self::from_table`] reads. `comments` come first.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if the output cannot be written.
     pub fn write(&self, out: impl Write, comments: &[String]) -> std::io::Result<()> {
         let mut comments = comments.to_vec();
         comments.extend(self.range_m.map(|r| format!("{RANGE} = {r}")));
@@ -304,14 +304,14 @@ impl Calibration {
         })
     }
 
-    /// |S^H S| between all angles, `[angle, angle]`, 1 on the diagonal (eq. 99; Feng 2019, Fig 2.6c).
-    /// Angles in the order of `vectors`.
+    /// Ambiguity |S^H S| between all angles, `[angle, angle]`, 1 on the diagonal (eq. 99; Feng 2019, Fig 2.6c). Angles
+    /// are in the order of `vectors`.
     pub fn ambiguity(&self) -> Vec<f64> {
         ambiguity(&self.vectors, self.channels)
     }
 }
 
-/// |a_i^H a_j| / (|a_i||a_j|) (eq. 99) of vectors `[angle, channel]`, as `[angle, angle]`.
+/// Ambiguity |a_i^H a_j| / (|a_i||a_j|) (eq. 99) of vectors `[angle, channel]`, as `[angle, angle]`.
 pub fn ambiguity(vectors: &[Complex64], channels: usize) -> Vec<f64> {
     let norm = |v: &[Complex64]| v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
     let mut out = Vec::new();

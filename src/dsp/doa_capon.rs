@@ -6,10 +6,10 @@ use super::doa_manifold::Matrix;
 use crate::base::error::{BadInput, Result};
 use num_complex::Complex64;
 
-/// F with F F^H = R^-1, from the eigendecomposition of R.
+/// Computes F with F F^H = R^-1, from the eigendecomposition of R.
 ///
 /// # Errors
-/// A covariance that cannot be inverted (fewer snapshots than channels and no loading).
+/// Returns an error for a covariance that cannot be inverted (fewer snapshots than channels and no loading).
 pub fn factor(eigen: &Eigen) -> Result<Matrix> {
     let n = eigen.values.len();
     let (top, least) = (eigen.values[0], eigen.values[n - 1]);

@@ -5,7 +5,7 @@ use super::doa_manifold::{Lattice, Matrix};
 use crate::base::error::{BadInput, Error, Result};
 use num_complex::Complex64;
 
-/// R = mean of x x^H over snapshots `[snapshot, channel]`.
+/// Covariance R, the mean of x x^H over snapshots `[snapshot, channel]`.
 pub fn covariance(snapshots: &[Complex64], channels: usize) -> Matrix {
     let count = (snapshots.len() / channels).max(1) as f64;
     let mut r = Matrix::zeros(channels, channels);
@@ -15,7 +15,7 @@ pub fn covariance(snapshots: &[Complex64], channels: usize) -> Matrix {
     r
 }
 
-/// R += weight x x^H.
+/// Adds weight x x^H to R.
 pub fn add_outer(r: &mut Matrix, x: &[Complex64], weight: f64) {
     for (j, b) in x.iter().enumerate() {
         let b = b.conj() * weight;
@@ -38,7 +38,7 @@ impl Forgetting {
     /// An average with forgetting factor `alpha`.
     ///
     /// # Errors
-    /// A factor outside 0 < alpha < 1.
+    /// Returns an error for a factor outside 0 < alpha < 1.
     pub fn new(channels: usize, alpha: f64) -> Result<Self> {
         check_forgetting(alpha)?;
         Ok(Forgetting { alpha, sum: Matrix::zeros(channels, channels), weight: 0.0 })
@@ -51,7 +51,7 @@ impl Forgetting {
         self.weight = self.alpha * self.weight + (1.0 - self.alpha);
     }
 
-    /// All zeros before the first snapshot.
+    /// The covariance so far; all zeros before the first snapshot.
     pub fn covariance(&self) -> Matrix {
         let scale = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
         self.sum.clone() * scale
@@ -80,7 +80,7 @@ pub(super) fn check_forgetting(alpha: f64) -> Result<()> {
 /// Channels of each subarray of `size` (rows, columns) of a lattice: all its shifts, row by row.
 ///
 /// # Errors
-/// A subarray larger than the array or without elements.
+/// Returns an error for a subarray larger than the array or without elements.
 pub fn subarrays(lattice: &Lattice, size: [usize; 2]) -> Result<Vec<Vec<usize>>> {
     let [rows, cols] = lattice.size;
     if size[0] == 0 || size[1] == 0 || size[0] > rows || size[1] > cols {
@@ -113,8 +113,8 @@ pub fn subarray_snapshots(
         .collect()
 }
 
-/// (R + J R* J)/2 with J the exchange of each channel and its mirror image (eq. 92; Pillai & Kwon,
-/// IEEE Trans. ASSP-37, 8, 1989).
+/// Averages forwards and backwards: (R + J R* J)/2 with J the exchange of each channel and its mirror image (eq. 92;
+/// Pillai & Kwon, IEEE Trans. ASSP-37, 8, 1989).
 pub fn forward_backward(r: &Matrix, mirror: &[usize]) -> Matrix {
     Matrix::from_fn(r.nrows(), r.ncols(), |i, j| 0.5 * (r[(i, j)] + r[(mirror[i], mirror[j])].conj()))
 }
@@ -127,7 +127,7 @@ pub fn with_backward(snapshots: &[Complex64], channels: usize, mirror: &[usize])
         .collect()
 }
 
-/// R + loading tr(R)/N I (eq. 92).
+/// Adds `loading` times tr(R)/N to the diagonal of R (eq. 92).
 pub fn load(r: &mut Matrix, loading: f64) {
     let n = r.nrows();
     let mean = (0..n).map(|i| r[(i, i)].re).sum::<f64>() / n as f64;
@@ -148,7 +148,7 @@ pub struct Eigen {
 /// Eigendecomposition of a Hermitian matrix.
 ///
 /// # Errors
-/// Values that are not finite.
+/// Returns an error for values that are not finite.
 pub fn eigen(r: &Matrix) -> Result<Eigen> {
     if !r.is_finite() {
         return Err(BadInput::new("snapshots hold values that are not finite").into());
@@ -164,7 +164,7 @@ impl Eigen {
         self.vectors.columns(0, count)
     }
 
-    /// The others.
+    /// Eigenvectors of the noise subspace: all but the `count` largest.
     pub fn noise(&self, count: usize) -> Matrix {
         self.vectors.columns(count, self.vectors.ncols() - count)
     }
@@ -173,7 +173,7 @@ impl Eigen {
 /// Largest principal angle between the spaces that orthonormal columns span, rad.
 ///
 /// # Errors
-/// Matrices of different size, or values that are not finite.
+/// Returns an error for matrices of different size, or values that are not finite.
 pub fn principal_angle(a: &Matrix, b: &Matrix) -> Result<f64> {
     // From the sine, which keeps small angles: the largest singular value of (I - A A^H) B.
     let outside = b - a * (a.adjoint() * b);

@@ -14,7 +14,7 @@ pub struct Fit {
     pub noise_w: f64,
 }
 
-/// A = steering vectors as columns, R the covariance of all channels.
+/// Fits the powers of sources to the covariance R of all channels; A has their steering vectors as columns.
 pub fn fit(a: &Matrix, r: &Matrix) -> Fit {
     let (n, m) = (a.nrows(), a.ncols());
     let mut gram = a.adjoint() * a;

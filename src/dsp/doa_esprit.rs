@@ -12,7 +12,7 @@ use num_complex::Complex64;
 /// eigenvectors that both rotations share (of a weighted sum of the two).
 ///
 /// # Errors
-/// More sources than either axis can tell apart.
+/// Returns an error for more sources than either axis can tell apart.
 pub fn esprit(signal: &Matrix, size: [usize; 2]) -> Result<Vec<[f64; 2]>> {
     let l = signal.ncols();
     let [rows, cols] = size;

@@ -24,7 +24,7 @@ use crate::base::units::power_from_db;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-/// A method made ready for an array.
+/// A method prepared for an array.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimator {
     manifold: Manifold,
@@ -33,7 +33,7 @@ pub struct Estimator {
     axes: [bool; 2],
     whole: View,
     smoothed: Option<View>,
-    /// Of the whole array, for the mark of ambiguous directions.
+    /// Steering vectors of the whole array, which mark ambiguous directions.
     table: Steering,
 }
 
@@ -47,9 +47,9 @@ impl Estimator {
     /// An estimator of directions on a grid.
     ///
     /// # Errors
-    /// A grid that is empty, wider than the calibration, or of two axes for an array on one line; more sources than
-    /// the array can tell; a method that needs a uniform line or rectangle on another array; settings outside their
-    /// ranges.
+    /// Returns an error for a grid that is empty, wider than the calibration, or of two axes for an array on one line,
+    /// for more sources than the array can tell, for a method that needs a uniform line or rectangle on another array,
+    /// or for settings outside their ranges.
     pub fn new(manifold: Manifold, grid: Grid, options: Options) -> Result<Self> {
         let o = &options;
         if grid.azimuth_rad.is_empty() || grid.elevation_rad.is_empty() {
@@ -141,12 +141,12 @@ impl Estimator {
         Ok(Estimator { manifold, grid, options, axes, whole, smoothed, table })
     }
 
-    /// The array that it estimates with.
+    /// The manifold of the array.
     pub fn manifold(&self) -> &Manifold {
         &self.manifold
     }
 
-    /// The directions that it searches.
+    /// The grid of directions that is searched.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
@@ -164,12 +164,12 @@ impl Estimator {
         &self.view(snapshots).steering
     }
 
-    /// The sources of each cell, strongest first. `evaluate` gives the forms over the grid, `[cell,
-    /// direction]`, on the engine of the caller's choice: [`super::doa_spectrum::spectra`] or its twin.
+    /// Estimates the sources of each cell, strongest first. `evaluate` computes the forms over the grid, `[cell,
+    /// direction]`, on either engine: [`super::doa_spectrum::spectra`] or its twin.
     ///
     /// # Errors
-    /// Data of another size, values that are not finite, too few snapshots for the method on this array; those of
-    /// `evaluate`.
+    /// Returns an error for data of another size, values that are not finite, too few snapshots for the method on this
+    /// array, and the errors of `evaluate`.
     pub fn estimate_cells<T: Real>(
         &self,
         cells: &Cells<'_>,
@@ -183,12 +183,12 @@ impl Estimator {
         Ok(out)
     }
 
-    /// The same from signal subspaces that trackers hold, one [`BiSvd::basis`] for each cell: by eq. 22
-    /// of the document. The trackers were fed with [`Self::looks`]; `cells` holds the latest snapshots,
+    /// Estimates as [`Self::estimate_cells`] from signal subspaces that trackers hold, one [`BiSvd::basis`] for each
+    /// cell: by eq. 22 of the document. The trackers were fed with [`Self::looks`]; `cells` holds the latest snapshots,
     /// from which powers are taken.
     ///
     /// # Errors
-    /// As [`Self::estimate_cells`]; a method that does not track.
+    /// Returns the errors of [`Self::estimate_cells`], and an error if the method does not track.
     pub fn track_cells<T: Real>(
         &self,
         bases: &[Matrix],
@@ -214,7 +214,7 @@ impl Estimator {
         self.view(snapshots.len() / n).looks(snapshots, n)
     }
 
-    /// Elements of a subarray for cells of so many snapshots: all channels where none are formed.
+    /// Number of elements of a subarray for cells of so many snapshots: all channels where no subarrays are formed.
     pub fn elements(&self, snapshots: usize) -> usize {
         self.view(snapshots).manifold.channels()
     }
@@ -225,7 +225,7 @@ impl Estimator {
     /// zeros.
     ///
     /// # Errors
-    /// Those of [`Self::estimate_cells`]; a method without a spectrum.
+    /// Returns the errors of [`Self::estimate_cells`], and an error if the method has no spectrum.
     pub fn spectra<T: Real>(
         &self,
         cells: &Cells<'_>,
@@ -269,7 +269,7 @@ impl Estimator {
     /// `snapshots`: as many as [`Self::looks`] was given at a time.
     ///
     /// # Errors
-    /// As [`Self::estimate_cells`]; a method that does not track.
+    /// Returns the errors of [`Self::estimate_cells`], and an error if the method does not track.
     pub fn track_spectra<T: Real>(
         &self,
         bases: &[Matrix],

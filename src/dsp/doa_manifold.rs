@@ -25,11 +25,11 @@ pub struct Manifold {
 }
 
 impl Manifold {
-    /// One transmitter and one receiver position for each channel, sensor frame.
+    /// The manifold of an array with one transmitter and one receiver position for each channel, m, sensor frame.
     ///
     /// # Errors
-    /// No channels, lists of different length, positions or a wavelength that are not finite, two channels with the
-    /// same transmitter and the same receiver.
+    /// Returns an error if there are no channels, for lists of different length, for positions or a wavelength that are
+    /// not finite, or for two channels with the same transmitter and the same receiver.
     pub fn new(tx_m: Vec<DVec3>, rx_m: Vec<DVec3>, wavelength_m: f64) -> Result<Self> {
         if tx_m.is_empty() || tx_m.len() != rx_m.len() {
             return Err(BadInput::new("channels need one transmitter and one receiver each")
@@ -60,28 +60,28 @@ impl Manifold {
         Ok(Manifold { tx_m, rx_m, wavelength_m, gain, range_m: None, residual: None })
     }
 
-    /// An array that only receives: one transmitter at the origin.
+    /// The manifold of an array that only receives: one transmitter at the origin.
     ///
     /// # Errors
-    /// A radar whose antennas make no array: none, or two in one place.
+    /// Returns an error for a radar whose antennas make no array: none, or two in one place.
     pub fn receivers(rx_m: Vec<DVec3>, wavelength_m: f64) -> Result<Self> {
         Self::new(vec![DVec3::ZERO; rx_m.len()], rx_m, wavelength_m)
     }
 
-    /// The radar's virtual channels, c = tx x N_rx + rx, at its carrier.
+    /// The manifold of the radar's virtual channels, c = tx x N_rx + rx, at its carrier.
     ///
     /// # Errors
-    /// A radar whose antennas make no array: none, or two in one place.
+    /// Returns an error for a radar whose antennas make no array: none, or two in one place.
     pub fn of_radar(radar: &Radar) -> Result<Self> {
         let pairs = radar.tx.iter().flat_map(|t| radar.rx.iter().map(|r| (t.position_m, r.position_m)));
         let (tx, rx) = pairs.unzip();
         Self::new(tx, rx, radar.wavelength_m())
     }
 
-    /// Complex amplitude gain of each channel, the same in all directions.
+    /// The manifold with a complex amplitude gain of each channel, the same in all directions.
     ///
     /// # Errors
-    /// Another number of gains than channels; a gain that is zero or not finite.
+    /// Returns an error if there are not as many gains as channels, or for a gain that is zero or not finite.
     pub fn with_gains(mut self, gain: Vec<Complex64>) -> Result<Self> {
         if gain.len() != self.channels() {
             return Err(BadInput::new("wrong number of channel gains")
@@ -97,10 +97,10 @@ impl Manifold {
         Ok(self)
     }
 
-    /// Sources at this distance from the sensor's origin instead of infinitely far.
+    /// The manifold for sources at this distance from the sensor's origin instead of infinitely far.
     ///
     /// # Errors
-    /// A range within the array.
+    /// Returns an error if the range lies within the array.
     pub fn at_range(mut self, range_m: f64) -> Result<Self> {
         let extent = self.tx_m.iter().chain(&self.rx_m).map(|p| p.length()).fold(0.0, f64::max);
         if !(range_m > extent && range_m.is_finite()) {
@@ -114,12 +114,12 @@ impl Manifold {
         Ok(self)
     }
 
-    /// Without what was measured, for sources at infinity.
+    /// The manifold without what was measured, for sources at infinity.
     pub(super) fn unmeasured(&self) -> Manifold {
         Manifold { range_m: None, residual: None, ..self.clone() }
     }
 
-    /// With what a measurement has over [`Self::unmeasured`].
+    /// The manifold with what a measurement has over [`Self::unmeasured`].
     pub(super) fn with_residual(mut self, residual: Residual) -> Manifold {
         self.residual = Some(Arc::new(residual));
         self
@@ -135,7 +135,7 @@ impl Manifold {
         self.wavelength_m
     }
 
-    /// p_tx + p_rx of a channel.
+    /// Virtual position p_tx + p_rx of a channel, m.
     pub fn position_m(&self, channel: usize) -> DVec3 {
         self.tx_m[channel] + self.rx_m[channel]
     }
@@ -145,7 +145,7 @@ impl Manifold {
         self.range_m
     }
 
-    /// Whether it was measured, not computed from positions.
+    /// Whether the manifold was measured, not only computed from positions.
     pub fn is_calibrated(&self) -> bool {
         self.residual.is_some()
     }
@@ -169,7 +169,7 @@ impl Manifold {
         Manifold { gain: vec![Complex64::ONE; self.channels()], residual: None, ..self.clone() }
     }
 
-    /// Some of the channels, in the order given, without a calibration.
+    /// The manifold of some of the channels, in the order given, without a calibration.
     pub fn subset(&self, channels: &[usize]) -> Manifold {
         Manifold {
             tx_m: channels.iter().map(|c| self.tx_m[*c]).collect(),
@@ -203,7 +203,7 @@ impl Manifold {
         out
     }
 
-    /// Steering vectors as columns.
+    /// Steering vectors of these angles as columns.
     pub fn matrix(&self, angles: &[(f64, f64)]) -> Matrix {
         let columns: Vec<Vec<Complex64>> = angles.iter().map(|(a, e)| self.steering(*a, *e)).collect();
         Matrix::from_fn(self.channels(), angles.len(), |c, s| columns[s][c])
@@ -269,7 +269,7 @@ fn nearer(u: DVec3, range_m: f64, p: DVec3) -> f64 {
 /// Channels on an even line (`size[0]` = 1) or parallelogram.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lattice {
-    /// Rows, columns.
+    /// Number of rows and columns.
     pub size: [usize; 2],
     /// From one row to the next and from one column to the next, of p_tx + p_rx. Zero for one row.
     pub step_m: [DVec3; 2],
@@ -359,7 +359,7 @@ impl Lattice {
         crate::base::frames::angles_from_direction(flat + out)
     }
 
-    /// For a line: whether it lies nearer the horizontal plane than the vertical.
+    /// Whether a line of channels lies nearer the horizontal plane than the vertical.
     pub fn tells_azimuth(&self) -> bool {
         let d = self.step_m[1];
         d.z.abs() <= d.x.hypot(d.y)

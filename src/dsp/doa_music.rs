@@ -9,7 +9,7 @@ use num_complex::Complex64;
 /// Orthonormal columns that span what the orthonormal columns of `signal` leave.
 ///
 /// # Errors
-/// Columns that are not finite.
+/// Returns an error for columns that are not finite.
 pub fn complement(signal: &Matrix) -> Result<Matrix> {
     let (n, l) = (signal.nrows(), signal.ncols());
     if !signal.is_finite() {
@@ -19,11 +19,11 @@ pub fn complement(signal: &Matrix) -> Result<Matrix> {
     Ok(signal.full_q().columns(l, n - l))
 }
 
-/// Phase advance per element, rad within ±pi, of each of `count` sources on a uniform line: -k times
-/// the step along the direction. `noise`: orthonormal columns of the noise subspace.
+/// Finds the phase advance per element, rad within ±pi, of each of `count` sources on a uniform line: -k times the step
+/// along the direction. `noise`: orthonormal columns of the noise subspace.
 ///
 /// # Errors
-/// As [`music`]; an array that is not on one uniform line.
+/// Returns the errors of [`polynomial_roots`].
 pub fn root_music(noise: &Matrix, count: usize) -> Result<Vec<f64>> {
     let n = noise.nrows();
     let c = noise * noise.adjoint();
@@ -63,10 +63,10 @@ pub fn root_music(noise: &Matrix, count: usize) -> Result<Vec<f64>> {
     Ok(found)
 }
 
-/// All roots of sum_i c_i z^i, as eigenvalues of the companion matrix.
+/// Finds all roots of sum_i c_i z^i, as eigenvalues of the companion matrix.
 ///
 /// # Errors
-/// Coefficients that are not finite or all but vanish.
+/// Returns an error for coefficients that are not finite or all but vanish.
 pub fn polynomial_roots(coefficients: &[Complex64]) -> Result<Vec<Complex64>> {
     let scale = coefficients.iter().map(|c| c.norm()).fold(0.0, f64::max);
     if !(scale > 0.0 && scale.is_finite()) {

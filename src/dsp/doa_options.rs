@@ -39,7 +39,7 @@ impl Method {
         }
     }
 
-    /// Whether it splits a covariance into signal and noise.
+    /// Whether the method splits a covariance into signal and noise.
     pub fn uses_subspace(self) -> bool {
         matches!(self, Method::Music | Method::RootMusic | Method::Esprit | Method::BiSvd { .. })
     }
@@ -56,7 +56,7 @@ impl Method {
 /// How many sources a cell holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SourceNumber {
-    /// This many.
+    /// The number is given.
     Given(usize),
     /// By information criterion (eq. 93), at most [`Options::max_sources`]; cells where it finds none
     /// give none.
@@ -79,20 +79,20 @@ pub enum Smoothing {
     /// each axis, rounded up (on a line at least one element more than given sources), and
     /// forward-backward averaging.
     Auto,
-    /// No averages.
+    /// Nothing is averaged.
     Off,
     /// Rows and columns of the subarray.
     Subarray([usize; 2]),
 }
 
-/// What is asked of an estimator of angle.
+/// Settings of an estimator of angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// The estimator.
     pub method: Method,
     /// How many sources a cell holds.
     pub sources: SourceNumber,
-    /// Most sources of one cell.
+    /// Largest number of sources of one cell.
     pub max_sources: usize,
     /// Averages over subarrays.
     pub smoothing: Smoothing,
@@ -142,7 +142,7 @@ pub struct Source {
 pub struct Cells<'a> {
     /// Snapshots of each cell.
     pub snapshots: usize,
-    /// `[cell, snapshot, channel]`, sqrt(W).
+    /// Data, `[cell, snapshot, channel]`, sqrt(W).
     pub data: &'a [Complex64],
     /// Noise power of a channel in each cell, W. Without it the power that the sources leave is taken.
     pub noise_w: Option<&'a [f64]>,

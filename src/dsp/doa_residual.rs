@@ -35,7 +35,7 @@ impl Residual {
             .collect()
     }
 
-    /// Over all angles, of each channel.
+    /// Mean over all angles, for each channel.
     pub(super) fn mean(&self) -> Vec<Complex64> {
         let places = (self.ratio.len() / self.channels) as f64;
         (0..self.channels)

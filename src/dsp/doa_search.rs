@@ -2,8 +2,8 @@
 
 use super::doa_beamform::Grid;
 
-/// Local minima of `cost`, `[elevation, azimuth]`, in the 3 x 3 neighbourhood, lowest first; of
-/// equals the first. Minima on the border count.
+/// Finds the local minima of `cost`, `[elevation, azimuth]`, in the 3 x 3 neighbourhood, lowest first; of equal ones it
+/// takes the first. Minima on the border count.
 pub fn minima<T: Copy + PartialOrd>(cost: &[T], grid: &Grid) -> Vec<usize> {
     let (rows, cols) = (grid.elevation_rad.len(), grid.azimuth_rad.len());
     let mut found = Vec::new();

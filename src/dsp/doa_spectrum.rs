@@ -75,7 +75,7 @@ pub(super) fn form(factor: &Matrix, a: &[Complex64]) -> f64 {
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/doa_spectrum.wgsl`.
-    pub struct Params {
+    pub struct DoaSpectrumParams {
         pub cells: u32,
         pub directions: u32,
         pub channels: u32,
@@ -92,7 +92,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/doa_spectrum.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(DoaSpectrumParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {
@@ -106,7 +106,7 @@ pub static KERNEL: Kernel = Kernel {
 /// pieces as the adapter's bindings ask for.
 ///
 /// # Errors
-/// Failures of the adapter.
+/// Returns an error if the adapter fails.
 pub fn spectra(gpu: &Gpu, steering: &Steering, forms: &Forms) -> Result<Vec<f32>> {
     let narrow = |z: &Complex64| Complex32::new(z.re as f32, z.im as f32);
     let (directions, channels) = (steering.directions(), forms.channels);
@@ -132,7 +132,7 @@ pub fn spectra(gpu: &Gpu, steering: &Steering, forms: &Forms) -> Result<Vec<f32>
         let part: Vec<Complex32> = part.iter().map(narrow).collect();
         let part = recorder.upload("factors", &part);
         let out = recorder.buffer::<f32>("forms", cells * directions);
-        let params = Params {
+        let params = DoaSpectrumParams {
             cells: cells as u32,
             directions: directions as u32,
             channels: channels as u32,

@@ -19,7 +19,7 @@ pub(super) struct View {
     pub mirror: Option<Vec<usize>>,
     pub manifold: Manifold,
     pub steering: Steering,
-    /// Of one subarray.
+    /// The lattice of one subarray.
     pub lattice: Option<Lattice>,
 }
 
@@ -73,12 +73,12 @@ impl View {
         })
     }
 
-    /// Looks that cells of so many snapshots give.
+    /// Number of looks that cells of so many snapshots give.
     pub fn count(&self, snapshots: usize) -> usize {
         snapshots * self.sets.len() * (1 + usize::from(self.mirror.is_some()))
     }
 
-    /// Sources that a method can tell on these elements.
+    /// Number of sources that a method can tell apart on these elements.
     pub fn most_sources(&self, method: Method) -> usize {
         let m = self.manifold.channels();
         match (method, &self.lattice) {

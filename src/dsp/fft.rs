@@ -6,14 +6,14 @@ use crate::gpu::{Access, AnyBuffer, Buffer, Gpu, Kernel, Recorder, Threads, Tole
 use crate::gpu_struct;
 use num_complex::Complex32;
 
-/// Longest transform that a workgroup's 32 KiB hold.
+/// Length of the longest transform that a workgroup's 32 KiB hold.
 pub const LONGEST_IN_WORKGROUP: usize = 4096;
 
 pub(super) fn fits_workgroup(length: usize) -> bool {
     length.is_power_of_two() && length <= LONGEST_IN_WORKGROUP
 }
 
-/// How the device takes a transform.
+/// How the device computes a transform.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
     /// A line in one workgroup's memory: powers of two up to [`LONGEST_IN_WORKGROUP`].
@@ -32,7 +32,7 @@ impl Method {
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/fft.wgsl`.
-    pub struct Params {
+    pub struct WorkgroupFftParams {
         pub lines: u32,
         pub log2_length: u32,
         pub count: u32,
@@ -59,7 +59,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/fft.wgsl"),
     ],
     workgroup: [256, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(WorkgroupFftParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {
@@ -118,7 +118,7 @@ impl Axis {
         let wide = layout.side_by_side && hardware;
         let tile = if wide { LONGEST_IN_WORKGROUP } else { length.max(SHORTEST_TILE) };
         let groups = (layout.lines as u64).div_ceil((tile / length) as u64);
-        let params = Params {
+        let params = WorkgroupFftParams {
             lines: layout.lines as u32,
             log2_length: length.ilog2(),
             count: weights.len() as u32,

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/fft_chirp.wgsl`.
-    pub struct Params {
+    pub struct FftChirpParams {
         pub lines: u32,
         pub length: u32,
         pub count: u32,
@@ -35,13 +35,13 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/fft_chirp.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(FftChirpParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance { relative_l2: 2e-7, reason: "one complex product a value" },
 };
 
-/// e^(-j pi i^2 / n) for i in 0..n; the square is reduced as a whole number.
+/// The chirp e^(-j pi i^2 / n) for i in 0..n; the square is reduced as a whole number.
 pub fn chirp(n: usize) -> Vec<Complex64> {
     (0..n as u64).map(|i| Complex64::cis(-PI * (i * i % (2 * n as u64)) as f64 / n as f64)).collect()
 }

@@ -1,11 +1,11 @@
-//! What the kernels of one pass over global memory are given.
+//! Parameters of the kernels that do one pass of a transform over global memory.
 
 use crate::gpu::Tolerance;
 use crate::gpu_struct;
 
 gpu_struct! {
     /// Uniform of the passes (`shaders/shared/fft_pass.wgsl`).
-    pub struct Params {
+    pub struct FftPassParams {
         pub lines: u32,
         pub length: u32,
         pub butterflies: u32,

@@ -1,7 +1,7 @@
 //! Transforms of any length on the device by passes over global memory: mixed radix, and Bluestein's
 //! transform for lengths with a large prime factor (CONVENTIONS eq. 86).
 
-use super::fft_params::Params;
+use super::fft_params::FftPassParams;
 use super::{fft_any, fft_chirp, fft_radix8, fft_radix16};
 use crate::gpu::{AnyBuffer, Buffer, Recorder, Threads};
 use num_complex::{Complex32, Complex64};
@@ -68,7 +68,7 @@ pub(super) struct Layout {
     pub lines: usize,
     pub in_base: u32,
     pub in_line: u32,
-    /// Negative steps wrap.
+    /// Step from value to value of the input; negative steps wrap.
     pub in_step: u32,
     pub out_base: u32,
     pub out_line: u32,
@@ -100,7 +100,7 @@ impl Scratch {
 /// Tables of one axis on the device.
 pub(super) struct Passes {
     length: usize,
-    /// Of the input.
+    /// Number of values of an input line.
     count: usize,
     plan: Plan,
     twiddles: Buffer<Complex32>,
@@ -185,27 +185,29 @@ impl Passes {
             recorder.buffer::<Complex32>("chirp spectra", len),
         );
         let inner = self.between(layout, *length);
-        let chirp = |length: usize, count: usize, l: &Layout, conjugate: [u32; 2]| fft_chirp::Params {
-            lines: l.lines as u32,
-            length: length as u32,
-            count: count as u32,
-            in_base: l.in_base,
-            in_line: l.in_line,
-            in_step: l.in_step,
-            out_base: l.out_base,
-            out_line: l.out_line,
-            out_step: l.out_step,
-            shift: l.shift,
-            first: l.first,
-            kept: l.kept,
-            lines_first: u32::from(l.side_by_side),
-            conjugate_in: conjugate[0],
-            conjugate_out: conjugate[1],
-        };
-        let multiply = |recorder: &mut Recorder<'_>, p: fft_chirp::Params, storage: [&dyn AnyBuffer; 3]| {
-            let threads = grid(p.lines, p.length, p.lines_first == 1);
-            recorder.dispatch(&fft_chirp::KERNEL, &p, &storage, threads);
-        };
+        let chirp =
+            |length: usize, count: usize, l: &Layout, conjugate: [u32; 2]| fft_chirp::FftChirpParams {
+                lines: l.lines as u32,
+                length: length as u32,
+                count: count as u32,
+                in_base: l.in_base,
+                in_line: l.in_line,
+                in_step: l.in_step,
+                out_base: l.out_base,
+                out_line: l.out_line,
+                out_step: l.out_step,
+                shift: l.shift,
+                first: l.first,
+                kept: l.kept,
+                lines_first: u32::from(l.side_by_side),
+                conjugate_in: conjugate[0],
+                conjugate_out: conjugate[1],
+            };
+        let multiply =
+            |recorder: &mut Recorder<'_>, p: fft_chirp::FftChirpParams, storage: [&dyn AnyBuffer; 3]| {
+                let threads = grid(p.lines, p.length, p.lines_first == 1);
+                recorder.dispatch(&fft_chirp::KERNEL, &p, &storage, threads);
+            };
         let before = Layout {
             out_base: 0,
             out_line: inner.out_line,
@@ -262,7 +264,7 @@ impl Passes {
             let threads = if matches!(radix, 8 | 16) { butterflies } else { length };
             // Lanes go where there are many.
             let lines_first = layout.side_by_side || threads < 32;
-            let params = Params {
+            let params = FftPassParams {
                 lines: layout.lines as u32,
                 length: length as u32,
                 butterflies: butterflies as u32,

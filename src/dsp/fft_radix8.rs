@@ -1,6 +1,6 @@
 //! Pass of radix 8: the host side of the kernel, which `fft_pass` records.
 
-use super::fft_params::{self, Params};
+use super::fft_params::{self, FftPassParams};
 use crate::gpu::{Access, Kernel};
 
 /// The kernel's row: sources, parameters, bindings and tolerance.
@@ -12,7 +12,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/fft_radix8.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(FftPassParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: fft_params::TOLERANCE,

@@ -13,12 +13,12 @@ const PEAK: f64 = 2.0;
 /// Cells to each side of a detected cell of another fold over which the map is that of its fold.
 const SHOWN: i64 = 2;
 
-/// What `process` finds with the transform and the detector that it is given, over the Doppler folds that the radar's processing
-/// asks for. With K folds each map has the K-th part of the false alarm probability, so that all together have no more than was
-/// asked for; one fold is as if there were no others.
+/// Finds detections with `process`, which is given the transform and the detector, over the Doppler folds that the
+/// radar's processing asks for. With K folds each map has the K-th part of the false alarm probability, so that all
+/// together have no more than was asked for; one fold is processed as if there were no others.
 ///
 /// # Errors
-/// A cube that is not the radar's; those of `process`.
+/// Returns an error if the cube's shape is not the radar's, and what `process` fails with.
 pub fn over_folds<T>(
     radar: &Radar,
     cube: &Cube<T>,
@@ -41,17 +41,18 @@ pub fn over_folds<T>(
     Ok(strongest(found, &Smear::new(radar, &transform)))
 }
 
-/// Over how many cells `[doppler, range]` a target is smeared in the map of another fold.
+/// Number of cells `[doppler, range]` over which a target is smeared in the map of another fold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Smear {
-    /// For each fold between the two, cells from the first to the last.
+    /// Number of cells of the smear for each fold by which the two differ.
     pub per_fold: [f64; 2],
     /// Half the width of a peak, cells.
     pub peak: [f64; 2],
 }
 
 impl Smear {
-    /// By what a target of one fold more walks during the frame, and by what its Doppler frequency differs over the ramp.
+    /// Computes the smear: how much farther a target of the next fold walks during the frame, and how much its Doppler
+    /// frequency changes over the ramp.
     pub fn new(radar: &Radar, t: &Transform) -> Smear {
         let lines = radar.lines();
         let walk_m = 2.0 * radar.max_velocity_mps() * radar.frame_time_s();
@@ -71,8 +72,9 @@ impl Smear {
     }
 }
 
-/// Of the cells that were found with each fold those that no stronger cell of another fold explains: within the smear of that
-/// one the strongest has the right fold. The map is that of fold zero, and about each cell of another fold that of its own.
+/// Keeps of the cells that were found with each fold those that no stronger cell of another fold explains: within the
+/// smear of that one the strongest has the right fold. The map is that of fold zero, and about each cell of another
+/// fold that of its own.
 fn strongest(mut found: Vec<(i32, RangeDoppler<f64>)>, smear: &Smear) -> RangeDoppler<f64> {
     let (rows, columns) = (found[0].1.map.doppler_bins, found[0].1.map.range_bins);
     // (power, map, index), strongest first; equal ones as the maps have them, those of slower folds before others.

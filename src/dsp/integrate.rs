@@ -5,11 +5,11 @@ use super::{PowerMap, Real};
 use crate::adc::Cube;
 use crate::base::error::{BadInput, Result};
 
-/// The mean of maps, each weighted by its looks (the channels it is the mean of), and the looks of the sum:
-/// noise cells are Gamma with that number, which is what the detector has to be told.
+/// Averages maps, each weighted by its looks (the channels it is the mean of), and adds up the looks: noise cells are
+/// Gamma with that number, which the detector has to be given.
 ///
 /// # Errors
-/// No map, maps of different sizes, a map of no look.
+/// Returns an error if there is no map, for maps of different sizes, or for a map of no look.
 pub fn integrate<T: Real>(maps: &[(&PowerMap<T>, usize)]) -> Result<(PowerMap<T>, usize)> {
     let size = |m: &PowerMap<T>| [m.doppler_bins, m.range_bins, m.data.len()];
     let Some(((first, _), looks)) = maps.first().zip(maps.iter().map(|m| m.1).reduce(|a, b| a + b)) else {
@@ -35,11 +35,11 @@ pub fn integrate<T: Real>(maps: &[(&PowerMap<T>, usize)]) -> Result<(PowerMap<T>
     Ok((PowerMap { doppler_bins: first.doppler_bins, range_bins: first.range_bins, data }, looks))
 }
 
-/// The chirps of a cube in `groups` cubes of equally many, one after another, for [`integrate`]. Chirps that remain
-/// are left out.
+/// Splits the chirps of a cube into `groups` cubes of equally many, one after another, for [`integrate`]. Chirps that
+/// remain are left out.
 ///
 /// # Errors
-/// No group, or more groups than chirps.
+/// Returns an error if there is no group, or more groups than chirps.
 pub fn chirp_groups<T: Clone>(cube: &Cube<T>, groups: usize) -> Result<Vec<Cube<T>>> {
     if groups == 0 || groups > cube.chirps {
         return Err(BadInput::new("the chirps cannot be grouped so")

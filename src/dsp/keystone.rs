@@ -11,7 +11,7 @@ use num_complex::Complex32;
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/keystone.wgsl`.
-    pub struct Params {
+    pub struct KeystoneParams {
         pub step: u32,
         pub lines: u32,
         pub samples: u32,
@@ -42,7 +42,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/keystone.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(KeystoneParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {
@@ -76,7 +76,7 @@ fn words(x: u64) -> [u32; 2] {
 /// What all channels of a spectrum share.
 pub(super) struct Warp {
     axis: Axis,
-    /// Of the convolution.
+    /// Length of the convolution.
     length: usize,
     /// Lines that are transformed together.
     lines: usize,
@@ -86,7 +86,10 @@ pub(super) struct Warp {
 }
 
 impl Warp {
-    /// Errors: a wrong scale; a line too long for the adapter.
+    /// Prepares the warp of a cube with this transform.
+    ///
+    /// # Errors
+    /// Returns an error for a wrong scale, or for a line too long for the adapter.
     pub fn new(
         recorder: &mut Recorder<'_>,
         gpu: &Gpu,
@@ -133,8 +136,8 @@ impl Warp {
         })
     }
 
-    /// Chirps to rows of `channels` channels, whose samples are in `pieces`; `out` holds `[row, channel, sample]` of
-    /// all bands' rows in turn, each buffer from its row on.
+    /// Records the warped transform from chirps to rows of `channels` channels, whose samples are in `pieces`; `out`
+    /// holds `[row, channel, sample]` of all bands' rows in turn, each buffer from its row on.
     pub fn record(
         &self,
         recorder: &mut Recorder<'_>,
@@ -152,7 +155,7 @@ impl Warp {
         let chirps: Buffer<Complex32> = recorder.buffer("chirp spectra", self.length * samples);
         for first_sample in (0..t.samples).step_by(samples) {
             let samples = samples.min(t.samples - first_sample);
-            let block = |channels: usize| Params {
+            let block = |channels: usize| KeystoneParams {
                 step: CHIRP,
                 lines: (samples * channels) as u32,
                 samples: samples as u32,
@@ -177,7 +180,7 @@ impl Warp {
                 for stored in 0..t.bands {
                     self.before(recorder, t, pieces, (first_channel, stored), &p, &a);
                     self.transform(recorder, scratch, p.lines as usize, &a, &b);
-                    self.multiply(recorder, &Params { step: PRODUCT, ..p }, &b, &chirps, &a);
+                    self.multiply(recorder, &KeystoneParams { step: PRODUCT, ..p }, &b, &chirps, &a);
                     self.transform(recorder, scratch, p.lines as usize, &a, &b);
                     self.after(recorder, t, (channels, first_channel, stored), &p, &b, out);
                 }
@@ -188,7 +191,7 @@ impl Warp {
     fn multiply(
         &self,
         recorder: &mut Recorder<'_>,
-        p: &Params,
+        p: &KeystoneParams,
         values: &dyn AnyBuffer,
         factors: &dyn AnyBuffer,
         to: &dyn AnyBuffer,
@@ -224,7 +227,7 @@ impl Warp {
         t: &Transform,
         pieces: &[Piece<'_>],
         (first_channel, stored): (usize, usize),
-        p: &Params,
+        p: &KeystoneParams,
         to: &Buffer<Complex32>,
     ) {
         // The transmitter whose echoes of this fold the band holds is turned back from chirp to chirp.
@@ -238,7 +241,7 @@ impl Warp {
             let end = if last { self.length } else { piece.first_chirp + piece.chirps };
             let row = (piece.channels * t.samples) as u32;
             let base = ((piece.first_channel + first_channel) * t.samples) as u32;
-            let params = Params {
+            let params = KeystoneParams {
                 step: BEFORE,
                 first: piece.first_chirp as u32,
                 count: (end - piece.first_chirp) as u32,
@@ -259,7 +262,7 @@ impl Warp {
         recorder: &mut Recorder<'_>,
         t: &Transform,
         (channels, first_channel, stored): (usize, usize, usize),
-        p: &Params,
+        p: &KeystoneParams,
         from: &Buffer<Complex32>,
         out: &[(usize, Buffer<Complex32>)],
     ) {
@@ -272,7 +275,7 @@ impl Warp {
                 continue;
             }
             let base = (first_channel * t.samples) as u32;
-            let params = Params {
+            let params = KeystoneParams {
                 step: AFTER,
                 first: (rows.start - band.start) as u32,
                 count: rows.len() as u32,

@@ -96,7 +96,7 @@ pub struct Cell {
     pub range: u32,
 }
 
-/// What the detector found, cell by cell, `[doppler, range]`.
+/// The detector's decision in each cell, `[doppler, range]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detection<T> {
     /// Whether each cell passed the detector, `[doppler, range]`.
@@ -116,30 +116,30 @@ pub struct Snapshots<T> {
 }
 
 impl<T> Snapshots<T> {
-    /// All channels of one cell.
+    /// Values of all channels in one cell.
     pub fn of(&self, cell: usize) -> &[Complex<T>] {
         &self.data[cell * self.channels..(cell + 1) * self.channels]
     }
 }
 
-/// All that the chain says about a frame short of angles.
+/// Detected cells of a frame with all that the chain says about them except angles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RangeDoppler<T> {
     /// Mean power of every cell.
     pub map: PowerMap<T>,
     /// What the detector found in it.
     pub detection: Detection<T>,
-    /// Strongest first.
+    /// Cells that were detected, strongest first.
     pub cells: Vec<Cell>,
     /// Estimated mean noise power in W in each of `cells`: for CA the mean of the training cells, for GO, SO
     /// and OS their statistic divided by its expectation on noise of unit mean.
     pub noise: Vec<T>,
-    /// In the order of `cells`.
+    /// Snapshots in the order of `cells`.
     pub snapshots: Snapshots<T>,
 }
 
 impl RangeDoppler<f32> {
-    /// The same in f64, exactly.
+    /// The same detections in f64, exactly.
     pub fn widened(self) -> RangeDoppler<f64> {
         let wide = |v: Vec<f32>| v.into_iter().map(f64::from).collect();
         RangeDoppler {
@@ -160,7 +160,7 @@ impl RangeDoppler<f32> {
 }
 
 impl Snapshots<f64> {
-    /// Rounded to f32 (exact when they came from there).
+    /// The snapshots rounded to f32 (exact when they came from there).
     pub fn narrowed(&self) -> Snapshots<f32> {
         Snapshots {
             channels: self.channels,

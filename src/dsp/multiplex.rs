@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 /// The channels of one cell, told apart by transmitter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Decoded {
-    /// `[tx, rx]`, √W, all as at the time of the first slot.
+    /// Values of the channels, `[tx, rx]`, √W, all as at the time of the first slot.
     pub channels: Vec<Complex64>,
     /// Range rate; with Doppler bands (DDM) in the fold that the empty bands point to.
     pub range_rate_mps: f64,

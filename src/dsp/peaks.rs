@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/peaks.wgsl`.
-    pub struct Params {
+    pub struct PeakParams {
         pub doppler_bins: u32,
         pub range_bins: u32,
         pub capacity: u32,
@@ -27,7 +27,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/peaks.wgsl"),
     ],
     workgroup: [256, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(PeakParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance { relative_l2: 0.0, reason: "compares and counts" },
@@ -52,7 +52,7 @@ pub fn record(
     for (phase, threads) in
         [(0, Threads::Linear(threads)), (1, Threads::Workgroups([1, 1, 1])), (2, Threads::Linear(threads))]
     {
-        let params = Params {
+        let params = PeakParams {
             doppler_bins: size[0] as u32,
             range_bins: size[1] as u32,
             capacity: capacity as u32,
@@ -64,7 +64,7 @@ pub fn record(
     list
 }
 
-/// Where a peak lies between cells, and its height there.
+/// Place of a peak between cells, and its height there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peak {
     /// Row of the map, with a fraction.
@@ -115,7 +115,8 @@ pub fn place<T: Real>(map: &PowerMap<T>, cell: Cell, by: [Option<&Interpolator>;
     Peak { doppler: d as f64 + doppler, range: r as f64 + range, power }
 }
 
-/// Peak positions that are exact for a single target and a given window: the parabola, and what it is off taken out.
+/// Interpolates peaks between cells, exactly for a single target and a given window: the parabola, with its error taken
+/// out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interpolator {
     /// Of true offsets -0.5..=0.5: that of the parabola, and the power in the middle cell over that at the peak.
@@ -128,11 +129,11 @@ pub struct Interpolator {
 const OFFSETS: usize = 128;
 
 impl Interpolator {
-    /// For data with these weights and a transform of length `fft`.
+    /// The interpolator for data with these weights and a transform of length `fft`.
     ///
     /// # Errors
-    /// No weights or a shorter transform; a window that is not symmetric, or whose offsets the parabola does not tell
-    /// apart.
+    /// Returns an error if there are no weights or the transform is shorter, or for a window that is not symmetric or
+    /// whose offsets the parabola does not tell apart.
     pub fn new(weights: &[f64], fft: usize) -> Result<Interpolator> {
         let response = |cells: f64| {
             let step = Complex64::cis(-TAU * cells / fft as f64);
@@ -178,7 +179,7 @@ impl Interpolator {
         (if self.places { offset } else { found }, at / gain)
     }
 
-    /// The same with the parabola's places: for windows under which noise moves the true ones much.
+    /// The interpolator that gives the parabola's places: for windows under which noise moves the true ones much.
     pub fn of_heights(self) -> Interpolator {
         Interpolator { places: false, ..self }
     }
@@ -198,7 +199,7 @@ impl Interpolator {
     }
 }
 
-/// Detections that stand for one: the strongest and what lies around it.
+/// A group of detections that stand for one: the strongest and those around it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
     /// The strongest cell.
@@ -231,7 +232,7 @@ pub fn group<T: Real>(map: &PowerMap<T>, cells: &[Cell], extent: [usize; 2]) -> 
     groups
 }
 
-/// Strongest first; equal powers by row, then column.
+/// Sorts cells, strongest first; equal powers by row, then column.
 pub fn sort<T: Real>(map: &PowerMap<T>, cells: &mut [Cell]) {
     let power = |c: &Cell| map.at(c.doppler as usize, c.range as usize).wide();
     cells.sort_by(|a, b| power(b).total_cmp(&power(a)).then((a.doppler, a.range).cmp(&(b.doppler, b.range))));

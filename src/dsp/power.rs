@@ -6,7 +6,7 @@ use crate::gpu_struct;
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/power.wgsl`.
-    pub struct Params {
+    pub struct PowerMapParams {
         pub doppler_bins: u32,
         pub channels: u32,
         pub ranges: u32,
@@ -27,7 +27,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/power.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(PowerMapParams::LAYOUT),
     storage: &[Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {
@@ -37,7 +37,7 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
-/// The map of a spectrum, `[doppler, range]`, in W.
+/// Records the power map of a spectrum, `[doppler, range]`, in W.
 pub fn record(recorder: &mut Recorder<'_>, spectrum: &DeviceSpectrum) -> Buffer<f32> {
     let map = recorder.buffer::<f32>("map", spectrum.doppler_bins * spectrum.range_bins);
     add(recorder, spectrum, &map, (0, spectrum.channels / spectrum.bands));
@@ -55,7 +55,7 @@ pub(crate) fn add(
     for chunk in &spectrum.chunks {
         let first = first + chunk.first_channel;
         let last = first + chunk.channels == all;
-        let params = Params {
+        let params = PowerMapParams {
             doppler_bins: spectrum.doppler_bins as u32,
             channels: chunk.channels as u32,
             ranges: chunk.ranges as u32,

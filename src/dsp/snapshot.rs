@@ -7,7 +7,7 @@ use num_complex::Complex32;
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/snapshot.wgsl`.
-    pub struct Params {
+    pub struct SnapshotParams {
         pub capacity: u32,
         pub channels: u32,
         pub range_bins: u32,
@@ -28,14 +28,14 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/snapshot.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(SnapshotParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance { relative_l2: 0.0, reason: "copies" },
 };
 
-/// `[cell, channel]` for the cells of a list as [`super::peaks::record`] makes it, with room for as
-/// many as that has.
+/// Records the gathering of `[cell, channel]` for the cells of a list as [`super::peaks::record`] makes it, with room
+/// for as many as that has.
 pub fn record(
     recorder: &mut Recorder<'_>,
     spectrum: &DeviceSpectrum,
@@ -56,7 +56,7 @@ pub(crate) fn add(
 ) {
     let capacity = list.len() - 1;
     for chunk in &spectrum.chunks {
-        let params = Params {
+        let params = SnapshotParams {
             capacity: capacity as u32,
             channels: all as u32,
             range_bins: spectrum.range_bins as u32,

@@ -205,11 +205,11 @@ fn spectrum(t: &Transform, chunks: Vec<Chunk>) -> DeviceSpectrum {
     }
 }
 
-/// Both transforms of a cube, which is uploaded here, in chunks that the adapter can bind. Nothing runs before the
-/// recorder is submitted.
+/// Records both transforms of a cube, which is uploaded here, in chunks that the adapter can bind. Nothing runs before
+/// the recorder is submitted.
 ///
 /// # Errors
-/// A single column too large for the adapter.
+/// Returns an error for a single column too large for the adapter.
 pub fn record(
     recorder: &mut Recorder<'_>,
     gpu: &Gpu,
@@ -219,10 +219,10 @@ pub fn record(
     record_by(recorder, gpu, cube, t, None)
 }
 
-/// [`record`] with a method of choice.
+/// Records as [`record`] with the method that is given.
 ///
 /// # Errors
-/// A cube that is larger than the adapter holds; failures of the adapter.
+/// Returns an error for a cube that is larger than the adapter holds, or if the adapter fails.
 pub fn record_by(
     recorder: &mut Recorder<'_>,
     gpu: &Gpu,
@@ -267,10 +267,10 @@ pub fn record_by(
     Ok(spectrum(t, chunks))
 }
 
-/// [`record`] for a cube that is on the device already, whose shape has to be the transform's.
+/// Records as [`record`] for a cube that is on the device already and has the transform's shape.
 ///
 /// # Errors
-/// A cube that is larger than the adapter holds; failures of the adapter.
+/// Returns an error for a cube that is larger than the adapter holds, or if the adapter fails.
 pub fn record_device(
     recorder: &mut Recorder<'_>,
     gpu: &Gpu,

@@ -44,7 +44,8 @@ pub(crate) fn check_bands(t: &Transform) -> Result<()> {
 /// where one block is all or nothing was detected. Blocks are as large as one buffer of the adapter holds.
 ///
 /// # Errors
-/// Of the source; as [`super::device::process`]; Doppler bands.
+/// Returns what `source` fails with, the errors of [`super::device::process`], and an error for a radar with Doppler
+/// bands.
 pub fn process(
     gpu: &Gpu,
     transform: &Transform,

@@ -27,13 +27,13 @@ pub struct Transform {
     pub bands: usize,
     /// Factor of the power map: bands over transmitters (CONVENTIONS eq. 19a), since empty ones hold noise alone.
     pub map_scale: f64,
-    /// In place of the Doppler transform.
+    /// Keystone transform, in place of the Doppler transform.
     pub keystone: Option<Keystone>,
     /// Samples are taken from the last to the first, as of a falling chirp.
     pub reversed: bool,
-    /// One weight a sample, in the order in which they are taken.
+    /// Weights of the range transform, one for each sample, in the order in which they are taken.
     pub range_window: Vec<f64>,
-    /// One weight a chirp.
+    /// Weights of the Doppler transform, one for each chirp.
     pub doppler_window: Vec<f64>,
 }
 
@@ -41,7 +41,7 @@ impl Transform {
     /// The transforms of a cube of this shape.
     ///
     /// # Errors
-    /// An empty cube, or a transform shorter than the data.
+    /// Returns an error for an empty cube, or a transform shorter than the data.
     pub fn new(
         chirps: usize,
         channels: usize,
@@ -98,10 +98,10 @@ impl Transform {
         })
     }
 
-    /// For a cube of this radar's lines.
+    /// The transform for a cube that holds this radar's lines.
     ///
     /// # Errors
-    /// A cube whose shape is not the radar's.
+    /// Returns an error for a cube whose shape is not the radar's.
     pub fn of_cube<T>(cube: &Cube<T>, radar: &Radar) -> Result<Self> {
         let shape = [cube.chirps, cube.channels, cube.samples];
         if cube.data.len() != shape.iter().product::<usize>() {
@@ -113,10 +113,10 @@ impl Transform {
         Self::of_shape(shape, radar)
     }
 
-    /// The same for the shape alone.
+    /// The transform for a cube of this shape.
     ///
     /// # Errors
-    /// A shape that is not the one expected.
+    /// Returns an error for a shape that is not the one expected.
     pub fn of_shape(shape: [usize; 3], radar: &Radar) -> Result<Self> {
         let want = [radar.chirps, radar.channels(), radar.lines().count];
         if shape != want {
@@ -139,10 +139,10 @@ impl Transform {
         Ok(t)
     }
 
-    /// Refuses another shape `[chirps, channels, samples]` than this transform's.
+    /// Checks that a shape `[chirps, channels, samples]` is this transform's.
     ///
     /// # Errors
-    /// A shape that is not the one expected.
+    /// Returns an error for a shape that is not the one expected.
     pub fn check_shape(&self, shape: [usize; 3]) -> Result<()> {
         let want = [self.chirps, self.channels, self.samples];
         if shape == want {
@@ -155,18 +155,18 @@ impl Transform {
             .into())
     }
 
-    /// Columns of the spectrum: channels x range bins.
+    /// Number of columns of the spectrum: channels x range bins.
     pub fn columns(&self) -> usize {
         self.channels * self.range_bins
     }
 
-    /// Rows of the map.
+    /// Number of rows of the map.
     pub fn doppler_rows(&self) -> usize {
         self.doppler_fft / self.bands
     }
 
-    /// The row that transform bin `k` goes to: zero Doppler to row M/2. With B bands row and band as row · B + band: transmitter b is
-    /// found b M/B rows before its range rate, and fills band b of the row at it.
+    /// Row of the map to which transform bin `k` goes: zero Doppler to row M/2. With B bands row and band as row · B +
+    /// band: transmitter b is found b M/B rows before its range rate, and fills band b of the row at it.
     pub fn doppler_row(&self, k: usize) -> usize {
         let rows = self.doppler_rows();
         let band = (self.bands - (k + rows / 2) / rows % self.bands) % self.bands;
@@ -180,12 +180,12 @@ pub fn line_scale(radar: &Radar) -> Vec<f64> {
     (0..lines.count).map(|n| (lines.first_hz + n as f64 * lines.step_hz) / radar.carrier_hz).collect()
 }
 
-/// How targets are held in their range cells.
+/// How the keystone transform holds targets in their range cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Keystone {
     /// The instantaneous frequency over the carrier, for each sample ([`line_scale`] for a radar).
     pub scale: Vec<f64>,
-    /// Whole unambiguous intervals of the map that a target of interest moves faster than its row says: targets of
+    /// Number of unambiguous intervals of the map that a target of interest moves faster than its row says: targets of
     /// another fold are not focused.
     pub fold: i32,
 }
@@ -194,7 +194,7 @@ impl Keystone {
     /// Checks the scale of a keystone transform.
     ///
     /// # Errors
-    /// A scale that is not one positive number a sample.
+    /// Returns an error for a scale that is not one positive number a sample.
     pub fn check(scale: &[f64], samples: usize) -> Result<()> {
         if scale.len() == samples && scale.iter().all(|s| s.is_finite() && *s > 0.0) {
             return Ok(());

@@ -13,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 /// `n` coefficients, the largest near 1, not normalised.
 ///
 /// # Errors
-/// `n` = 0, or a Dolph-Chebyshev side-lobe level that is not a positive finite number of dB.
+/// Returns an error for `n` = 0, or a Dolph-Chebyshev side-lobe level that is not a positive finite number of dB.
 pub fn coefficients(window: Window, n: usize) -> Result<Vec<f64>> {
     if n == 0 {
         return Err(BadInput::new("a window needs at least one point").key("window").into());
@@ -35,7 +35,7 @@ pub fn coefficients(window: Window, n: usize) -> Result<Vec<f64>> {
 /// uniform). Elements in one place all get 1.
 ///
 /// # Errors
-/// A window that cannot be sampled anywhere; places that are not finite.
+/// Returns an error for a window that cannot be sampled anywhere, or for places that are not finite.
 pub fn at_positions(window: Window, positions: &[f64]) -> Result<Vec<f64>> {
     let mut distinct = positions.to_vec();
     distinct.sort_by(f64::total_cmp);

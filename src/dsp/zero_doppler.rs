@@ -12,15 +12,15 @@ use std::f64::consts::TAU;
 /// the transmitters, which come round after as many chirps as there are bands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtRest {
-    /// Chirps after which it repeats.
+    /// Number of chirps after which the projection repeats.
     pub period: usize,
-    /// `[chirp, chirp]` of one period: from sums over all chirps that are a period apart to what rests, the orthogonal
-    /// projection on it.
+    /// The orthogonal projection `[chirp, chirp]` of one period, from sums over all chirps that are a period apart to
+    /// what rests.
     pub projection: Vec<Complex64>,
 }
 
 impl AtRest {
-    /// For this radar's chirps.
+    /// The projection for this radar's chirps.
     pub fn of(radar: &Radar) -> AtRest {
         match radar.multiplex {
             Multiplex::Ddm { bands } => AtRest::turning(radar.chirps, bands, radar.tx.len()),
@@ -28,7 +28,7 @@ impl AtRest {
         }
     }
 
-    /// For transmitters k of which each is turned by -k / `bands` from chirp to chirp.
+    /// The projection for transmitters k of which each is turned by -k / `bands` of a turn from chirp to chirp.
     pub fn turning(chirps: usize, bands: usize, transmitters: usize) -> AtRest {
         let count = |j: usize| (chirps + bands - 1 - j) / bands;
         let dot = |a: &[Complex64], b: &[Complex64]| -> Complex64 {
@@ -59,7 +59,7 @@ impl AtRest {
 
 gpu_struct! {
     /// Uniform of `shaders/dsp/zero_doppler.wgsl`.
-    pub struct Params {
+    pub struct ZeroDopplerParams {
         pub chirps: u32,
         pub columns: u32,
         pub phase: u32,
@@ -78,7 +78,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/dsp/zero_doppler.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(ZeroDopplerParams::LAYOUT),
     storage: &[Access::ReadWrite, Access::ReadWrite, Access::Read],
     structs: &[],
     tolerance: Tolerance {
@@ -88,7 +88,7 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
-/// Takes what rests out of a cube, in place.
+/// Records the subtraction of what rests from a cube, in place.
 pub fn record(recorder: &mut Recorder<'_>, cube: &DeviceCube, rest: &AtRest) {
     let columns = cube.channels * cube.samples;
     let sums = recorder.buffer::<[f32; 2]>("sums over chirps", rest.period * columns);
@@ -97,7 +97,7 @@ pub fn record(recorder: &mut Recorder<'_>, cube: &DeviceCube, rest: &AtRest) {
     let projection = recorder.upload("projection", &projection);
     for phase in [0, 1] {
         for (i, piece) in cube.pieces.iter().enumerate() {
-            let params = Params {
+            let params = ZeroDopplerParams {
                 chirps: piece.chirps as u32,
                 columns: columns as u32,
                 phase,

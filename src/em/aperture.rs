@@ -6,7 +6,7 @@ use num_complex::Complex64;
 /// Phase across a polygon below which its integral is taken from its moments, rad.
 const SMALL_PHASE: f64 = 1e-3;
 
-/// Integral of exp(j g . p) over a convex polygon, of either orientation (Gordon 1975).
+/// Computes the integral of exp(j g . p) over a convex polygon, of either orientation (Gordon 1975).
 pub fn phase_integral(p: &[DVec2], g: DVec2) -> Complex64 {
     let moments = Moments::of(p);
     let reach = p.iter().map(|q| g.dot(*q - moments.centroid).abs()).fold(0.0, f64::max);
@@ -39,7 +39,7 @@ pub fn phase_integral(p: &[DVec2], g: DVec2) -> Complex64 {
 
 /// Moments of a flat polygon's area.
 pub struct Moments {
-    /// Positive.
+    /// Area, always positive.
     pub area: f64,
     sign: f64,
     /// Middle of the area, in the polygon's plane.
@@ -49,7 +49,8 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// The moments of a polygon given by its corners in order; signed by the direction they run in.
+    /// Computes the moments of a polygon given by its corners in order; their sign is that of the direction in which
+    /// the corners run.
     pub fn of(p: &[DVec2]) -> Moments {
         let o = p[0];
         let (mut area, mut first, mut second) = (0.0, DVec2::ZERO, [0.0; 3]);

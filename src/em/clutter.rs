@@ -20,12 +20,12 @@ pub struct Sigma0 {
     pub hv: f64,
 }
 
-/// What Oh's law needs of a surface.
+/// Properties of a surface on which Oh's law depends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Front {
     /// |R|^2 of the smooth surface, [perpendicular, parallel].
     pub reflectivity: [f64; 2],
-    /// The same at normal incidence.
+    /// |R|^2 of the smooth surface at normal incidence.
     pub nadir_reflectivity: f64,
     /// Standard deviation of the height, m.
     pub roughness_rms_m: f64,
@@ -34,7 +34,7 @@ pub struct Front {
 /// Grazing angle up to which Kulemin's law was measured, degrees.
 pub const KULEMIN_GRAZING_DEG: f64 = 30.0;
 
-/// At incidence cosine `cos_i` in (0, 1] and `wavenumber` rad/m.
+/// Backscatter per area of the ground at incidence cosine `cos_i` in (0, 1] and `wavenumber` rad/m.
 pub fn sigma0(backscatter: &Backscatter, wavenumber: f64, front: &Front, cos_i: f64) -> Sigma0 {
     let alike = |law: f64| {
         let across = backscatter.cross_db.map_or(0.0, power_from_db);
@@ -78,9 +78,10 @@ pub fn kulemin(ground: Ground, freq_hz: f64, cos_i: f64) -> f64 {
     power_from_db(db) * beyond
 }
 
-/// Bare rough surfaces (Oh, Sarabandi and Ulaby, *IEEE Trans. Geosci. Remote Sens.* 30 (1992) 370): of k h 0.1 to 6, correlation
-/// lengths k l 2.6 to 20 and incidence 10 to 70 degrees; measured up to 9.5 GHz and a function of k h, so it holds at others
-/// for what the surface alone scatters. `kh` is wavenumber times standard deviation of the height.
+/// Backscatter of bare rough surfaces (Oh, Sarabandi and Ulaby, *IEEE Trans. Geosci. Remote Sens.* 30 (1992) 370): of k
+/// h 0.1 to 6, correlation lengths k l 2.6 to 20 and incidence 10 to 70 degrees; measured up to 9.5 GHz and a function
+/// of k h, so it holds at others for what the surface alone scatters. `kh` is wavenumber times standard deviation of
+/// the height.
 pub fn oh(kh: f64, front: &Front, cos_i: f64) -> Sigma0 {
     let gamma0 = front.nadir_reflectivity;
     if kh == 0.0 || gamma0 == 0.0 {

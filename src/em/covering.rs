@@ -36,7 +36,7 @@ pub const LEAF_KG_M3: f64 = 1000.0;
 /// least value of such specifications).
 pub const PAINT_THICKNESS_M: f64 = 0.6 * 0.375e-3;
 
-/// Where the covering lies.
+/// The part of the sample on which the covering lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Region {
     /// The whole bottom plate of sample G(N).
@@ -51,7 +51,7 @@ pub const SAMPLE_WIDTH_M: f64 = 0.160;
 pub const SAMPLE_LENGTH_M: f64 = 0.117;
 
 impl Region {
-    /// A right-angled isosceles triangle on W, and the rectangle L x W before it.
+    /// Area of the region, m²: a right-angled isosceles triangle on W, and the rectangle L x W before it.
     pub fn area_m2(self) -> f64 {
         let corner = 0.25 * SAMPLE_WIDTH_M * SAMPLE_WIDTH_M;
         match self {
@@ -72,7 +72,7 @@ pub struct Covering {
     pub mass_kg: Option<f64>,
     /// Thickness of the layer, m.
     pub thickness_m: f64,
-    /// Of the layer at 77 GHz.
+    /// Relative permittivity of the layer at 77 GHz.
     pub eps_r: Complex64,
     /// Aluminium under the layer.
     pub material: Material,
@@ -110,12 +110,12 @@ fn mixture(name: &str, eps: Complex64, source: &str) -> Material {
 /// A film of water. Fails on a mass or area that is not positive.
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn water(mass_kg: f64, area_m2: f64) -> Result<Layer> {
     Layer::new(by_name("water")?, thickness_m(mass_kg, WATER_KG_M3, area_m2)?)
 }
 
-/// How gravel's loss is taken.
+/// How gravel's loss by scattering is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GrainScattering {
     /// Quasi-static mixture: only absorption, the least loss.
@@ -128,7 +128,7 @@ pub enum GrainScattering {
 /// mass or area that is not positive.
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn gravel(mass_kg: f64, area_m2: f64, scattering: GrainScattering) -> Result<Layer> {
     let air = Complex64::ONE;
     let mix = looyenga(&[(GRAIN_EPS, GRAIN_PACKING), (air, 1.0 - GRAIN_PACKING)])?;
@@ -149,7 +149,7 @@ pub fn gravel(mass_kg: f64, area_m2: f64, scattering: GrainScattering) -> Result
 /// close. Fails on a mass or area that is not positive, or a fraction outside (0, 1].
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn leaves(mass_kg: f64, area_m2: f64, tissue_fraction: f64) -> Result<Layer> {
     let leaf = by_name("leaves")?;
     if !(tissue_fraction > 0.0 && tissue_fraction <= 1.0) {
@@ -172,7 +172,7 @@ pub fn leaves(mass_kg: f64, area_m2: f64, tissue_fraction: f64) -> Result<Layer>
 /// A coat of white traffic paint.
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn white_paint() -> Result<Layer> {
     Layer::new(by_name("paint-white")?, PAINT_THICKNESS_M)
 }
@@ -180,7 +180,7 @@ pub fn white_paint() -> Result<Layer> {
 /// The document's coverings, spread over the whole plate.
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn coverings() -> Result<Vec<Covering>> {
     coverings_on(Region::Plate)
 }
@@ -189,7 +189,7 @@ pub fn coverings() -> Result<Vec<Covering>> {
 /// the most loss that its grains can cause.
 ///
 /// # Errors
-/// Amounts that are not positive and finite, or that no layer holds.
+/// Returns an error for amounts that are not positive and finite, or that no layer holds.
 pub fn coverings_on(region: Region) -> Result<Vec<Covering>> {
     let area = region.area_m2();
     let mut all = Vec::new();

@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-/// (R_perp, R_par) at incidence cosine `cos_i` in (0, 1] from a medium of relative permittivity
+/// Reflection coefficients (R_perp, R_par) at incidence cosine `cos_i` in (0, 1] from a medium of relative permittivity
 /// `eps_r` = eps' - j eps''; None is a perfect conductor.
 pub fn reflection(eps_r: Option<Complex64>, cos_i: f64) -> (Complex64, Complex64) {
     let one = Complex64::new(1.0, 0.0);

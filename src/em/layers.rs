@@ -36,8 +36,8 @@ pub struct Stack {
     pub backing: Backing,
 }
 
-/// What a stack makes of a plane wave, as factors on E (perpendicular to the plane of incidence, in
-/// it) in the vectors of CONVENTIONS eq. (4).
+/// Response of a stack to a plane wave, as factors on E (perpendicular to the plane of incidence, in it) in the vectors
+/// of CONVENTIONS eq. (4).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
     /// Reflection, with its phase on the front surface.
@@ -64,7 +64,7 @@ impl Stack {
         self.layers.iter().map(|l| l.thickness_m).sum()
     }
 
-    /// Reflection alone: (R_perp, R_par) at incidence cosine `cos_i` in (0, 1].
+    /// Reflection coefficients (R_perp, R_par) at incidence cosine `cos_i` in (0, 1], without the transmission.
     pub fn reflection(&self, wavenumber: f64, cos_i: f64) -> (Complex64, Complex64) {
         if self.layers.is_empty() && self.backing == Backing::Pec {
             return (-Complex64::ONE, Complex64::ONE);
@@ -157,8 +157,8 @@ impl Stack {
     }
 }
 
-/// What a plane wave makes of the boundary between two media, as factors on E in the vectors of
-/// CONVENTIONS eq. (4) before and after it; (perpendicular, parallel).
+/// Response of the boundary between two media to a plane wave, as factors on E in the vectors of CONVENTIONS eq. (4)
+/// before and after it; (perpendicular, parallel).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
     /// Factors of the reflected wave.
@@ -167,9 +167,9 @@ pub struct Crossing {
     pub transmission: (Complex64, Complex64),
 }
 
-/// From the medium `front` to the medium `back` through `layers`, the first met first (CONVENTIONS eq.
-/// 56). `tangential` is the wavenumber along the boundary over that in air. Phases are those on the
-/// layers' front, for the transmission on their back. (Balanis, section 5.5.2.)
+/// Reflection and transmission from the medium `front` to the medium `back` through `layers`, the first met first
+/// (CONVENTIONS eq. 56). `tangential` is the wavenumber along the boundary over that in air. Phases are those on the
+/// layers' front; for the transmission those on their back. (Balanis, section 5.5.2.)
 pub fn crossing(
     front: Complex64,
     layers: &[Layer],

@@ -72,7 +72,8 @@ impl SphereSeries {
     /// eq. 4.53 for infinite refractive index). Fails unless k·radius lies in [`KA_RANGE`].
     ///
     /// # Errors
-    /// A size outside [`KA_RANGE`]; radii that do not grow; a permittivity that is not finite.
+    /// Returns an error for a size outside [`KA_RANGE`], for radii that do not grow, or for a permittivity that is not
+    /// finite.
     pub fn pec(radius_m: f64, freq_hz: f64) -> Result<SphereSeries> {
         let k = wavenumber(freq_hz);
         let x = k * radius_m;
@@ -95,7 +96,8 @@ impl SphereSeries {
     /// [`INNER_SIZE_MAX`].
     ///
     /// # Errors
-    /// A size outside [`KA_RANGE`]; radii that do not grow; a permittivity that is not finite.
+    /// Returns an error for a size outside [`KA_RANGE`], for radii that do not grow, or for a permittivity that is not
+    /// finite.
     pub fn dielectric(radius_m: f64, eps_r: Complex64, freq_hz: f64) -> Result<SphereSeries> {
         SphereSeries::layered(Core::Dielectric { radius_m, eps_r }, &[], freq_hz)
     }
@@ -104,7 +106,8 @@ impl SphereSeries {
     /// [`layered`](SphereSeries::layered).
     ///
     /// # Errors
-    /// A size outside [`KA_RANGE`]; radii that do not grow; a permittivity that is not finite.
+    /// Returns an error for a size outside [`KA_RANGE`], for radii that do not grow, or for a permittivity that is not
+    /// finite.
     pub fn coated(core: Core, radius_m: f64, shell_eps_r: Complex64, freq_hz: f64) -> Result<SphereSeries> {
         SphereSeries::layered(core, &[Shell { radius_m, eps_r: shell_eps_r }], freq_hz)
     }
@@ -113,7 +116,8 @@ impl SphereSeries {
     /// [`KA_RANGE`], and as [`dielectric`](SphereSeries::dielectric).
     ///
     /// # Errors
-    /// A size outside [`KA_RANGE`]; radii that do not grow; a permittivity that is not finite.
+    /// Returns an error for a size outside [`KA_RANGE`], for radii that do not grow, or for a permittivity that is not
+    /// finite.
     pub fn layered(core: Core, shells: &[Shell], freq_hz: f64) -> Result<SphereSeries> {
         let k = wavenumber(freq_hz);
         let radii: Vec<f64> =
@@ -199,7 +203,7 @@ impl SphereSeries {
         (scale * extinction, scale * scattering)
     }
 
-    /// S_vv = S_hh towards the source, metres, referred to the centre.
+    /// Amplitude S_vv = S_hh towards the source, metres, referred to the centre.
     pub fn backscatter_m(&self) -> Complex64 {
         self.bistatic_m(0.0).0
     }

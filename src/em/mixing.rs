@@ -27,7 +27,7 @@ fn check_fraction(fraction: f64) -> Result<()> {
 /// `parts` are (permittivity, volume fraction). Fails unless the fractions are shares that add up to 1.
 ///
 /// # Errors
-/// Fractions outside 0..1 or that do not add up to 1; a permittivity that is not finite.
+/// Returns an error for fractions outside 0..1 or that do not add up to 1, or for a permittivity that is not finite.
 pub fn looyenga(parts: &[(Complex64, f64)]) -> Result<Complex64> {
     for p in parts {
         check_fraction(p.1)?;
@@ -48,7 +48,7 @@ pub fn looyenga(parts: &[(Complex64, f64)]) -> Result<Complex64> {
 /// Garnett 1904; Sihvola, *Electromagnetic Mixing Formulas and Applications* (1999), eq. 3.27).
 ///
 /// # Errors
-/// Fractions outside 0..1 or that do not add up to 1; a permittivity that is not finite.
+/// Returns an error for fractions outside 0..1 or that do not add up to 1, or for a permittivity that is not finite.
 pub fn maxwell_garnett(host: Complex64, inclusion: Complex64, fraction: f64) -> Result<Complex64> {
     check_fraction(fraction)?;
     let contrast = inclusion - host;
@@ -60,7 +60,7 @@ pub fn maxwell_garnett(host: Complex64, inclusion: Complex64, fraction: f64) -> 
 /// (1 - f)(eps_1 - eps)/(eps_1 + 2 eps) + f (eps_2 - eps)/(eps_2 + 2 eps) = 0.
 ///
 /// # Errors
-/// Fractions outside 0..1 or that do not add up to 1; a permittivity that is not finite.
+/// Returns an error for fractions outside 0..1 or that do not add up to 1, or for a permittivity that is not finite.
 pub fn bruggeman(first: Complex64, second: Complex64, second_fraction: f64) -> Result<Complex64> {
     check_fraction(second_fraction)?;
     let f = second_fraction;
@@ -85,7 +85,7 @@ pub fn grain_limit_m(mixture: Complex64, freq_hz: f64) -> f64 {
 /// other, so in a packing this is an upper bound of the loss and `mixture` alone a lower one.
 ///
 /// # Errors
-/// A fraction outside 0..1; grains that the Mie series does not take.
+/// Returns an error for a fraction outside 0..1, or for grains that the Mie series does not take.
 pub fn independent_scattering_eps(
     mixture: Complex64,
     grain: Complex64,

@@ -39,7 +39,7 @@ pub struct Shares {
 }
 
 impl Shares {
-    /// Of a wave at incidence cosine `cos_i` on a surface that reflects `r` when smooth.
+    /// Shares for a wave at incidence cosine `cos_i` on a surface that reflects `r` when smooth; `wavenumber` in rad/m.
     pub fn of(r: Complex64, wavenumber: f64, roughness_rms_m: f64, cos_i: f64) -> Shares {
         let kept = rayleigh_factor(wavenumber, roughness_rms_m, cos_i).powi(2);
         Shares { coherent: r.norm_sqr() * kept, diffuse: r.norm_sqr() * (1.0 - kept) }
@@ -50,7 +50,7 @@ impl Lobe {
     /// A lobe about the mirror direction.
     ///
     /// # Errors
-    /// An exponent of 0 or above [`EXPONENT_MAX`].
+    /// Returns an error for an exponent of 0 or above [`EXPONENT_MAX`].
     pub fn directive(exponent: u32) -> Result<Lobe> {
         if (1..=EXPONENT_MAX).contains(&exponent) {
             return Ok(Lobe::Directive { exponent });

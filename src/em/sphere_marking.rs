@@ -14,12 +14,12 @@ use std::f64::consts::PI;
 pub struct Marking {
     /// Width across the road, m.
     pub width_m: f64,
-    /// Along the road.
+    /// Length along the road, m.
     pub length_m: f64,
 }
 
 impl Marking {
-    /// That of Table 3.2.
+    /// The marking of the document's table 3.2.
     pub const DOCUMENT: Marking = Marking { width_m: 0.15, length_m: 2.0 };
 
     /// Area of the strip, m².
@@ -39,15 +39,15 @@ pub fn rayleigh_m2(radius_m: f64, freq_hz: f64) -> f64 {
     9.0 * (wavenumber(freq_hz) * radius_m).powi(4) * optical_m2(radius_m)
 }
 
-/// Of a large one: pi a^2.
+/// Cross section of a large sphere, pi a^2, m².
 pub fn optical_m2(radius_m: f64) -> f64 {
     PI * radius_m * radius_m
 }
 
-/// Exact, from the Mie series. Fails as [`SphereSeries::pec`].
+/// Cross section of a perfectly conducting sphere, m², exact (Mie series).
 ///
 /// # Errors
-/// A size that the Mie series does not take; lengths that are not positive.
+/// Returns an error for a size that the Mie series does not take, or for lengths that are not positive.
 pub fn mie_m2(radius_m: f64, freq_hz: f64) -> Result<f64> {
     Ok(4.0 * PI * SphereSeries::pec(radius_m, freq_hz)?.backscatter_m().norm_sqr())
 }
@@ -78,7 +78,7 @@ impl BinShape {
         }
     }
 
-    /// Noise bandwidth in bins: what a bin collects of an endless marking.
+    /// Noise bandwidth in bins: the power that a bin collects of an endless marking, over that of one bin.
     pub fn noise_bandwidth(&self) -> f64 {
         match self {
             BinShape::Rectangle => 1.0,
@@ -91,7 +91,7 @@ impl BinShape {
 /// seen along the road. `bin_m` is the bin's width, c/2B. Fails unless both lengths are positive.
 ///
 /// # Errors
-/// A size that the Mie series does not take; lengths that are not positive.
+/// Returns an error for a size that the Mie series does not take, or for lengths that are not positive.
 pub fn bin_share(length_m: f64, bin_m: f64, shape: BinShape) -> Result<f64> {
     for (key, value) in [("length_m", length_m), ("bin_m", bin_m)] {
         if !(value > 0.0 && value.is_finite()) {
@@ -117,7 +117,7 @@ pub struct Row {
     pub region: &'static str,
     /// Number of balls on the strip.
     pub balls: f64,
-    /// One ball, dBsm.
+    /// Cross section of one ball by Rayleigh's formula, dBsm.
     pub rayleigh_dbsm: f64,
     /// Cross section of one ball by the Mie series, dBsm.
     pub mie_dbsm: f64,
@@ -131,7 +131,7 @@ pub struct Row {
     pub remark: &'static str,
 }
 
-/// What Table 3.2 prints.
+/// The values that the document prints in its table 3.2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Printed {
     /// Cross section of one ball, dBsm.
@@ -145,7 +145,7 @@ pub struct Printed {
 /// Table 3.2 at `freq_hz` (the document's is 77 GHz). Fails as [`mie_m2`].
 ///
 /// # Errors
-/// A size that the Mie series does not take; lengths that are not positive.
+/// Returns an error for a size that the Mie series does not take, or for lengths that are not positive.
 pub fn table(marking: &Marking, freq_hz: f64) -> Result<Vec<Row>> {
     const RAYLEIGH: &str =
         "its Rayleigh values follow (64/9)(ka)^4 pi a^2 instead of 9 (ka)^4 pi a^2, 1 dB less";
@@ -190,7 +190,7 @@ pub fn table(marking: &Marking, freq_hz: f64) -> Result<Vec<Row>> {
 /// projection times the bin's share. The marking has to be short against the range.
 ///
 /// # Errors
-/// As [`mie_m2`] and [`bin_share`].
+/// Returns the errors of [`mie_m2`] and [`bin_share`].
 pub fn seen_m2(
     marking: &Marking,
     radius_m: f64,

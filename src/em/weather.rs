@@ -56,18 +56,19 @@ const ALPHA_V: Curve<5> = Curve {
     at_1_ghz: 0.83433,
 };
 
-/// (k, alpha) of the specific attenuation k R^alpha in dB/km over level paths, R in mm/h: [V, H] (ITU-R P.838-3, eq. 2 and 3).
+/// Coefficients (k, alpha) of the specific attenuation k R^alpha in dB/km over level paths, R in mm/h: [V, H] (ITU-R
+/// P.838-3, eq. 2 and 3).
 pub fn rain_coefficients(freq_hz: f64) -> [(f64, f64); 2] {
     let f = (freq_hz / 1e9).log10();
     [(10f64.powf(K_V.at(f)), ALPHA_V.at(f)), (10f64.powf(K_H.at(f)), ALPHA_H.at(f))]
 }
 
-/// One way in dB/m, [V, H], over level paths.
+/// Attenuation by rain on one way over a level path, dB/m, [V, H].
 pub fn rain_attenuation_db_per_m(freq_hz: f64, rain_mm_per_h: f64) -> [f64; 2] {
     rain_coefficients(freq_hz).map(|(k, alpha)| 1e-3 * k * rain_mm_per_h.powf(alpha))
 }
 
-/// eps' - j eps'' of water: the double Debye model of ITU-R P.840-8 (2019), eq. 3-9.
+/// Relative permittivity eps' - j eps'' of water: the double Debye model of ITU-R P.840-8 (2019), eq. 3-9.
 pub fn water_eps(freq_hz: f64, temperature_c: f64) -> Complex64 {
     let theta = 300.0 / (temperature_c + 273.15) - 1.0;
     let eps_0 = 77.66 + 103.3 * theta;
@@ -78,7 +79,7 @@ pub fn water_eps(freq_hz: f64, temperature_c: f64) -> Complex64 {
     term(eps_0 - eps_1, principal) + term(eps_1 - eps_2, 39.8 * principal) + eps_2
 }
 
-/// One way in dB/m of `liquid_g_per_m3` in droplets below 0.01 cm (ITU-R P.840-8, eq. 1 and 2).
+/// Attenuation on one way by `liquid_g_per_m3` in droplets below 0.01 cm, dB/m (ITU-R P.840-8, eq. 1 and 2).
 pub fn fog_attenuation_db_per_m(freq_hz: f64, temperature_c: f64, liquid_g_per_m3: f64) -> f64 {
     let eps = water_eps(freq_hz, temperature_c);
     let (re, loss) = (eps.re, -eps.im);
@@ -86,8 +87,8 @@ pub fn fog_attenuation_db_per_m(freq_hz: f64, temperature_c: f64, liquid_g_per_m
     1e-3 * liquid_g_per_m3 * 0.819 * (freq_hz / 1e9) / (loss * (1.0 + eta * eta))
 }
 
-/// Drops for each m^3 and metre of diameter: 8000 exp(-4.1 R^-0.21 D) for each m^3 and mm, D in mm, R in mm/h (Marshall and Palmer,
-/// *J. Meteorol.* 5 (1948) 165).
+/// Number of drops for each m^3 and metre of diameter: 8000 exp(-4.1 R^-0.21 D) for each m^3 and mm, D in mm, R in mm/h
+/// (Marshall and Palmer, *J. Meteorol.* 5 (1948) 165).
 pub fn drops_per_m4(rain_mm_per_h: f64, diameter_m: f64) -> f64 {
     8e6 * (-4.1 * rain_mm_per_h.powf(-0.21) * 1e3 * diameter_m).exp()
 }
@@ -102,7 +103,7 @@ pub fn fall_mps(diameter_m: f64) -> f64 {
 const DIAMETER_M: (f64, f64) = (0.05e-3, 7e-3);
 const CLASSES: usize = 280;
 
-/// What rain scatters back, by diameters.
+/// Backscatter and extinction of rain, with the share of each diameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RainBackscatter {
     /// Cross section for each volume, 1/m.
@@ -116,10 +117,10 @@ pub struct RainBackscatter {
 }
 
 impl RainBackscatter {
-    /// Spheres of water of Marshall and Palmer's sizes, each scattering as if alone (Mie).
+    /// Computes the backscatter of spheres of water of Marshall and Palmer's sizes, each scattering as if alone (Mie).
     ///
     /// # Errors
-    /// Sizes beyond [`KA_RANGE`](super::mie::KA_RANGE).
+    /// Returns an error for sizes beyond [`KA_RANGE`](super::mie::KA_RANGE).
     pub fn of(freq_hz: f64, temperature_c: f64, rain_mm_per_h: f64) -> Result<RainBackscatter> {
         let eps = water_eps(freq_hz, temperature_c);
         let step = (DIAMETER_M.1 - DIAMETER_M.0) / CLASSES as f64;

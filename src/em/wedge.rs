@@ -26,7 +26,7 @@ const GRAZING: f64 = 1e-7;
 pub struct Wedge {
     /// Unit vector along the edge: `into[0]` × `normal[0]`.
     pub tangent: DVec3,
-    /// In each face, at right angles to the edge and away from it.
+    /// Unit vector in each face, at right angles to the edge and away from it.
     pub into: [DVec3; 2],
     /// Unit normals of the faces, out of the metal.
     pub normal: [DVec3; 2],
@@ -50,7 +50,7 @@ impl Wedge {
         Some(Wedge { tangent, into, normal: [normal, into[1].cross(tangent)], n })
     }
 
-    /// A half-plane that leaves its edge along `into`.
+    /// The wedge of a half-plane that leaves its edge along `into`.
     pub fn half_plane(into: DVec3, normal: DVec3) -> Wedge {
         Wedge { tangent: into.cross(normal), into: [into, into], normal: [normal, -normal], n: 2.0 }
     }

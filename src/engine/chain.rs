@@ -135,7 +135,8 @@ impl Engine {
     /// `interference` is what other radars send into the receivers.
     ///
     /// # Errors
-    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
+    /// Returns an error if an echo is not finite, the plan does not fit the adapter, the engine fails, or `control` is
+    /// cancelled.
     pub fn cube(
         &self,
         radar: &Radar,
@@ -169,7 +170,7 @@ impl Engine {
     /// detected cells. `seconds` is told how long synthesis and processing took; of one submission all counts as the first.
     ///
     /// # Errors
-    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
+    /// Returns the errors of [`Engine::cube`] and [`Engine::maps`].
     pub fn frame(
         &self,
         radar: &Radar,
@@ -207,7 +208,7 @@ impl Engine {
     /// [`Engine::range_doppler`] of each ramp.
     ///
     /// # Errors
-    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
+    /// Returns the errors of [`Engine::range_doppler`].
     pub fn maps(&self, radar: &Radar, cube: &AnyCube) -> Result<Vec<RangeDoppler<f64>>> {
         (0..radar.waveform.parts()).map(|i| self.range_doppler(&radar.part(i), cube)).collect()
     }
@@ -340,7 +341,8 @@ impl Engine {
     /// in the precision of the engine; what they found is handed on in f64.
     ///
     /// # Errors
-    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
+    /// Returns an error if the cube's shape is not the radar's, its samples are not in the engine's precision or not
+    /// finite, or the adapter fails.
     pub fn range_doppler(&self, radar: &Radar, cube: &AnyCube) -> Result<RangeDoppler<f64>> {
         use crate::dsp::cpu::{lines::prepared as lines, process_by};
         use crate::dsp::folds::over_folds;
@@ -380,7 +382,7 @@ impl Engine {
     /// channels, each up to twice.
     ///
     /// # Errors
-    /// A radar that [`Engine::can_stream`] does not know; those of the source.
+    /// Returns an error for a radar that [`Engine::can_stream`] does not know, or if the source fails.
     pub fn range_doppler_streamed(
         &self,
         radar: &Radar,
@@ -403,7 +405,7 @@ impl Engine {
     /// Quadratic forms of cells over a grid of directions, `[cell, direction]` (CONVENTIONS eq. 94).
     ///
     /// # Errors
-    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
+    /// Returns an error if the adapter fails.
     pub fn forms(&self, steering: &Steering, forms: &Forms) -> Result<Vec<f64>> {
         let widen = |p: Vec<f32>| p.into_iter().map(f64::from).collect();
         Ok(match self {
@@ -416,7 +418,7 @@ impl Engine {
     /// |y|^2 in W over the beamformer's grid, `[cell, elevation, azimuth]` (CONVENTIONS eq. 19).
     ///
     /// # Errors
-    /// Input that does not fit the radar; values that are not finite; failures of the engine; interrupted, when cancelled.
+    /// Returns an error if the adapter fails.
     pub fn angular_power(
         &self,
         beam: &Beamformer,

@@ -13,7 +13,7 @@ use crate::scene::waveform::Multiplex;
 pub struct FrameMemory {
     /// Samples as the converter delivers them.
     pub cube_bytes: f64,
-    /// Of one ramp, both transforms' lengths.
+    /// Spectrum of one ramp, with both transforms' lengths.
     pub spectrum_bytes: f64,
     /// Range-Doppler maps of all ramps with the detector's mask.
     pub map_bytes: f64,
@@ -68,7 +68,7 @@ impl FrameMemory {
     /// Refuses a frame that needs more than the machine has, with what asks for most of it.
     ///
     /// # Errors
-    /// A frame that needs more than the machine has.
+    /// Returns an error if the frame needs more memory than the machine has.
     pub fn check(&self, radar: &Radar) -> Result<()> {
         let Err(e) = machine::require(self.peak_bytes, "its frames") else { return Ok(()) };
         let p = &radar.processing;
@@ -109,7 +109,7 @@ impl Engine {
     /// Checks that a frame fits into the memory.
     ///
     /// # Errors
-    /// A frame of this radar with so many echoes needs more memory than the machine has.
+    /// Returns an error if a frame of this radar with so many echoes needs more memory than the machine has.
     pub fn check_memory(&self, radar: &Radar, echoes: usize) -> Result<()> {
         self.memory(radar, echoes).check(radar)
     }

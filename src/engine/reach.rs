@@ -7,9 +7,9 @@ use crate::scene::radar::Radar;
 use crate::scene::waveform::Waveform;
 use glam::DVec3;
 
-/// Half the length of the longest path whose echo can pass the receiver, m, when no path changes its length faster than
-/// `path_rate_mps`. Infinite for codes and single tones, which are heard whatever their delay. Of several ramps the one that
-/// hears farthest counts.
+/// Range from which an echo can still pass the receiver, m: half the length of the longest path, when no path changes
+/// its length faster than `path_rate_mps`. It is infinite for codes and single tones, which are heard whatever their
+/// delay. Of several ramps the one that hears farthest counts.
 ///
 /// A path over a place p is at least 2 |p - radar| long, so that nothing farther than this takes part in an echo that is heard, nor
 /// stands in the way of one.
@@ -18,8 +18,8 @@ pub fn reach_m(radar: &Radar, path_rate_mps: f64) -> f64 {
     0.5 * (0..radar.waveform.parts()).map(of_part).fold(0.0, f64::max)
 }
 
-/// No path of so many bounces changes its length faster than this, m/s: twice what it would be if the radar and the fastest places of
-/// the scene all moved along it.
+/// Bound on the rate of the length of any path of so many bounces, m/s: twice what it would be if the radar and the
+/// fastest places of the scene all moved along it.
 pub fn fastest_path_mps(geometry: &Geometry, radar_mps: DVec3, bounces: usize) -> f64 {
     let moves = |b: &crate::geom::Body| b.velocity_mps != DVec3::ZERO || b.spin_rad_per_s != DVec3::ZERO;
     let moving: Vec<bool> = geometry.bodies.iter().map(moves).collect();

@@ -23,7 +23,7 @@ pub enum Get<T> {
 
 /// A column of a table with rows of `T`.
 pub struct Column<T> {
-    /// Its name, of which the end is the unit.
+    /// Name of the column, which ends with the unit.
     pub name: &'static str,
     /// What it holds, in words.
     pub about: &'static str,

@@ -30,11 +30,11 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a table.
+    /// Reads a table from a file.
     ///
     /// # Errors
-    /// `BadInput` with the line for a row of another length, a missing header, text that is not
-    /// UTF-8, a name that occurs twice.
+    /// Returns `BadInput` with the line for a row of another length, a missing header, text that is not UTF-8, a name
+    /// that occurs twice.
     pub fn read(path: impl AsRef<Path>) -> Result<Table> {
         let path = path.as_ref();
         let bytes = super::input::read(path, "a CSV table", super::input::LARGEST_TEXT)?;
@@ -42,10 +42,10 @@ impl Table {
         Table::parse(path, text)
     }
 
-    /// `path` is only named in errors.
+    /// Parses a table from a text; `path` is only named in errors.
     ///
     /// # Errors
-    /// Text that is no table, with its line.
+    /// Returns an error for text that is no table, with its line.
     pub fn parse(path: impl AsRef<Path>, text: String) -> Result<Table> {
         let path = path.as_ref();
         let mut table = Table {
@@ -152,20 +152,20 @@ impl Table {
         })
     }
 
-    /// A column as text, quotes taken off.
+    /// Cells of a column as text, without quotes.
     ///
     /// # Errors
-    /// `BadInput` for a missing column or a cell that is not of its kind.
+    /// Returns `BadInput` for a missing column or a cell that is not of its kind.
     pub fn text(&self, column: &str) -> Result<Vec<Cow<'_, str>>> {
         let c = self.index(column)?;
         let cells = self.cells.iter().skip(c).step_by(self.header.len());
         Ok(cells.map(|r| unquoted(&self.text[r.clone()])).collect())
     }
 
-    /// A column of numbers; an empty cell is NaN, and `inf`, `-inf` and `nan` are read.
+    /// Cells of a column as numbers; an empty cell is NaN, and `inf`, `-inf` and `nan` are read.
     ///
     /// # Errors
-    /// `BadInput` for a missing column or a cell that is not of its kind.
+    /// Returns `BadInput` for a missing column or a cell that is not of its kind.
     pub fn numbers(&self, column: &str) -> Result<Vec<f64>> {
         self.text(column)?
             .iter()
@@ -228,17 +228,17 @@ fn unquoted(cell: &str) -> Cow<'_, str> {
     }
 }
 
-/// Writes the same kind of table, one row at a time.
+/// Writes a table of the same kind, row by row.
 pub struct Writer<W> {
     out: W,
     columns: usize,
 }
 
 impl<W: Write> Writer<W> {
-    /// Comments are written first, one line each, then the header.
+    /// Begins a table: writes the comments, one line each, then the header.
     ///
     /// # Errors
-    /// What the output fails with.
+    /// Returns an error if the output cannot be written.
     pub fn new(mut out: W, comments: &[String], header: &[&str]) -> std::io::Result<Self> {
         for c in comments {
             for line in c.lines() {
@@ -250,10 +250,10 @@ impl<W: Write> Writer<W> {
         Ok(w)
     }
 
-    /// A row of as many cells as the header has; text is quoted where it must be.
+    /// Writes a row of as many cells as the header has; text is quoted where it must be.
     ///
     /// # Errors
-    /// What the output fails with.
+    /// Returns an error if the output cannot be written.
     pub fn row<'a>(&mut self, cells: impl IntoIterator<Item = &'a dyn Display>) -> std::io::Result<()> {
         let mut n = 0;
         for cell in cells {
@@ -279,14 +279,14 @@ impl<W: Write> Writer<W> {
     /// Writes what is still held and gives the output back.
     ///
     /// # Errors
-    /// What the output fails with.
+    /// Returns an error if the output cannot be written.
     pub fn finish(mut self) -> std::io::Result<W> {
         self.out.flush()?;
         Ok(self.out)
     }
 }
 
-/// What a table of numbers gives, whatever its format.
+/// A table of numbers by columns, whatever its format.
 pub trait Columns {
     /// Comment lines without their `#`.
     fn comments(&self) -> &[String];
@@ -303,7 +303,7 @@ pub trait Columns {
     /// A column of numbers.
     ///
     /// # Errors
-    /// `BadInput` for a missing column or a cell that is not a number.
+    /// Returns `BadInput` for a missing column or a cell that is not a number.
     fn numbers(&self, column: &str) -> Result<Vec<f64>>;
 }
 

@@ -12,7 +12,7 @@ pub const LARGEST_TEXT: u64 = 1 << 30;
 /// a device may never end. `what` it should be is named in the remedy, as in "a TOML file".
 ///
 /// # Errors
-/// `BadInput` where there is no regular file.
+/// Returns `BadInput` if there is no regular file.
 pub fn regular(path: &Path, what: &str) -> Result<Metadata> {
     let bad = |problem: &str| BadInput::new(problem).file(path);
     match std::fs::metadata(path) {
@@ -48,16 +48,16 @@ fn kind(_: &Metadata) -> &'static str {
 /// Opens a regular file.
 ///
 /// # Errors
-/// As [`regular`].
+/// Returns the errors of [`regular`], and an error if the file cannot be opened.
 pub fn open(path: &Path, what: &str) -> Result<File> {
     regular(path, what)?;
     File::open(path).map_err(|e| Error::io(path, e))
 }
 
-/// The bytes of a regular file of at most `most` bytes.
+/// Reads a regular file of at most `most` bytes.
 ///
 /// # Errors
-/// As [`regular`]; a file that is larger, or than memory.
+/// Returns the errors of [`regular`], and an error if the file is larger than `most` or than memory, or cannot be read.
 pub fn read(path: &Path, what: &str, most: u64) -> Result<Vec<u8>> {
     let length = regular(path, what)?.len();
     let too_large = |length: u64| {

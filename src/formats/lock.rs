@@ -6,7 +6,7 @@ use std::fs::{File, TryLockError};
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-/// Held until it is dropped; the file goes with it.
+/// A lock that is held until it is dropped, which also removes its file.
 #[derive(Debug)]
 pub struct Lock {
     path: PathBuf,
@@ -17,7 +17,8 @@ impl Lock {
     /// Takes the lock in the file `path`, for the output `of`.
     ///
     /// # Errors
-    /// `BadInput` with the holder's process and command while another process has it, and where the folder cannot be written to.
+    /// Returns `BadInput` with the holder's process and command while another process has it, and if the folder cannot
+    /// be written to.
     pub fn take(of: &Path, path: PathBuf) -> Result<Lock> {
         let io = |e| Error::io(of, e);
         loop {

@@ -16,7 +16,7 @@ use std::path::Path;
 /// Serialises a path as text. Where its bytes are not UTF-8, U+FFFD stands in their place, since JSON holds nothing else.
 ///
 /// # Errors
-/// Those of the serialiser.
+/// Returns an error if the serialiser fails.
 pub fn path_text<S: serde::Serializer>(path: &Path, serializer: S) -> std::result::Result<S::Ok, S::Error> {
     serializer.serialize_str(&path.to_string_lossy())
 }
@@ -24,7 +24,8 @@ pub fn path_text<S: serde::Serializer>(path: &Path, serializer: S) -> std::resul
 /// Checks an output's extension.
 ///
 /// # Errors
-/// The name of an output ends otherwise than what is written into it. A name without an extension is left as it is.
+/// Returns an error if the name of an output ends otherwise than what is written into it. A name without an extension
+/// is left as it is.
 pub fn check_extension(path: &Path, written: &[&str]) -> Result<()> {
     let Some(extension) = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()) else {
         return Ok(());

@@ -56,7 +56,7 @@ pub struct Array<T> {
     pub data: Vec<T>,
 }
 
-/// What the first bytes of a file say.
+/// Type, shape and place of the data, from the first bytes of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Header {
     /// Type of the elements as NumPy writes it.
@@ -79,7 +79,7 @@ impl Header {
 /// Writes a whole array. `data.len()` must be the product of `shape`.
 ///
 /// # Errors
-/// Another number of elements than the shape says; what the disk says.
+/// Returns an error if the number of elements is not that of the shape, or if the file cannot be written.
 pub fn write<T: Element>(path: impl AsRef<Path>, shape: &[usize], data: &[T]) -> Result<()> {
     let mut w = Writer::create(path, shape)?;
     w.push(data)?;
@@ -98,7 +98,7 @@ impl<T: Element> Writer<T> {
     /// Begins a file for an array of this shape.
     ///
     /// # Errors
-    /// A file that cannot be created or written.
+    /// Returns an error for a file that cannot be created or written.
     pub fn create(path: impl AsRef<Path>, shape: &[usize]) -> Result<Self> {
         let path = path.as_ref().to_path_buf();
         let count = element_count(shape)
@@ -111,7 +111,7 @@ impl<T: Element> Writer<T> {
     /// Appends elements in C order.
     ///
     /// # Errors
-    /// Another number of elements than the shape says; what the disk says.
+    /// Returns an error if the number of elements is not that of the shape, or if the file cannot be written.
     pub fn push(&mut self, data: &[T]) -> Result<()> {
         self.missing = self.missing.checked_sub(data.len()).ok_or_else(|| {
             Error::Failed(format!("{}: more elements than the shape holds", self.path.display()))
@@ -119,10 +119,10 @@ impl<T: Element> Writer<T> {
         self.file.write_all(bytemuck::cast_slice(data)).map_err(|e| Error::io(&self.path, e))
     }
 
-    /// Fails when the number of elements is not what the shape says.
+    /// Finishes the file, whose elements must be as many as the shape says.
     ///
     /// # Errors
-    /// Another number of elements than the shape says; what the disk says.
+    /// Returns an error if the number of elements is not that of the shape, or if the file cannot be written.
     pub fn finish(mut self) -> Result<()> {
         if self.missing != 0 {
             return Err(Error::Failed(format!(
@@ -158,7 +158,7 @@ fn element_count(shape: &[usize]) -> Option<usize> {
 /// Reads the header only.
 ///
 /// # Errors
-/// `BadInput` when the file is no `.npy` file or its header is damaged.
+/// Returns `BadInput` if the file is no `.npy` file or its header is damaged.
 pub fn read_header(path: impl AsRef<Path>) -> Result<Header> {
     let path = path.as_ref();
     let mut file = open(path)?;
@@ -275,7 +275,7 @@ fn quoted(text: &str) -> Result<(&str, &str), &'static str> {
 /// Reads an array whose dtype is exactly that of `T`.
 ///
 /// # Errors
-/// `BadInput` for another dtype, a damaged or truncated file.
+/// Returns `BadInput` for another dtype, a damaged or truncated file.
 pub fn read<T: Element>(path: impl AsRef<Path>) -> Result<Array<T>> {
     let path = path.as_ref();
     let mut file = open(path)?;
@@ -289,7 +289,7 @@ pub fn read<T: Element>(path: impl AsRef<Path>) -> Result<Array<T>> {
 /// Reads complex64 or complex128 (rounded), or float32 or float64 as the real part.
 ///
 /// # Errors
-/// A file that is missing, cut short, no NPY, or of another type.
+/// Returns an error for a file that is missing, cut short, not NPY, or of another type.
 pub fn read_complex32(path: impl AsRef<Path>) -> Result<Array<Complex32>> {
     let path = path.as_ref();
     let mut file = open(path)?;
@@ -308,7 +308,7 @@ pub fn read_complex32(path: impl AsRef<Path>) -> Result<Array<Complex32>> {
 /// Reads complex64 or complex128, or float32 or float64 as the real part.
 ///
 /// # Errors
-/// A file that is missing, cut short, no NPY, or of another type.
+/// Returns an error for a file that is missing, cut short, not NPY, or of another type.
 pub fn read_complex64(path: impl AsRef<Path>) -> Result<Array<Complex64>> {
     let path = path.as_ref();
     let mut file = open(path)?;
@@ -327,7 +327,7 @@ pub fn read_complex64(path: impl AsRef<Path>) -> Result<Array<Complex64>> {
 /// Reads float32 or float64 (rounded).
 ///
 /// # Errors
-/// A file that is missing, cut short, no NPY, or of another type.
+/// Returns an error for a file that is missing, cut short, not NPY, or of another type.
 pub fn read_f32(path: impl AsRef<Path>) -> Result<Array<f32>> {
     let path = path.as_ref();
     let mut file = open(path)?;
@@ -410,7 +410,7 @@ fn c_order_from_fortran<T: Copy>(shape: &[usize], data: &[T]) -> Vec<T> {
 /// Refuses an array that holds a NaN or an infinity, saying at which index.
 ///
 /// # Errors
-/// The first element that is not finite, with its index.
+/// Returns an error with the index of the first element that is not finite.
 pub fn check_finite<T: Copy>(
     path: impl AsRef<Path>,
     array: &Array<T>,

@@ -22,7 +22,7 @@ pub struct Table {
     path: PathBuf,
     comments: Vec<String>,
     names: Vec<String>,
-    /// By column; NaN where a cell is no number.
+    /// Cells by column; NaN where a cell is no number.
     cells: Vec<Vec<f64>>,
 }
 
@@ -30,7 +30,8 @@ impl Table {
     /// Reads a table.
     ///
     /// # Errors
-    /// `BadInput` for a file that is missing, not Parquet, or compressed in a way that this build does not read.
+    /// Returns `BadInput` for a file that is missing, not Parquet, or compressed in a way that this build does not
+    /// read.
     pub fn read(path: impl AsRef<Path>) -> Result<Table> {
         let path = path.as_ref();
         let bad = |e: ParquetError| -> Error {
@@ -111,7 +112,7 @@ impl Columns for Table {
 /// Writes columns of equal length.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be written.
 pub fn write(path: impl AsRef<Path>, comments: &[String], columns: &[(&str, Vec<f64>)]) -> Result<()> {
     let path = path.as_ref();
     let failed = |e: ParquetError| Error::io(path, std::io::Error::other(e));

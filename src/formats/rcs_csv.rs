@@ -40,7 +40,7 @@ pub struct RawRow {
     pub azimuth_deg: f64,
     /// Elevation, degrees.
     pub elevation_deg: f64,
-    /// (azimuth, elevation) of the receiver, in files that give it.
+    /// Azimuth and elevation of the receiver, degrees, in files that give them.
     pub receive_deg: Option<(f64, f64)>,
     /// VV, VH, HV, HH.
     pub dbsm: [f64; 4],
@@ -51,7 +51,7 @@ pub struct RawRow {
 /// Whether a file of this name is Parquet.
 ///
 /// # Errors
-/// It is, and this build cannot.
+/// Returns an error if the file is Parquet and this build does not read it.
 pub fn is_parquet(path: impl AsRef<Path>) -> Result<bool> {
     let path = path.as_ref();
     let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
@@ -64,10 +64,11 @@ pub fn is_parquet(path: impl AsRef<Path>) -> Result<bool> {
     Ok(named)
 }
 
-/// Comments and rows of a file, Parquet when it is named so, else CSV. Further columns are allowed and not looked at.
+/// Reads comments and rows of a file, as Parquet when it is named so, else as CSV. Further columns are allowed and
+/// ignored.
 ///
 /// # Errors
-/// `BadInput` for a missing column, a cell that is not a number, a table without rows.
+/// Returns `BadInput` for a missing column, a cell that is not a number, a table without rows.
 pub fn read(path: impl AsRef<Path>) -> Result<(Vec<String>, Vec<RawRow>)> {
     if is_parquet(&path)? {
         #[cfg(feature = "parquet")]
@@ -76,10 +77,10 @@ pub fn read(path: impl AsRef<Path>) -> Result<(Vec<String>, Vec<RawRow>)> {
     rows(&path, &Table::read(&path)?)
 }
 
-/// As [`read`], from text; `path` is only named in errors.
+/// Parses a text as [`read`] does a file; `path` is only named in errors.
 ///
 /// # Errors
-/// As [`read`].
+/// Returns `BadInput` for a missing column, a cell that is not a number, or a table without rows.
 pub fn parse(path: impl AsRef<Path>, text: String) -> Result<(Vec<String>, Vec<RawRow>)> {
     rows(&path, &Table::parse(&path, text)?)
 }

@@ -31,13 +31,13 @@ pub struct StagedDir {
     kind: &'static str,
     force: bool,
     done: bool,
-    /// Of a resumable one: the hidden folder with all that a later start needs.
+    /// The hidden folder of a resumable stage, with all that a later start needs.
     workshop: Option<PathBuf>,
     /// Held to the end: no other process makes the same folder.
     _lock: Lock,
 }
 
-/// In a workshop: what is made there; the folder under construction; notes on the way.
+/// Names in the hidden folder: what is made there, the folder under construction, and notes on the way.
 const IDENTITY: &str = "identity";
 const RESULT: &str = "result";
 const NOTES: &str = "notes";
@@ -47,9 +47,9 @@ impl StagedDir {
     /// "study", ...) and is written into its manifest.
     ///
     /// # Errors
-    /// `BadInput` when a result is there already and `force` is not given, when another process writes it, or when something is
-    /// there that is no result of this kind (a file; a folder without our manifest, or with a file that the manifest does not
-    /// list): that is not replaced even with `force`.
+    /// Returns `BadInput` if a result is there already and `force` is not given, if another process writes it, or if
+    /// something is there that is no result of this kind (a file; a folder without our manifest, or with a file that
+    /// the manifest does not list): that is not replaced even with `force`.
     pub fn new(final_path: impl AsRef<Path>, force: bool, kind: &'static str) -> Result<Self> {
         let (final_path, lock) = begin(final_path.as_ref(), force, kind)?;
         let temporary = sibling(&final_path, PARTIAL)?;
@@ -63,7 +63,7 @@ impl StagedDir {
     /// them empty.
     ///
     /// # Errors
-    /// As [`StagedDir::new`].
+    /// Returns the errors of [`StagedDir::new`].
     pub fn resumable(
         final_path: impl AsRef<Path>,
         force: bool,
@@ -94,7 +94,7 @@ impl StagedDir {
         &self.temporary
     }
 
-    /// Where it will stand.
+    /// The name under which the folder will stand.
     pub fn final_path(&self) -> &Path {
         &self.final_path
     }
@@ -103,16 +103,16 @@ impl StagedDir {
     /// and comes back if the renaming fails.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if a file cannot be read, or the folder cannot be written or renamed.
     pub fn commit(self) -> Result<PathBuf> {
         let sums = checksums(&self.temporary)?;
         self.commit_with(sums)
     }
 
-    /// The same with [`checksums`] that are known already.
+    /// Commits as [`Self::commit`] with [`checksums`] that are known already.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if a file cannot be read, or the folder cannot be written or renamed.
     pub fn commit_with(mut self, checksums: BTreeMap<String, String>) -> Result<PathBuf> {
         seal(&self.temporary, self.kind, checksums)?;
         // Checked again: somebody may have written there meanwhile.
@@ -233,7 +233,7 @@ impl StagedFile {
     /// Begins output that will stand at `final_path`; `force` replaces what stands there.
     ///
     /// # Errors
-    /// `BadInput` when the file exists and `force` is not given, or when a folder has its name.
+    /// Returns `BadInput` if the file exists and `force` is not given, or if a folder has its name.
     pub fn new(final_path: impl AsRef<Path>, force: bool) -> Result<Self> {
         let final_path = resolved(final_path.as_ref())?;
         check_file(&final_path, force)?;
@@ -257,7 +257,7 @@ impl StagedFile {
     /// Gives the file its final name.
     ///
     /// # Errors
-    /// A disk that is full, or a name that cannot be taken.
+    /// Returns an error if the disk is full or the name cannot be taken.
     pub fn commit(mut self) -> Result<PathBuf> {
         check_file(&self.final_path, self.force)?;
         let io = |e| Error::io(&self.final_path, e);
@@ -292,7 +292,7 @@ impl Drop for StagedFile {
 /// Writes `bytes` to `final_path` in one go.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be written, or exists and `force` is false.
 pub fn write_file(final_path: impl AsRef<Path>, force: bool, bytes: &[u8]) -> Result<PathBuf> {
     let staged = StagedFile::new(final_path, force)?;
     fs::write(staged.path(), bytes).map_err(|e| Error::io(staged.final_path(), e))?;
@@ -409,10 +409,10 @@ fn hidden(path: &Path, suffix: &str) -> Result<PathBuf> {
     Ok(path.with_file_name(file))
 }
 
-/// SHA-256 (FIPS 180-4) of a file's bytes, 64 hexadecimal digits.
+/// Computes SHA-256 (FIPS 180-4) of a file's bytes, 64 hexadecimal digits.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be read.
 pub fn sha256_of_file(path: impl AsRef<Path>) -> Result<String> {
     let path = path.as_ref();
     let mut file = super::input::open(path, "a file")?;
@@ -427,7 +427,7 @@ pub fn sha256_of_file(path: impl AsRef<Path>) -> Result<String> {
     }
 }
 
-/// SHA-256 of bytes in memory.
+/// Computes SHA-256 of bytes in memory, 64 hexadecimal digits.
 pub fn sha256_of_bytes(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
@@ -436,21 +436,21 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// SHA-256 of every file under `dir` except its manifest, by path relative to `dir` with forward slashes,
-/// in order.
+/// Computes SHA-256 of every file under `dir` except its manifest, by path relative to `dir` with forward slashes, in
+/// order.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the folder or a file in it cannot be read.
 pub fn checksums(dir: impl AsRef<Path>) -> Result<BTreeMap<String, String>> {
     let dir = dir.as_ref();
     let names = files_of(dir)?.into_iter().filter(|name| name != MANIFEST);
     names.map(|name| Ok((name.clone(), sha256_of_file(dir.join(name))?))).collect()
 }
 
-/// Every file under `dir`, relative to it with forward slashes, in order.
+/// Lists every file under `dir`, relative to it with forward slashes, in order.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if a folder cannot be read.
 pub fn files_of(dir: &Path) -> Result<Vec<String>> {
     fn walk(dir: &Path, prefix: &str, out: &mut Vec<String>) -> Result<()> {
         for entry in fs::read_dir(dir).map_err(|e| Error::io(dir, e))? {
@@ -472,15 +472,15 @@ pub fn files_of(dir: &Path) -> Result<Vec<String>> {
 /// Returns when what was written to the file would survive a loss of power.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the file cannot be opened or synchronised.
 pub fn sync_file(path: &Path) -> Result<()> {
     fs::File::open(path).and_then(|f| f.sync_all()).map_err(|e| Error::io(path, e))
 }
 
-/// The same for the names in a folder, where the system opens folders.
+/// Returns when the names in a folder would survive a loss of power, where the system opens folders.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if the folder cannot be opened or synchronised.
 pub fn sync_folder(path: &Path) -> Result<()> {
     match cfg!(unix) {
         true => sync_file(path),
@@ -488,10 +488,10 @@ pub fn sync_folder(path: &Path) -> Result<()> {
     }
 }
 
-/// Everything under `dir`, and its own name.
+/// Returns when everything under `dir`, and its own name, would survive a loss of power.
 ///
 /// # Errors
-/// What the disk says.
+/// Returns an error if a file or folder cannot be opened or synchronised.
 pub fn sync_tree(dir: &Path) -> Result<()> {
     let mut folders = std::collections::BTreeSet::from([dir.to_path_buf()]);
     for name in files_of(dir)? {
@@ -505,7 +505,7 @@ pub fn sync_tree(dir: &Path) -> Result<()> {
 /// Refuses outputs of one command that are its inputs, lie in a folder that is one, or are one file under two names.
 ///
 /// # Errors
-/// `BadInput` with the output's name.
+/// Returns `BadInput` with the output's name.
 pub fn distinct(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
     let places: Vec<PathBuf> = outputs.iter().map(|p| place(p)).collect();
     for (i, (output, at)) in outputs.iter().zip(&places).enumerate() {

@@ -26,7 +26,7 @@ impl std::fmt::Debug for Bvh {
     }
 }
 
-/// Where a ray meets its nearest triangle.
+/// The place where a ray meets its nearest triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Distance in metres (for unit directions).
@@ -65,7 +65,8 @@ impl Bvh {
         Bvh { cwbvh, unit_m: 5e-3 * (t_min_m / 1e-6), t_min_m }
     }
 
-    /// Nearest triangle along the unit vector `dir`, at a distance in (t_min, t_max), not of `skip_patch`.
+    /// Finds the nearest triangle along the unit vector `dir`, at a distance in (t_min, t_max), except those of
+    /// `skip_patch`.
     #[inline]
     pub fn closest_hit(
         &self,

@@ -3,7 +3,7 @@
 use super::welded::{Welded, sides};
 use glam::DVec3;
 
-/// No volume.
+/// Index that stands for no volume.
 pub const NO_CELL: u32 = u32::MAX;
 
 /// Faces that meet at a smaller angle, rad, lie on each other.
@@ -16,7 +16,7 @@ pub struct Cell {
     pub surface: u32,
     /// Volume, m³.
     pub volume_m3: f64,
-    /// Of all that bounds it, metal too.
+    /// Area of all that bounds the cell, metal too, m².
     pub area_m2: f64,
 }
 

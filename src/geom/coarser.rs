@@ -245,7 +245,7 @@ impl Fans {
         [self.point(p), middle(q), middle(r)].iter().all(|place| off(*place) <= self.limit.off_m)
     }
 
-    /// From the middle of an edge to the surfaces of those of `facets` that meet in it.
+    /// Vector from the middle of an edge to the surfaces of those of `facets` that meet in it, m.
     fn rise(&self, p: u32, q: u32, facets: &[&Facet]) -> DVec3 {
         let meets = |f: &&&Facet| f.points.contains(&p) && f.points.contains(&q);
         let mut wish = Wish::default();

@@ -28,7 +28,7 @@ pub fn sagitta_m(accuracy_db: f64, wavenumber: f64) -> f64 {
 /// corners on the surface. Where that gives more triangles than `most` and than the scene has they are made coarser, or left as they are.
 ///
 /// # Errors
-/// Those of [`refined`], but for too many facets.
+/// Returns the errors of [`refined`], except that too many facets are no error.
 pub fn sized_within(scene: &Scene, accuracy_db: f64, wavenumber: f64, most: usize) -> Result<Cow<'_, Scene>> {
     scene_of(scene, |mesh| check_normals(mesh).map(|()| None))?;
     let most = most.max(scene.triangle_count());
@@ -50,7 +50,7 @@ const COARSER: i32 = 3;
 /// height of the surface. A scene without curved facets comes back as it is.
 ///
 /// # Errors
-/// Those of [`refined`].
+/// Returns the errors of [`refined`].
 pub fn refined_scene(scene: &Scene, sagitta_m: f64) -> Result<Cow<'_, Scene>> {
     scene_of(scene, |mesh| refined(mesh, sagitta_m))
 }
@@ -90,8 +90,8 @@ fn scene_of(scene: &Scene, made: impl Fn(&Mesh) -> Result<Option<Mesh>> + Sync) 
 /// degrees of it (or each within 45 degrees of its back); else it is flat.
 ///
 /// # Errors
-/// Another number of normals than of positions; a normal that is neither a unit vector nor zero; more than
-/// [`MOST_FACETS`] facets.
+/// Returns an error for another number of normals than of positions, for a normal that is neither a unit vector nor
+/// zero, or for more than [`MOST_FACETS`] facets.
 pub fn refined(mesh: &Mesh, sagitta_m: f64) -> Result<Option<Mesh>> {
     let limit = Limit::flat(sagitta_m);
     let Some(mut surface) = surface(mesh)? else { return Ok(None) };
@@ -104,7 +104,7 @@ pub fn refined(mesh: &Mesh, sagitta_m: f64) -> Result<Option<Mesh>> {
 /// on the surface; None when no facet is curved.
 ///
 /// # Errors
-/// Those of [`refined`].
+/// Returns the errors of [`refined`].
 pub fn sized(mesh: &Mesh, limit: Limit) -> Result<Option<Mesh>> {
     sized_below(mesh, limit, MOST_FACETS)
 }

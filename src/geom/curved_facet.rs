@@ -12,7 +12,7 @@ const STRAIGHT: f64 = 0.99;
 pub struct CurvedFacet {
     /// Unit normals at the corners, on the facet's front.
     pub normals: [DVec3; 3],
-    /// From the middle of each side, the first from corner 0 to corner 1, to the surface, m.
+    /// Vector from the middle of each side to the surface, m; the first side goes from corner 0 to corner 1.
     pub rise_m: [DVec3; 3],
     /// Largest curvature at each corner, 1/m.
     pub curvature_per_m: [f64; 3],

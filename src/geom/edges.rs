@@ -86,10 +86,9 @@ pub fn is_metal(surface: &Surface) -> bool {
     }
 }
 
-/// The diffracting edges of a geometry. `smooth_rad` is the bend up to which two faces belong to one
-/// smooth surface ([`SMOOTH_RAD`] unless there is a reason). Corners closer than `t_min_m` are one; an edge
-/// that touches another face along its length (a plate that stands on another) is none; collinear
-/// pieces are joined. In a fixed order.
+/// Finds the diffracting edges of a geometry, in a fixed order. `smooth_rad` is the bend up to which two faces belong
+/// to one smooth surface ([`SMOOTH_RAD`] unless there is a reason). Corners closer than `t_min_m` are one; an edge that
+/// touches another face along its length (a plate that stands on another) does not count; collinear pieces are joined.
 pub fn find(geometry: &Geometry, smooth_rad: f64) -> Vec<Edge> {
     let mesh = Welded::new(geometry);
     let mut pieces: Vec<Piece> = Vec::new();

@@ -11,7 +11,7 @@ use obvhs::bvh2::{builder::build_bvh2, node::Bvh2Node};
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 use std::time::Duration;
 
-/// Most corners of a face.
+/// Largest number of corners of a face.
 pub const MOST_CORNERS: usize = 8;
 
 /// Corners nearer to a plane than this share of the wavelength lie in it: 1e-3 rad of phase, and above the
@@ -62,7 +62,7 @@ pub struct Face {
     pub curved: u32,
 }
 
-/// As `Face::curved` of a face that is flat.
+/// Value of `Face::curved` for a face that is flat.
 pub const NOT_CURVED: u32 = u32::MAX;
 
 /// A box of the tree: `count` faces from `first` on, or, when 0, the two nodes `first` and `first + 1`.
@@ -78,7 +78,7 @@ pub struct Node {
     pub count: u32,
 }
 
-/// Where `normal . r >= offset`.
+/// The half space where `normal . r >= offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfSpace {
     /// Normal that points into the half-space.
@@ -90,7 +90,7 @@ pub struct HalfSpace {
 /// Convex faces of a body or of a scene, with the tree over them.
 #[derive(Debug, Default)]
 pub struct Faces {
-    /// In the order of the tree's leaves.
+    /// Faces in the order of the tree's leaves.
     pub faces: Vec<Face>,
     /// Corners of all faces, m; a face names a range of them.
     pub corners: Vec<DVec3>,
@@ -116,11 +116,11 @@ pub struct Faces {
     pub radius_m: f64,
 }
 
-/// Those faces of a scene that come near to a place.
+/// The faces of a scene that come near to a place.
 #[derive(Debug)]
 pub struct NearFaces {
-    /// They alone, in a tree of their own, for clipping: as if they were flat. Their patches, with the areas of all they hold, and the
-    /// sides on which they are seen are those of the scene.
+    /// These faces alone, in a tree of their own, for clipping: as if they were flat. Their patches, with the areas of
+    /// all they hold, and the sides on which they are seen are those of the scene.
     pub faces: Faces,
     /// The number of each among the scene's faces, rising.
     pub numbers: Vec<u32>,
@@ -276,7 +276,7 @@ impl Faces {
         self.mirrors = mirrors;
     }
 
-    /// The faces that have a place not farther than `reach_m` from `place_m`; None when all have.
+    /// Finds the faces that have a place not farther than `reach_m` from `place_m`; None when all have.
     pub fn near(&self, place_m: DVec3, reach_m: f64) -> Option<NearFaces> {
         if place_m.distance(self.centre_m) + self.radius_m <= reach_m {
             return None;
@@ -349,12 +349,12 @@ impl Faces {
             || self.is_endless(patch, other)
     }
 
-    /// Whether it does so as an endless plane.
+    /// Whether a patch mirrors another as an endless plane.
     pub fn is_endless(&self, patch: u32, other: u32) -> bool {
         self.is_larger(patch, other, ENDLESS_M2, ENDLESS_RATIO)
     }
 
-    /// Whether it is so large that its outline seldom matters.
+    /// Whether a patch is so large that its outline seldom matters.
     pub fn is_large(&self, patch: u32) -> bool {
         self.patch_area_m2[patch as usize] >= ENDLESS_M2
     }
@@ -364,7 +364,7 @@ impl Faces {
         area(patch) >= least_m2.max(ratio * area(other))
     }
 
-    /// Whether it mirrors what has no extent.
+    /// Whether a patch mirrors what has no extent.
     pub fn mirrors_points(&self, patch: u32) -> bool {
         self.patch_area_m2[patch as usize] >= MIRROR_M2
     }
@@ -462,7 +462,8 @@ impl Faces {
         });
     }
 
-    /// The same until `visit` says that it has enough. With a place to look `from` the nearer of two branches comes first.
+    /// Visits faces as [`Self::within`] does, until `visit` says that it has enough. With a place to look `from` the
+    /// nearer of two branches comes first.
     #[inline]
     pub fn within_until<const N: usize>(
         &self,

@@ -7,7 +7,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 /// A map with that hash.
 pub type FastMap<K, V> = HashMap<K, V, BuildHasherDefault<Mixer>>;
 
-/// Each word is folded in by a multiplication whose high and low halves are both kept.
+/// A hasher that folds in each word by a multiplication whose high and low halves are both kept.
 #[derive(Default)]
 pub struct Mixer(u64);
 

@@ -46,7 +46,7 @@ pub use triangle::Triangle;
 pub struct Body {
     /// Number of the object.
     pub id: u32,
-    /// Of its origin, which stands at `origin_m`.
+    /// Velocity of the body's origin, which stands at `origin_m`, m/s.
     pub velocity_mps: DVec3,
     /// Its origin in the world, m.
     pub origin_m: DVec3,
@@ -54,7 +54,7 @@ pub struct Body {
     pub rotation: DQuat,
     /// Its rate of rotation about the origin, rad/s.
     pub spin_rad_per_s: DVec3,
-    /// From where it is to where it is `Geometry::reach_s` before and after.
+    /// Motions from where the body is to where it is `Geometry::reach_s` before and after.
     pub shifts: [Shift; 2],
 }
 
@@ -70,7 +70,8 @@ impl Shift {
     /// The shift that leaves everything where it is.
     pub const NONE: Shift = Shift { rotation: DQuat::IDENTITY, from_m: DVec3::ZERO, to_m: DVec3::ZERO };
 
-    /// Of a body between two instants. A body that stands as it stood gives [`Shift::NONE`], without rounding.
+    /// The displacement of a body between two instants. A body that stands as it stood gives [`Shift::NONE`], without
+    /// rounding.
     pub fn between(from: &Moving, to: &Moving) -> Shift {
         if from.rotation == to.rotation && from.translation_m == to.translation_m {
             return Shift::NONE;
@@ -82,18 +83,18 @@ impl Shift {
         Shift { rotation, from_m: from.translation_m, to_m: to.translation_m }
     }
 
-    /// Whether it leaves everything where it is.
+    /// Whether the displacement leaves everything where it is.
     pub fn is_none(&self) -> bool {
         *self == Shift::NONE
     }
 
-    /// Where a place comes to lie, m.
+    /// Place to which a place of the body moves, m.
     #[inline]
     pub fn place(&self, p: DVec3) -> DVec3 {
         self.to_m + self.rotation * (p - self.from_m)
     }
 
-    /// What a direction becomes.
+    /// The direction to which a direction of the body turns.
     #[inline]
     pub fn direction(&self, d: DVec3) -> DVec3 {
         self.rotation * d
@@ -101,7 +102,7 @@ impl Shift {
 }
 
 impl Body {
-    /// Of the particle at a place.
+    /// Velocity of the body's particle at a place, m/s.
     #[inline]
     pub fn velocity_at(&self, place_m: DVec3) -> DVec3 {
         self.velocity_mps + self.spin_rad_per_s.cross(place_m - self.origin_m)
@@ -119,7 +120,7 @@ pub struct PointTarget {
     pub velocity_mps: DVec3,
     /// Radar cross section, dBsm.
     pub rcs_dbsm: f64,
-    /// As [`Body::shifts`].
+    /// Motions from where the target is to where it is before and after, as [`Body::shifts`].
     pub shifts: [Shift; 2],
 }
 
@@ -134,7 +135,7 @@ pub struct TableTarget {
     pub position_m: DVec3,
     /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
-    /// As [`Body::shifts`].
+    /// Motions from where the target is to where it is before and after, as [`Body::shifts`].
     pub shifts: [Shift; 2],
     /// The table that it scatters by.
     pub table: Arc<ScatteringTable>,
@@ -155,7 +156,7 @@ impl TableTarget {
     }
 }
 
-/// What the facets of curved surfaces are taken for, those with smooth normals ([`curved`]).
+/// How the facets of curved surfaces are treated, those with smooth normals ([`curved`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Facets {
     /// Flat, as where they have been cut so finely that they are.
@@ -180,7 +181,7 @@ pub struct Geometry {
     pub bodies: Vec<Body>,
     /// The scene's materials at `freq_hz`.
     pub surfaces: Vec<Surface>,
-    /// The same without a frequency.
+    /// Materials of `surfaces`, whatever the frequency.
     pub materials: Vec<Material>,
     /// Isotropic scatterers.
     pub points: Vec<PointTarget>,
@@ -196,7 +197,7 @@ pub struct Geometry {
     pub t_min_m: f64,
     /// Least and largest corner of all triangles, m.
     pub bounds_m: (DVec3, DVec3),
-    /// To the frame's start and end, for which bodies have their shifts; 0 where only the instant counts.
+    /// Time to the frame's start and end, for which bodies have their shifts, s; 0 where only the instant counts.
     pub reach_s: f64,
     /// Meshes of the bodies.
     placed: Vec<Arc<PlacedMesh>>,
@@ -213,7 +214,7 @@ pub struct RigidScene<'a> {
     freq_hz: f64,
     surfaces: Vec<Surface>,
     terms: Arc<Terms>,
-    /// Of each mesh of the scene.
+    /// The rigid parts of each mesh of the scene.
     meshes: Vec<OnceLock<Arc<RigidMesh>>>,
     /// Where each object stood last.
     last: Vec<Mutex<Option<Arc<PlacedMesh>>>>,
@@ -221,10 +222,10 @@ pub struct RigidScene<'a> {
 }
 
 impl<'a> RigidScene<'a> {
-    /// A scene with its materials at a frequency.
+    /// Prepares a scene with its materials at a frequency.
     ///
     /// # Errors
-    /// A material without a value at this frequency.
+    /// Returns an error for a material without a value at this frequency.
     pub fn new(scene: Cow<'a, Scene>, freq_hz: f64, facets: Facets) -> Result<RigidScene<'a>> {
         let surfaces = surfaces_at(&scene, freq_hz)?;
         let enters = |(m, s): (&Material, &Surface)| {
@@ -246,7 +247,7 @@ impl<'a> RigidScene<'a> {
         &self.scene
     }
 
-    /// How many meshes were looked at so far, and how many times one was placed.
+    /// Number of meshes that were examined so far, and of times that one was placed.
     pub fn work_done(&self) -> (usize, usize) {
         let found = self.meshes.iter().filter(|m| m.get().is_some()).count();
         (found, self.placed.load(Ordering::Relaxed))
@@ -268,10 +269,12 @@ impl<'a> RigidScene<'a> {
         Ok(placed)
     }
 
-    /// The scene at `time_s`, for a frame that lasts from `reach_s` before that time to `reach_s` after it.
+    /// Builds the geometry of the scene at `time_s`, for a frame that lasts from `reach_s` before that time to
+    /// `reach_s` after it.
     ///
     /// # Errors
-    /// A scattering table without a value at the frequency; positions that are not finite; a scene with neither triangles nor points.
+    /// Returns an error for a scattering table without a value at the frequency, for positions that are not finite, or
+    /// for a scene with neither triangles nor points.
     pub fn at(&self, time_s: f64, reach_s: f64) -> Result<Geometry> {
         let scene = &*self.scene;
         let freq_hz = self.freq_hz;
@@ -400,34 +403,33 @@ impl Geometry {
         a.distance(b) <= 2.0 * self.t_min_m || !self.faces().is_between(a, b, self.t_min_m)
     }
 
-    /// The scene at `time_s`, with materials at `freq_hz`.
+    /// Builds the geometry of the scene at `time_s`, with materials at `freq_hz`.
     ///
     /// # Errors
-    /// A material or a scattering table without a value at this frequency; positions that are not finite; a scene
-    /// with neither triangles nor points.
+    /// Returns an error for a material or a scattering table without a value at this frequency, for positions that are
+    /// not finite, or for a scene with neither triangles nor points.
     pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
         RigidScene::new(Cow::Borrowed(scene), freq_hz, Facets::Flat)?.at(time_s, 0.0)
     }
 
-    /// The same for a frame that lasts from `reach_s` before that time to `reach_s` after it, with facets of curved surfaces as bent as
-    /// these are.
+    /// Builds the geometry for a frame that lasts from `reach_s` before that time to `reach_s` after it, with facets of
+    /// curved surfaces as bent as these are.
     ///
     /// # Errors
-    /// As [`Geometry::build`].
+    /// Returns the errors of [`Geometry::build`].
     pub fn of_frame(scene: &Scene, time_s: f64, freq_hz: f64, reach_s: f64) -> Result<Geometry> {
         RigidScene::new(Cow::Borrowed(scene), freq_hz, Facets::Curved)?.at(time_s, reach_s)
     }
 
-    /// The materials at another frequency, in the order of `surfaces`: a sweep over frequency needs no other
-    /// geometry.
+    /// Materials at another frequency, in the order of `surfaces`: a sweep over frequency needs no other geometry.
     ///
     /// # Errors
-    /// A material without a value there.
+    /// Returns an error if a material has no value at that frequency.
     pub fn surfaces_at(&self, freq_hz: f64) -> Result<Vec<Surface>> {
         of_materials(&self.materials, freq_hz)
     }
 
-    /// The faces anew, without looking whether they or those of a mesh were found before.
+    /// Finds the convex faces again, whether or not they or those of a mesh were found before.
     pub fn find_faces(&self) -> Faces {
         let mut found: FastMap<usize, Faces> = FastMap::default();
         let mut place = |p: &Arc<PlacedMesh>| {

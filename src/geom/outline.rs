@@ -56,7 +56,7 @@ struct Welder {
     cell: f64,
     near: f64,
     points: Vec<DVec2>,
-    /// Of all points once they are more than a few.
+    /// Index of the points by the cell in which they lie, once they are more than a few.
     grid: FastMap<[i64; 2], Vec<u32>>,
 }
 

@@ -32,7 +32,7 @@ const BOTH: usize = 2;
 
 /// A mesh with its planes.
 pub(super) struct Planes {
-    /// Of each triangle, or [`NO_PLANE`].
+    /// Plane of each triangle, or [`NO_PLANE`].
     pub(super) of: Vec<u32>,
     /// Whether each triangle is wound against most of its plane.
     pub(super) turned: Vec<bool>,
@@ -119,9 +119,9 @@ impl Plane {
 /// Triangles with the places of their corners and what they touch.
 struct Joints {
     tolerance_m: f64,
-    /// Of each vertex.
+    /// Place of each vertex.
     place: Vec<u32>,
-    /// Of each place, the mean of what is one corner, m.
+    /// Mean of the vertices that are one corner, m, for each place.
     at: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     material: Vec<u32>,

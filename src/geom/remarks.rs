@@ -17,7 +17,7 @@ const TOLD: usize = 3;
 /// for each mesh and matter, which begins with the name of the first object that shows the mesh.
 ///
 /// # Errors
-/// As [`check_mesh`], with the object's name.
+/// Returns the errors of [`check_mesh`], with the object's name.
 pub fn of_meshes(scene: &Scene, freq_hz: f64) -> Result<Vec<String>> {
     let dielectric = |m: u32| scene.materials.get(m as usize).is_some_and(|m| m.is_dielectric());
     let mut seen = vec![false; scene.meshes.len()];

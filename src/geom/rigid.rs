@@ -18,9 +18,9 @@ const WORTH_M: f64 = 2e-5;
 /// What the faces of all meshes of a scene depend on besides the meshes.
 #[derive(Debug)]
 pub(super) struct Terms {
-    /// Of each surface, whether it is the front of a dielectric volume.
+    /// Whether each surface is the front of a dielectric volume.
     pub(super) enters: Vec<bool>,
-    /// Of each surface, whether it is metal with nothing on it, of which one is as good a mirror as another.
+    /// Whether each surface is metal with nothing on it; one such surface is as good a mirror as another.
     pub(super) bare: Vec<bool>,
     /// Corners nearer to a plane than this lie in it, m.
     pub(super) flat_m: f64,
@@ -97,7 +97,7 @@ fn first_of_copies(triangles: &[[u32; 3]], kinds: &[(u32, u32)], terms: &Terms) 
     ((0..triangles.len() as u32).map(&mut is_first).collect(), faced)
 }
 
-/// Of each triangle, whether it and all that hangs together with it are there more than once.
+/// Tells for each triangle whether it and all that hangs together with it are there more than once.
 fn double_sheets(triangles: &[[u32; 3]]) -> Vec<bool> {
     let sorted = |mut t: [u32; 3]| {
         t.sort_unstable();

@@ -30,26 +30,27 @@ const OFF: f64 = 0.1;
 /// Sine of the angle between facets that are one plane.
 const PLANE: f64 = 1e-7;
 
-/// How far the edges of curved facets may bend.
+/// Limits on the bend of the edges of curved facets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     /// Greatest sagitta, m.
     pub sagitta_m: f64,
     /// Greatest angle between the normals at the ends of an edge, rad.
     pub turn_rad: f64,
-    /// Most that a quadratic surface over the edge may be off a circle's, m.
+    /// Largest distance of a quadratic surface over the edge from a circle's, m.
     pub off_m: f64,
     /// Edges shorter than this may turn as they like, m: normals that do not belong to one surface differ however short an edge is.
     pub short_m: f64,
 }
 
 impl Limit {
-    /// Of facets that stand for the surface as if they were flat.
+    /// The limit for facets that stand for the surface as if they were flat.
     pub fn flat(sagitta_m: f64) -> Limit {
         Limit { sagitta_m, turn_rad: PI, off_m: f64::INFINITY, short_m: 0.0 }
     }
 
-    /// Of facets whose bend is part of their echoes, for an error that goes with `accuracy_db` (CONVENTIONS eq. 59).
+    /// The limit for facets whose bend is part of their echoes, for an error that goes with `accuracy_db` (CONVENTIONS
+    /// eq. 59).
     pub fn curved(accuracy_db: f64, wavenumber: f64) -> Limit {
         let share = accuracy_db / 0.2;
         Limit {
@@ -126,7 +127,7 @@ pub(super) struct Arc {
     /// Height of its middle over the chord, along `up`.
     pub(super) height: f64,
     pub(super) up: DVec3,
-    /// At least what any point of it lies off the chord.
+    /// Bound of the distance from any point of the arc to the chord, m.
     pub(super) sagitta: f64,
     /// Normal in its middle.
     normal: DVec3,

@@ -16,7 +16,7 @@ pub struct Surface {
     pub stack: Stack,
     /// Standard deviation of the front's height, m; 0 is smooth.
     pub roughness_rms_m: f64,
-    /// None: Lambert's lobe of what the roughness takes from the mirror reflection.
+    /// Law of backscatter; None takes Lambert's lobe of what the roughness takes from the mirror reflection.
     pub backscatter: Option<Backscatter>,
 }
 
@@ -24,7 +24,7 @@ impl Surface {
     /// A material at a frequency.
     ///
     /// # Errors
-    /// A material without a value at this frequency, a perfect conductor as a layer.
+    /// Returns an error for a material without a value at this frequency, or a perfect conductor as a layer.
     pub fn of(material: &Material, freq_hz: f64) -> Result<Surface> {
         let backing = match (&material.kind, material.eps_r(freq_hz)?) {
             (_, None) => Backing::Pec,
@@ -54,8 +54,8 @@ impl Surface {
         Ok(Surface { stack, roughness_rms_m: material.roughness_rms_m, backscatter })
     }
 
-    /// (R_perp, R_par) of the coherent field at incidence cosine `cos_i` in (0, 1] and `wavenumber`
-    /// rad/m (CONVENTIONS eq. 4 and 22), with the phase on the front.
+    /// Reflection coefficients (R_perp, R_par) of the coherent field at incidence cosine `cos_i` in (0, 1] and
+    /// `wavenumber` rad/m (CONVENTIONS eq. 4 and 22), with the phase on the front.
     #[inline]
     pub fn reflection(&self, wavenumber: f64, cos_i: f64) -> (Complex64, Complex64) {
         let (perp, par) = self.stack.reflection(wavenumber, cos_i);
@@ -73,7 +73,7 @@ impl Surface {
         [perp, par].map(|r| Shares::of(r, wavenumber, self.roughness_rms_m, cos_i).diffuse)
     }
 
-    /// Whether it scatters diffusely.
+    /// Whether the surface scatters diffusely.
     pub fn is_rough(&self) -> bool {
         self.roughness_rms_m > 0.0 || self.backscatter.is_some()
     }
@@ -96,8 +96,8 @@ impl Surface {
         (clutter::sigma0(backscatter, wavenumber, &front, cos_i), backscatter.copolar_correlation)
     }
 
-    /// (T_perp, T_par) of a free-standing sheet: the coherent field behind it over that without it
-    /// (CONVENTIONS eq. 23 and 24). None when nothing passes, or not into air.
+    /// Transmission coefficients (T_perp, T_par) of a free-standing sheet: the coherent field behind it over that
+    /// without it (CONVENTIONS eq. 23 and 24). None when nothing passes, or not into air.
     pub fn transmission(&self, wavenumber: f64, cos_i: f64) -> Option<(Complex64, Complex64)> {
         if self.stack.backing != Backing::Air {
             return None;
@@ -114,7 +114,7 @@ impl Surface {
 /// The scene's materials at a frequency, in their order.
 ///
 /// # Errors
-/// A material without a value there.
+/// Returns an error if a material has no value at that frequency.
 pub fn surfaces_at(scene: &Scene, freq_hz: f64) -> Result<Vec<Surface>> {
     of_materials(&scene.materials, freq_hz)
 }

@@ -11,9 +11,9 @@ const DEGENERATE: f64 = 1e-12;
 pub struct Triangle {
     /// First corner, m.
     pub v0: DVec3,
-    /// From the first corner to the second, m.
+    /// Edge from the first corner to the second, m.
     pub e1: DVec3,
-    /// From the first corner to the third, m.
+    /// Edge from the first corner to the third, m.
     pub e2: DVec3,
     /// Unit normal, right-handed about v0, v1, v2.
     pub normal: DVec3,
@@ -28,7 +28,7 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// None when the corners are (nearly) on one line.
+    /// A triangle with these corners; None when they are (nearly) on one line.
     pub fn new(v: [DVec3; 3], patch: u32, body: u32, surface: u32) -> Option<Self> {
         let (e1, e2) = (v[1] - v[0], v[2] - v[0]);
         let n = e1.cross(e2);

@@ -15,33 +15,33 @@ const MAX_DEPTH: usize = 24;
 /// Arrays for the bindings `bvh_nodes`, `bvh_triangles`, `planes`, `surfaces`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeometryArrays {
-    /// Five words of four a node (obvhs' CWBVH node).
+    /// Nodes of the tree, five words of four each (obvhs' CWBVH node).
     pub nodes: Vec<[u32; 4]>,
-    /// (v0, patch), (e1, body), (e2, surface) of each triangle, integers as bits.
+    /// Three words for each triangle, (v0, patch), (e1, body), (e2, surface), integers as bits.
     pub triangles: Vec<[f32; 4]>,
-    /// (normal, offset) high and low parts: normal . p = offset.
+    /// High and low parts of (normal, offset) of each plane normal . p = offset.
     pub planes: Vec<[f32; 4]>,
     /// [`surface_words`] of the surfaces.
     pub surfaces: Vec<[f32; 4]>,
 }
 
-/// The f32 nearest to `x` and the f32 nearest to what is left.
+/// Splits `x` into the nearest f32 and the f32 nearest to what is left.
 pub fn split(x: f64) -> [f32; 2] {
     let hi = x as f32;
     [hi, (x - hi as f64) as f32]
 }
 
-/// High and low parts of a vector.
+/// Splits a vector into its high and low parts.
 pub fn split3(v: DVec3) -> [[f32; 3]; 2] {
     let high = v.as_vec3();
     [high.to_array(), (v - high.as_dvec3()).as_vec3().to_array()]
 }
 
 impl GeometryArrays {
-    /// The arrays of a geometry.
+    /// Packs a geometry into the arrays that shaders read.
     ///
     /// # Errors
-    /// More bodies or a deeper tree than the shaders can hold.
+    /// Returns an error for more bodies or a deeper tree than the shaders can hold.
     pub fn new(geometry: &Geometry) -> Result<Self> {
         if geometry.bodies.len() > MAX_BODIES {
             return Err(BadInput::new("too many objects for the gpu engine")
@@ -94,7 +94,7 @@ const TABLE_MAX: usize = 1 << 15;
 /// in it.
 ///
 /// # Errors
-/// Layers so thick and clear that the table would not reach [`TABLE_ERROR`].
+/// Returns an error for layers so thick and clear that the table would not reach [`TABLE_ERROR`].
 pub fn surface_words(surfaces: &[Surface], freq_hz: f64) -> Result<Vec<[f32; 4]>> {
     let mut words = Vec::with_capacity(surfaces.len());
     let mut tables: Vec<[f32; 4]> = Vec::new();

@@ -20,7 +20,7 @@ const DEGENERATE: f64 = 1e-12;
 /// Planes whose normals differ by less, and whose distances by less of the mesh's size, are one.
 const COPLANAR: f64 = 1e-6;
 
-/// Counts of what was found.
+/// Counts of the defects of a mesh.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct MeshReport {
     /// Number of triangles.
@@ -35,7 +35,7 @@ pub struct MeshReport {
     pub closed_parts: usize,
     /// Closed parts of metal alone whose normals point inwards and that are no cavity in another.
     pub inside_out_metal: usize,
-    /// The same with a dielectric on any facet.
+    /// Closed parts with a dielectric on any facet whose normals point inwards and that are no cavity in another.
     pub inside_out_dielectric: usize,
     /// Edges of one facet only: the rims of sheets.
     pub open_edges: usize,
@@ -56,7 +56,7 @@ pub struct MeshReport {
 }
 
 impl MeshReport {
-    /// What is treated in a documented way and leaves the result right; one line each.
+    /// Remarks on what is treated in a documented way and leaves the result right; one line each.
     pub fn notes(&self) -> Vec<String> {
         let mut lines = Vec::new();
         let mut say = |n: usize, one: &str, many: &str| {
@@ -92,7 +92,7 @@ impl MeshReport {
         lines
     }
 
-    /// What may make the result wrong, or takes time for nothing; one line each.
+    /// Warnings of what may make the result wrong, or takes time for nothing; one line each.
     pub fn warnings(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if self.duplicates > 0 {
@@ -160,7 +160,7 @@ impl MeshReport {
 /// Examines a mesh at a frequency. `dielectric` tells of a material index whether waves enter it.
 ///
 /// # Errors
-/// Corners that point past the vertices, positions that are not finite, a frequency that is not
+/// Returns an error for corners that point past the vertices, positions that are not finite, a frequency that is not
 /// positive. What a report finds is no error here: see [`MeshReport::error`].
 pub fn check_mesh(mesh: &Mesh, freq_hz: f64, dielectric: &dyn Fn(u32) -> bool) -> Result<MeshReport> {
     if !(freq_hz > 0.0 && freq_hz.is_finite()) {
@@ -206,7 +206,7 @@ pub fn check_mesh(mesh: &Mesh, freq_hz: f64, dielectric: &dyn Fn(u32) -> bool) -
 /// Examines each mesh of a scene that an object uses: (name of the first such object, report).
 ///
 /// # Errors
-/// As [`check_mesh`], and what [`MeshReport::error`] says; both name the object.
+/// Returns the errors of [`check_mesh`] and what [`MeshReport::error`] says; both name the object.
 pub fn check_scene(scene: &Scene, freq_hz: f64) -> Result<Vec<(String, MeshReport)>> {
     let dielectric = |m: u32| scene.materials.get(m as usize).is_some_and(|m| m.is_dielectric());
     let mut seen = vec![false; scene.meshes.len()];

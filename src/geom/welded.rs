@@ -37,7 +37,7 @@ pub(super) struct Welded<'a> {
 }
 
 impl<'a> Welded<'a> {
-    /// Of triangles with what [`weld`] gives for them.
+    /// Holds the `of` triangles with the `points` and corners that [`weld`] gives for them.
     pub(super) fn new(of: &'a [Triangle], points: &'a [DVec3], triangles: &'a [[u32; 3]]) -> Self {
         let mut edges: FastMap<(u32, u32), Vec<(u32, bool)>> =
             FastMap::with_capacity_and_hasher(2 * triangles.len(), Default::default());
@@ -56,7 +56,7 @@ impl<'a> Welded<'a> {
             .filter(move |&j| j != i)
     }
 
-    /// For each triangle: whether the surface that hangs together with it is closed, oriented outwards.
+    /// Tells for each triangle whether the surface that hangs together with it is closed and oriented outwards.
     pub(super) fn closed_components(&self) -> Vec<bool> {
         let n = self.triangles.len();
         let mut closed = vec![false; n];

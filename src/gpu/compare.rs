@@ -28,7 +28,7 @@ pub fn test_gpu() -> &'static Gpu {
     })
 }
 
-/// How far two arrays are apart.
+/// Difference of two arrays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
     /// sqrt(sum |got - want|^2 / sum |want|^2)
@@ -48,7 +48,7 @@ pub fn is_poison<T: Pod>(value: &T) -> bool {
 /// Fails unless every word of `guard`, space that a kernel must leave alone, still holds its poison.
 ///
 /// # Errors
-/// What differs, in words.
+/// Returns a text that names the first word that was overwritten.
 pub fn check_guard<T: Pod>(guard: &[T]) -> Result<(), String> {
     match guard.iter().position(|v| !is_poison(v)) {
         None => Ok(()),
@@ -60,7 +60,7 @@ pub fn check_guard<T: Pod>(guard: &[T]) -> Result<(), String> {
 /// values, NaN and infinities on either side; against all zeros only zeros have a finite distance.
 ///
 /// # Errors
-/// What differs, in words.
+/// Returns a text that says what is wrong with the values.
 pub fn difference(got: &[f32], want: &[f64]) -> Result<Difference, String> {
     if got.len() != want.len() {
         return Err(format!("{} values, {} expected", got.len(), want.len()));
@@ -91,7 +91,7 @@ pub fn difference(got: &[f32], want: &[f64]) -> Result<Difference, String> {
 /// Fails unless [`difference`] is within `relative_l2`.
 ///
 /// # Errors
-/// What differs, in words.
+/// Returns a text that says by how much the values differ, or what is wrong with them.
 pub fn check_close(got: &[f32], want: &[f64], relative_l2: f64) -> Result<Difference, String> {
     let d = difference(got, want)?;
     if d.relative_l2 <= relative_l2 {

@@ -24,7 +24,7 @@ pub struct AdapterReport {
     pub max_buffer_bytes: u64,
     /// Threads of a workgroup.
     pub max_workgroup_size: u32,
-    /// Workgroup memory.
+    /// Memory of a workgroup, bytes.
     pub shared_bytes: u32,
     /// Whether shaders can calculate in f64.
     pub shader_f64: bool,

@@ -11,7 +11,7 @@ pub enum Access {
     ReadWrite,
 }
 
-/// How far the GPU's result may lie from the f64 engine's, and why.
+/// Bound on the difference of the GPU's result from the f64 engine's, and its reason.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
     /// Bound of |gpu - cpu| / |cpu|, both as Euclidean norms.
@@ -20,12 +20,12 @@ pub struct Tolerance {
     pub reason: &'static str,
 }
 
-/// What Rust knows about a struct that WGSL declares under the same name.
+/// Layout in Rust of a struct that WGSL declares under the same name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StructLayout {
     /// Name of the struct in WGSL.
     pub name: &'static str,
-    /// Bytes.
+    /// Size, bytes.
     pub size: usize,
     /// Name and byte offset of each field in order. Names that begin with `pad` need no WGSL member.
     pub fields: &'static [(&'static str, usize)],

@@ -31,7 +31,7 @@ macro_rules! gpu_struct {
 /// Parses and validates WGSL. `label` begins the message.
 ///
 /// # Errors
-/// All that is wrong, in words.
+/// Returns a text that says where and why the source is not valid.
 pub fn module_from_wgsl(
     label: &str,
     source: &str,
@@ -52,7 +52,7 @@ pub fn module_from_wgsl(
 /// its structs agree member for member. The error lists all that is wrong.
 ///
 /// # Errors
-/// All that is wrong, in words.
+/// Returns a text with everything that does not agree.
 pub fn check_kernel(kernel: &Kernel) -> Result<(), String> {
     let (module, _) = module_from_wgsl(kernel.stem, &kernel.source())?;
     let mut wrong = Vec::new();
@@ -158,11 +158,11 @@ mod tests {
 
     gpu_struct! {
         /// Agrees with the WGSL below.
-        struct Params { count: u32, scale: f32, offset: [f32; 2] }
+        struct ScaleParams { count: u32, scale: f32, offset: [f32; 2] }
     }
 
-    const WGSL: &str = "struct Params { count: u32, scale: f32, offset: vec2<f32> }
-        @group(0) @binding(0) var<uniform> params: Params;
+    const WGSL: &str = "struct ScaleParams { count: u32, scale: f32, offset: vec2<f32> }
+        @group(0) @binding(0) var<uniform> params: ScaleParams;
         @group(0) @binding(1) var<storage, read> a: array<f32>;
         @group(0) @binding(2) var<storage, read_write> b: array<f32>;
         @compute @workgroup_size(8, 4) fn main() { b[params.count] = a[0] * params.scale; }";
@@ -171,7 +171,7 @@ mod tests {
         stem: "test/layout",
         sources: &[WGSL],
         workgroup: [8, 4, 1],
-        params: Some(Params::LAYOUT),
+        params: Some(ScaleParams::LAYOUT),
         storage: &[Access::Read, Access::ReadWrite],
         structs: &[],
         tolerance: Tolerance { relative_l2: 0.0, reason: "a test" },
@@ -184,10 +184,16 @@ mod tests {
 
     #[test]
     fn every_disagreement_is_named() {
-        const MOVED: StructLayout =
-            StructLayout { name: "Params", size: 20, fields: &[("count", 0), ("scale", 4), ("offset", 12)] };
-        const RENAMED: StructLayout =
-            StructLayout { name: "Params", size: 16, fields: &[("count", 0), ("gain", 4), ("offset", 8)] };
+        const MOVED: StructLayout = StructLayout {
+            name: "ScaleParams",
+            size: 20,
+            fields: &[("count", 0), ("scale", 4), ("offset", 12)],
+        };
+        const RENAMED: StructLayout = StructLayout {
+            name: "ScaleParams",
+            size: 16,
+            fields: &[("count", 0), ("gain", 4), ("offset", 8)],
+        };
         let cases: &[(Kernel, &[&str])] = &[
             (Kernel { workgroup: [64, 1, 1], ..GOOD }, &["@workgroup_size is [8, 4, 1]"]),
             (Kernel { storage: &[Access::Read, Access::Read], ..GOOD }, &["binding 2 is b"]),
@@ -199,11 +205,14 @@ mod tests {
             (Kernel { params: None, ..GOOD }, &["binding 0 is params"]),
             (
                 Kernel { params: Some(MOVED), ..GOOD },
-                &["spans 16 bytes in WGSL, 20 in Rust", "Params.offset is at byte 8 in WGSL, 12 in Rust"],
+                &[
+                    "spans 16 bytes in WGSL, 20 in Rust",
+                    "ScaleParams.offset is at byte 8 in WGSL, 12 in Rust",
+                ],
             ),
             (
                 Kernel { params: Some(RENAMED), ..GOOD },
-                &["Params.scale is not in Rust", "Params.gain is not in the WGSL"],
+                &["ScaleParams.scale is not in Rust", "ScaleParams.gain is not in the WGSL"],
             ),
             (Kernel { sources: &["fn main() -> { }"], ..GOOD }, &["test/layout"]),
             (Kernel { sources: &[WGSL, "fn f() -> u32 { return 1.5; }"], ..GOOD }, &["test/layout"]),

@@ -1,6 +1,6 @@
 //! Host side of `shaders/shared/df64.wgsl` and `phase.wgsl`.
 
-/// x as a double-f32 (hi, lo): hi + lo is x to about 48 bits.
+/// Splits x into a double-f32 (hi, lo): hi + lo is x to about 48 bits.
 pub fn df_from_f64(x: f64) -> [f32; 2] {
     let hi = x as f32;
     [hi, (x - f64::from(hi)) as f32]

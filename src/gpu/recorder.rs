@@ -15,10 +15,10 @@ use std::time::Instant;
 pub const POISON: u32 = 0x7FC0_DEAD;
 
 /// Bytes behind an empty buffer, since wgpu binds none of size zero: room for one element of any
-/// struct. Kernels take their counts from Params and never from `arrayLength`.
+/// struct. Kernels take their counts from their uniform and never from `arrayLength`.
 const EMPTY_BYTES: u64 = 256;
 
-/// `len` values of `T` on the device. Cloning shares the memory. Lives as long as it is referred to,
+/// A buffer of `len` values of `T` on the device. Cloning shares the memory, which lives as long as it is referred to,
 /// also beyond the recorder that made it.
 pub struct Buffer<T> {
     /// None after a failed allocation, which the recorder reports.
@@ -34,11 +34,11 @@ impl<T> Clone for Buffer<T> {
 }
 
 impl<T> Buffer<T> {
-    /// Number of elements.
+    /// Number of elements of the buffer.
     pub fn len(&self) -> usize {
         self.len
     }
-    /// Whether there is no element.
+    /// Whether the buffer has no element.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -61,11 +61,11 @@ impl<T> sealed::Sealed for Buffer<T> {
     }
 }
 
-/// A buffer of whatever type, to be bound.
+/// A buffer of any type, to be bound.
 pub trait AnyBuffer: sealed::Sealed {}
 impl<T> AnyBuffer for Buffer<T> {}
 
-/// How many threads a dispatch has.
+/// Number of threads of a dispatch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Threads {
     /// A one-dimensional range, spread over x and y workgroups where it has more than one dimension
@@ -96,7 +96,7 @@ impl Threads {
     }
 }
 
-/// A read-back to be taken from `Done`.
+/// A read-back that is later taken from `Done`.
 #[derive(Debug)]
 pub struct Pending<T> {
     recorder: u64,
@@ -108,7 +108,7 @@ pub struct Pending<T> {
 enum Command {
     Dispatch {
         kernel: &'static Kernel,
-        /// Where its Params lie in the recorder's uniforms.
+        /// Where its uniform lies in the recorder's uniforms.
         params: (u64, u64),
         storage: Vec<Arc<Raw>>,
         workgroups: [u32; 3],
@@ -145,12 +145,12 @@ impl<'a> Recorder<'a> {
         Recorder { gpu, label, id, commands: Vec::new(), uniforms: Vec::new(), reads: 0, error: None }
     }
 
-    /// A buffer with these contents. May be empty.
+    /// Makes a buffer with these contents, which may be empty.
     pub fn upload<T: Pod>(&mut self, label: &'static str, data: &[T]) -> Buffer<T> {
         self.new_buffer(label, data.len(), Some(bytemuck::cast_slice(data)))
     }
 
-    /// A buffer whose contents are unspecified (see [`Gpu::with_poisoned_buffers`]).
+    /// Makes a buffer whose contents are unspecified (see [`Gpu::with_poisoned_buffers`]).
     pub fn buffer<T: Pod>(&mut self, label: &'static str, len: usize) -> Buffer<T> {
         let poison = match self.gpu.poison() {
             true => vec![POISON; (len * size_of::<T>()).div_ceil(4)],
@@ -160,7 +160,7 @@ impl<'a> Recorder<'a> {
         self.new_buffer(label, len, (!fill.is_empty()).then_some(fill))
     }
 
-    /// A buffer of zero bytes.
+    /// Makes a buffer of zero bytes.
     pub fn zeros<T: Pod>(&mut self, label: &'static str, len: usize) -> Buffer<T> {
         // wgpu clears whatever is not written.
         self.new_buffer(label, len, None)
@@ -288,7 +288,7 @@ impl<'a> Recorder<'a> {
         Ok(Some(Command::Dispatch { kernel, params: (at, params.len() as u64), storage, workgroups }))
     }
 
-    /// Copies the buffer, as it is at this point of the commands, back to the host.
+    /// Records a copy of the buffer, as it is at this point of the commands, back to the host.
     pub fn read<T: Pod>(&mut self, buffer: &Buffer<T>) -> Pending<T> {
         let pending = Pending { recorder: self.id, index: self.reads, len: buffer.len, values: PhantomData };
         self.reads += 1;
@@ -324,7 +324,7 @@ impl<'a> Recorder<'a> {
     /// Runs all commands in one submission and waits for them.
     ///
     /// # Errors
-    /// The first error that was recorded; failures of the adapter.
+    /// Returns the first error that was recorded, or an error if the adapter fails.
     pub fn submit(mut self) -> Result<Done> {
         if let Some(e) = self.error.take() {
             return Err(e);
@@ -485,7 +485,7 @@ mod tests {
     use crate::gpu_struct;
 
     gpu_struct! {
-        struct Params { count: u32, scale: f32 }
+        struct ScaleParams { count: u32, scale: f32 }
     }
 
     const LINEAR: &str = include_str!("../../shaders/shared/linear.wgsl");
@@ -496,8 +496,8 @@ mod tests {
         stem: "test/scale",
         sources: &[
             LINEAR,
-            "struct Params { count: u32, scale: f32 }
-            @group(0) @binding(0) var<uniform> params: Params;
+            "struct ScaleParams { count: u32, scale: f32 }
+            @group(0) @binding(0) var<uniform> params: ScaleParams;
             @group(0) @binding(1) var<storage, read> input: array<f32>;
             @group(0) @binding(2) var<storage, read_write> output: array<f32>;
             @compute @workgroup_size(64) fn main(@builtin(workgroup_id) wg: vec3<u32>,
@@ -507,7 +507,7 @@ mod tests {
             }",
         ],
         workgroup: [64, 1, 1],
-        params: Some(Params::LAYOUT),
+        params: Some(ScaleParams::LAYOUT),
         storage: &[Access::Read, Access::ReadWrite],
         structs: &[],
         tolerance: EXACT,
@@ -518,8 +518,8 @@ mod tests {
         stem: "test/visit",
         sources: &[
             LINEAR,
-            "struct Params { count: u32, scale: f32 }
-            @group(0) @binding(0) var<uniform> params: Params;
+            "struct ScaleParams { count: u32, scale: f32 }
+            @group(0) @binding(0) var<uniform> params: ScaleParams;
             @group(0) @binding(1) var<storage, read_write> counts: array<u32>;
             @compute @workgroup_size(1) fn main(@builtin(workgroup_id) wg: vec3<u32>,
                 @builtin(num_workgroups) nwg: vec3<u32>, @builtin(local_invocation_index) li: u32) {
@@ -529,7 +529,7 @@ mod tests {
         ],
         workgroup: [1, 1, 1],
         storage: &[Access::ReadWrite],
-        params: Some(Params::LAYOUT),
+        params: Some(ScaleParams::LAYOUT),
         structs: &[],
         tolerance: EXACT,
     };
@@ -544,10 +544,15 @@ mod tests {
         let b = r.buffer::<f32>("b", n);
         let c = r.zeros::<f32>("c", n + 8);
         let early = r.read(&c);
-        r.dispatch(&SCALE, &Params { count: n as u32, scale: 2.0 }, &[&a, &b], Threads::Linear(n as u64));
         r.dispatch(
             &SCALE,
-            &Params { count: n as u32 - 8, scale: -1.0 },
+            &ScaleParams { count: n as u32, scale: 2.0 },
+            &[&a, &b],
+            Threads::Linear(n as u64),
+        );
+        r.dispatch(
+            &SCALE,
+            &ScaleParams { count: n as u32 - 8, scale: -1.0 },
             &[&b, &c],
             Threads::Grid([n as u32, 1, 1]),
         );
@@ -580,7 +585,7 @@ mod tests {
         let gpu = test_gpu();
         let mut r = gpu.recorder("poison");
         let (a, b) = (r.upload("a", &[1.0_f32; 64]), r.buffer::<f32>("b", 64));
-        r.dispatch(&SCALE, &Params { count: 60, scale: 1.0 }, &[&a, &b], Threads::Linear(60));
+        r.dispatch(&SCALE, &ScaleParams { count: 60, scale: 1.0 }, &[&a, &b], Threads::Linear(60));
         let b = r.read(&b);
         let b = r.submit().unwrap().take(b);
         assert!(b[..60].iter().all(|v| v.is_finite()) && b[60..].iter().all(is_poison));
@@ -592,8 +597,13 @@ mod tests {
         let gpu = test_gpu();
         let mut r = gpu.recorder("linear");
         let counts = r.zeros::<u32>("counts", n);
-        r.dispatch(&VISIT, &Params { count: n as u32, scale: 0.0 }, &[&counts], Threads::Linear(n as u64));
-        r.dispatch(&VISIT, &Params { count: n as u32, scale: 0.0 }, &[&counts], Threads::Linear(0));
+        r.dispatch(
+            &VISIT,
+            &ScaleParams { count: n as u32, scale: 0.0 },
+            &[&counts],
+            Threads::Linear(n as u64),
+        );
+        r.dispatch(&VISIT, &ScaleParams { count: n as u32, scale: 0.0 }, &[&counts], Threads::Linear(0));
         let counts = r.read(&counts);
         assert_eq!(r.submit().unwrap().take(counts), vec![1; n]);
     }
@@ -624,7 +634,7 @@ mod tests {
         static BROKEN: Kernel =
             Kernel { stem: "test/broken", sources: &["fn main() { return 1; }"], ..SCALE };
         static LIES: Kernel = Kernel { stem: "test/lies", storage: &[Access::Read, Access::Read], ..SCALE };
-        let p = Params { count: 4, scale: 1.0 };
+        let p = ScaleParams { count: 4, scale: 1.0 };
         let four = Threads::Linear(4);
         for (kernel, name) in [(&BROKEN, "test/broken"), (&LIES, "test/lies")] {
             let text = error_of(|r| {
@@ -666,7 +676,7 @@ mod tests {
         for (len, good) in [(256, true), (257, false)] {
             let mut r = gpu.recorder("limit");
             let counts = r.zeros::<u32>("counts", len);
-            r.dispatch(&VISIT, &Params { count: 4, scale: 0.0 }, &[&counts], Threads::Linear(4));
+            r.dispatch(&VISIT, &ScaleParams { count: 4, scale: 0.0 }, &[&counts], Threads::Linear(4));
             let result = r.submit();
             assert_eq!(result.is_ok(), good);
             if let Err(e) = result {

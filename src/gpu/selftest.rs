@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 
 gpu_struct! {
     /// Uniform of `shaders/gpu/selftest.wgsl`.
-    pub struct Params {
+    pub struct SelfTestParams {
         pub count: u32,
         /// Always zero, which the compiler of the shader must not know.
         pub zero: u32,
@@ -32,7 +32,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/gpu/selftest.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(SelfTestParams::LAYOUT),
     storage: &[Access::Read, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance { relative_l2: 0.0, reason: "each check has its own bound, see `verify`" },
@@ -227,7 +227,7 @@ fn ask(gpu: &Gpu, kernel: &'static Kernel, questions: &[Question]) -> Result<Vec
     let mut recorder = gpu.recorder("self-test");
     let input = recorder.upload("items", &items);
     let output = recorder.buffer::<[u32; 4]>("answers", items.len());
-    let params = Params { count: items.len() as u32, zero: 0 };
+    let params = SelfTestParams { count: items.len() as u32, zero: 0 };
     recorder.dispatch(kernel, &params, &[&input, &output], Threads::Linear(items.len() as u64));
     let answers = recorder.read(&output);
     Ok(recorder.submit()?.take(answers))
@@ -237,7 +237,7 @@ impl Gpu {
     /// Opens an adapter with all the limits it has and runs the self-test on it.
     ///
     /// # Errors
-    /// `BadInput` when no adapter is as wanted; `Error::Gpu` when it cannot be opened or fails the self-test.
+    /// Returns `BadInput` if no adapter is as wanted; `Error::Gpu` if it cannot be opened or fails the self-test.
     pub fn open(want: Want<'_>) -> Result<Gpu> {
         let gpu = Gpu::open_untested(want)?;
         run(&gpu, &KERNEL)?;

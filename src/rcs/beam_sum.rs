@@ -9,7 +9,7 @@ use crate::geom::upload::surface_words;
 use crate::geom::{Geometry, Surface};
 use crate::gpu::{Access, AnyBuffer, Buffer, Done, Gpu, Kernel, Pending, Recorder, Tolerance};
 use crate::trace::MAX_BOUNCES;
-use crate::trace::beams::{BeamOptions, Params, Port};
+use crate::trace::beams::{BeamOptions, BeamParams, Port};
 use crate::trace::clipper::{Beams, ClipBatch, Clipper, check};
 use num_complex::Complex64;
 
@@ -26,7 +26,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/rcs/beam_sum.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(BeamParams::LAYOUT),
     storage: &[
         Access::Read,
         Access::Read,
@@ -139,7 +139,7 @@ struct BeamSweep<'a> {
     clipper: Clipper<'a>,
     options: &'a BeamOptions,
     frequencies: &'a [FrequencyPoint<'a>],
-    /// For each frequency.
+    /// Surfaces at each frequency.
     surfaces: Vec<Buffer<[f32; 4]>>,
 }
 
@@ -302,7 +302,7 @@ impl BeamSweep<'_> {
         let mut pending = Vec::with_capacity(self.frequencies.len());
         for (point, surfaces) in self.frequencies.iter().zip(&self.surfaces) {
             let sums = recorder.buffer::<[f32; 4]>("contributions", 2 * shares * beams.count);
-            let params = Params {
+            let params = BeamParams {
                 count: (shares * beams.count) as u32,
                 wavenumber: point.wavenumber as f32,
                 ..clipper.params

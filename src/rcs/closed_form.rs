@@ -15,12 +15,12 @@ use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// sin x / x.
+/// The function sin x / x, which is 1 at 0.
 pub fn sinc(x: f64) -> f64 {
     if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
 }
 
-/// σ = 4π|S|², m².
+/// Cross section σ = 4π|S|², m², of an amplitude S in metres.
 pub fn rcs_m2(s: Complex64) -> f64 {
     4.0 * PI * s.norm_sqr()
 }
@@ -95,10 +95,10 @@ pub fn po_sphere(radius_m: f64, freq_hz: f64) -> Complex64 {
     Complex64::new(0.0, -k * radius_m * radius_m) * integral
 }
 
-/// Sphere at the origin, exact (Mie series). Fails outside `em::mie::KA_RANGE`.
+/// Amplitude of a sphere at the origin, exact (Mie series).
 ///
 /// # Errors
-/// A size outside the range of the Mie series.
+/// Returns an error if the sphere's size lies outside `em::mie::KA_RANGE`.
 pub fn mie_sphere(radius_m: f64, freq_hz: f64) -> Result<Complex64> {
     Ok(SphereSeries::pec(radius_m, freq_hz)?.backscatter_m())
 }

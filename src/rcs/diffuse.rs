@@ -9,9 +9,9 @@ use crate::geom::Geometry;
 use crate::trace::launch::PlaneGrid;
 use rayon::prelude::*;
 
-/// Mean cross section in m^2 that the visible rough facets add in power to the coherent one, for each
-/// aspect: [V sent, H sent], all received polarisations together. The lobe's strength is what the
-/// roughness takes from the coherent reflection; smooth materials add nothing.
+/// Mean cross section, m², that the visible rough facets add in power to the coherent one, for each aspect: [V sent, H
+/// sent], all received polarisations together. The strength of the lobe is what the roughness takes from the coherent
+/// reflection; smooth materials add nothing.
 pub fn mean_m2(
     geometry: &Geometry,
     aspects: &[Aspect],

@@ -41,15 +41,15 @@ fn below(a: Aspect) -> Aspect {
 /// perfect conductor, less the loss of the coherent field on a rough plane.
 ///
 /// # Errors
-/// No value of the material at the frequency.
+/// Returns an error if the material has no value at the frequency.
 pub fn coefficients(material: &Material, freq_hz: f64, sin_grazing: f64) -> Result<[Complex64; 2]> {
     let plane = Surface::of(material, freq_hz)?;
     let (perp, par) = plane.reflection(wavenumber(freq_hz), sin_grazing.max(1e-12));
     Ok([par, perp])
 }
 
-/// S over the ground from S on the ways [straight in and out, reflected in, reflected out, reflected both]
-/// (CONVENTIONS eq. 45).
+/// Combines S of the four ways [straight in and out, reflected in, reflected out, reflected both] to S over the ground;
+/// `transmit` and `receive` are the plane's reflection coefficients (V, H) on either way (CONVENTIONS eq. 45).
 pub fn combine(ways: [&Scattering; 4], transmit: [Complex64; 2], receive: [Complex64; 2]) -> Scattering {
     let sum = |of: &dyn Fn(&Scattering) -> Matrix2| {
         let [dd, rd, dr, rr] = ways.map(of);
@@ -61,10 +61,10 @@ pub fn combine(ways: [&Scattering; 4], transmit: [Complex64; 2], receive: [Compl
     Scattering { every: sum(&|s| s.every), last: sum(&|s| s.last) }
 }
 
-/// S over the ground of `options` for each frequency and aspect; `free` gives S without a ground.
+/// Computes S over the ground of `options` for each frequency and aspect; `free` gives S without a ground.
 ///
 /// # Errors
-/// Aspects from below the plane, a target that reaches below it, and those of `free`.
+/// Returns an error if an aspect looks from below the plane or the target reaches below it, and what `free` fails with.
 pub fn scattering(
     scene: &Scene,
     frequencies_hz: &[f64],
@@ -162,7 +162,7 @@ fn check(scene: &Scene, aspects: &[BistaticAspect]) -> Result<()> {
 
 /// The scene with its mirror image under the plane; faces in the plane are left out.
 ///
-/// Errors: a scattering table, whose image is seen from directions that it does not hold.
+/// Returns an error for a scattering table, whose image is seen from directions that it does not hold.
 fn with_image(scene: &Scene) -> Result<Scene> {
     let mut out = Scene { materials: scene.materials.clone(), ..Default::default() };
     for o in &scene.objects {
@@ -228,7 +228,8 @@ pub struct FresnelZone {
 }
 
 impl FresnelZone {
-    /// Seen from infinity under the grazing angle (radians) by a scatterer at `height_m`.
+    /// The zone for a scatterer at `height_m` over the plane that is seen from infinity at the grazing angle `grazing`,
+    /// rad.
     pub fn far_field(grazing: f64, height_m: f64, wavelength_m: f64) -> FresnelZone {
         let (sin, cos) = grazing.sin_cos();
         let q = height_m * sin + 0.5 * wavelength_m;
@@ -236,7 +237,7 @@ impl FresnelZone {
         FresnelZone { near_m: (height_m * height_m - q * q) / top, far_m: top / (sin * sin) }
     }
 
-    /// From a radar at `radar_height_m`, `ground_range_m` away along the plane.
+    /// The zone for a radar at `radar_height_m` over the plane, `ground_range_m` away along it.
     pub fn at_range(
         ground_range_m: f64,
         radar_height_m: f64,
@@ -253,17 +254,17 @@ impl FresnelZone {
         FresnelZone { near_m: 0.5 * (middle - root) / spread, far_m: 0.5 * (middle + root) / spread }
     }
 
-    /// Length, m.
+    /// Length of the zone, m.
     pub fn length_m(&self) -> f64 {
         self.far_m - self.near_m
     }
 }
 
-/// Where reflection by a plane is not to be trusted: the first Fresnel zone reaches the ground on which the target stands,
-/// which the target covers or which is not the plane's (CONVENTIONS eq. 48).
+/// A remark where reflection by a plane is not to be trusted: the first Fresnel zone reaches the ground on which the
+/// target stands, which the target covers or which is not the plane's (CONVENTIONS eq. 48).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GroundRemark {
-    /// The zone that reflects.
+    /// The zone of the plane that reflects.
     pub zone: FresnelZone,
     /// How far the target reaches out from its middle, m.
     pub radius_m: f64,
@@ -273,7 +274,7 @@ pub struct GroundRemark {
     pub frequency_hz: f64,
 }
 
-/// What is to be said of the ground for a target with these bounds, seen from `aspect`; None where a plane's reflection holds.
+/// Judges the ground for a target with these bounds, seen from `aspect`; None where a plane's reflection holds.
 pub fn remark(
     bounds_m: (DVec3, DVec3),
     freq_hz: f64,

@@ -32,7 +32,7 @@ pub enum Distance {
 }
 
 impl Distance {
-    /// Where a radar stands that is seen from the target at `aspect`.
+    /// The port of a radar that is seen from the target at `aspect`.
     pub fn port(self, aspect: Aspect) -> Port {
         let u = direction_from_angles(aspect.azimuth, aspect.elevation);
         match self {
@@ -95,13 +95,13 @@ pub enum Ground {
 /// How to take a cross section.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RcsOptions {
-    /// Reflections of one beam, 1..=MAX_BOUNCES. Faces that it passes do not count: three reflections fill a
-    /// trihedral's need, filled or empty. Each way to and fro in a slab takes two more.
+    /// Number of reflections of one beam, 1..=MAX_BOUNCES. Faces that it passes do not count: three reflections are all
+    /// that a trihedral needs, filled or empty. Each way to and fro in a slab takes two more.
     pub bounces: usize,
     /// How far the radar stands.
     pub distance: Distance,
-    /// Error that curved surfaces and finite ranges may bring, dB; flat facets seen from infinity have none.
-    /// Curved are facets with smooth normals ([`crate::geom::curved`]).
+    /// Error that curved surfaces and finite ranges may bring, dB; flat facets seen from infinity have none. Facets
+    /// with smooth normals are curved ([`crate::geom::curved`]).
     pub accuracy_db: f64,
     /// What is added at edges.
     pub diffraction: Diffraction,
@@ -110,8 +110,8 @@ pub struct RcsOptions {
     /// Height of the target's origin over the plane z = 0, m. Directions and the distance of the radar are those seen from the
     /// point of that plane below the target's origin, to which phases are referred too.
     pub height_m: f64,
-    /// Also take the convention "last", which costs about half as much again. Without it `Scattering::last`
-    /// is NaN.
+    /// Whether to compute also the convention "last", which costs about half as much again. Without it
+    /// `Scattering::last` is NaN.
     pub last: bool,
 }
 
@@ -139,7 +139,7 @@ impl Default for RcsOptions {
 }
 
 impl RcsOptions {
-    /// The scene with its origin raised by `height_m`, and the options with which S is taken of it.
+    /// The scene with its origin raised by `height_m`, and the options with which S of it is computed.
     pub fn raised(&self, scene: &Scene) -> (Scene, RcsOptions) {
         let mut scene = scene.clone();
         for o in &mut scene.objects {
@@ -164,9 +164,9 @@ impl RcsOptions {
 /// A uniform grid of rays: the check on the exact beams, and slower than they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayGrid {
-    /// Most bounces of a ray.
+    /// Largest number of bounces of a ray.
     pub bounces: usize,
-    /// Rays a wavelength, along both axes.
+    /// Number of rays for each wavelength, along both axes.
     pub rays_per_wavelength: f64,
     /// How far the radar stands.
     pub distance: Distance,
@@ -192,14 +192,14 @@ impl Scattering {
         }
     }
 
-    /// Multiplies all by a factor.
+    /// Multiplies both matrices by a factor.
     pub fn scale(&mut self, factor: f64) {
         for z in self.every.iter_mut().chain(&mut self.last).flatten() {
             *z *= factor;
         }
     }
 
-    /// Whether all are finite.
+    /// Whether all entries are finite.
     pub fn is_finite(&self) -> bool {
         self.every.iter().chain(&self.last).flatten().all(|z| z.re.is_finite() && z.im.is_finite())
     }
@@ -213,12 +213,13 @@ impl Scattering {
     }
 }
 
-/// S of the geometry's point targets, sqrt(sigma / 4 pi) in both polarisations, and of its scattering
-/// tables, at their phases. Neither is bounced, so the two conventions agree; what facets hide from the
-/// transmitter or the receiver is left out.
+/// Computes S of the geometry's point targets, sqrt(sigma / 4 pi) in both polarisations, and of its scattering tables,
+/// each with its phase. Neither is bounced, so the two conventions agree; what facets hide from the transmitter or the
+/// receiver is left out.
 ///
 /// # Errors
-/// A scattering table seen with transmitter and receiver apart, or without a value at the frequency.
+/// Returns an error if a scattering table is seen with transmitter and receiver apart, or has no value at the
+/// frequency.
 pub fn point_sum(
     geometry: &Geometry,
     aspect: BistaticAspect,

@@ -14,7 +14,7 @@ use num_complex::Complex64;
 
 gpu_struct! {
     /// Uniform of `shaders/rcs/po_sum.wgsl`.
-    pub struct Params {
+    pub struct PoSumParams {
         pub inv_wavelength: [f32; 2],
         pub wavenumber: f32,
         pub t_min: f32,
@@ -77,7 +77,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/rcs/po_sum.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(PoSumParams::LAYOUT),
     storage: &[
         Access::Read,
         Access::Read,
@@ -102,10 +102,11 @@ const TUBES_PER_BLOCK: u32 = 256;
 /// workgroups per dimension.
 const BLOCKS_PER_DISPATCH: usize = 8192;
 
-/// S of the geometry for each aspect (monostatic), as `rcs::cpu::po_sum::by_rays` gives it.
+/// Computes S of the geometry for each aspect (monostatic) with a grid of rays on the device, as
+/// `rcs::cpu::po_sum::by_rays` does.
 ///
 /// # Errors
-/// Failures of the adapter.
+/// Returns an error if the adapter fails.
 pub fn by_rays(
     gpu: &Gpu,
     geometry: &Geometry,
@@ -216,7 +217,7 @@ fn sums(
         let block_buffer = recorder.upload("blocks", &local);
         let cell_buffer = recorder.upload("cells", cells);
         let sum_buffer = recorder.buffer::<layout::Sum>("sums", blocks.len());
-        let params = Params {
+        let params = PoSumParams {
             inv_wavelength: [inv_hi, inv_lo],
             wavenumber: wavenumber(geometry.freq_hz) as f32,
             t_min: geometry.t_min_m as f32,

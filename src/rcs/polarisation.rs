@@ -20,10 +20,10 @@ pub enum Derived {
 }
 
 impl Derived {
-    /// Both, in the order of their columns.
+    /// Both pairs, in the order of their columns.
     pub const ALL: [Derived; 2] = [Derived::Linear45, Derived::Circular];
 
-    /// The two unit vectors, each as its (V, H) components.
+    /// The two unit vectors of the pair, each as its (V, H) components.
     pub fn basis(self) -> Matrix2 {
         let c = |re: f64, im: f64| Complex64::new(re, im) * FRAC_1_SQRT_2;
         match self {
@@ -40,7 +40,7 @@ impl Derived {
         }
     }
 
-    /// S[rx][tx] in these polarisations from S in V and H.
+    /// Converts S[rx][tx] from V and H to these polarisations.
     pub fn of(self, s: &Matrix2) -> Matrix2 {
         let e = self.basis();
         let mut out = [[Complex64::ZERO; 2]; 2];

@@ -23,7 +23,7 @@ pub struct Row {
     pub s: Matrix2,
 }
 
-/// To a billionth of a degree: angles that were given in degrees come back as they were.
+/// Degrees, rounded to a billionth, so that angles that were given in degrees come back as they were.
 fn degrees(radians: f64) -> f64 {
     (radians.to_degrees() * 1e9).round() / 1e9
 }
@@ -39,12 +39,12 @@ impl Row {
         degrees(self.aspect.elevation)
     }
 
-    /// Its directions.
+    /// Directions of transmitter and receiver.
     pub fn bistatic(&self) -> BistaticAspect {
         BistaticAspect { transmit: self.aspect, receive: self.receive.unwrap_or(self.aspect) }
     }
 
-    /// 10 lg(4 pi |S|^2 / 1 m^2); -inf for no echo.
+    /// Cross section 10 lg(4 pi |S|^2 / 1 m^2), dBsm, of one entry; -inf for no echo.
     pub fn dbsm(&self, rx: usize, tx: usize) -> f64 {
         dbsm_from_amplitude(self.s[rx][tx].norm())
     }
@@ -53,7 +53,7 @@ impl Row {
 /// A table of cross sections with what stands above it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RcsTable {
-    /// Target, convention, bounces, engine, version: the comment lines.
+    /// Comment lines above the table: target, convention, bounces, engine, version.
     pub comments: Vec<String>,
     /// Rows in their order.
     pub rows: Vec<Row>,
@@ -63,15 +63,15 @@ impl RcsTable {
     /// Writes the table. The receiver's columns follow the others when some row has one.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if the file cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
         self.write_with(path, &[])
     }
 
-    /// As [`write`](Self::write), with the columns of `derived` polarisations after all others.
+    /// Writes the table as [`write`](Self::write) does, with the columns of `derived` polarisations after all others.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if the file cannot be written.
     pub fn write_with(&self, path: impl AsRef<Path>, derived: &[Derived]) -> Result<()> {
         let path = path.as_ref();
         let io = |e| Error::io(path, e);
@@ -87,10 +87,10 @@ impl RcsTable {
         Ok(())
     }
 
-    /// The same columns as Parquet.
+    /// Writes the same columns as Parquet.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Returns an error if the file cannot be written.
     #[cfg(feature = "parquet")]
     pub fn write_parquet(&self, path: impl AsRef<Path>, derived: &[Derived]) -> Result<()> {
         let names = self.names(derived);
@@ -130,7 +130,7 @@ impl RcsTable {
     /// Reads a table.
     ///
     /// # Errors
-    /// `BadInput` for a missing column or a value that is not a number.
+    /// Returns `BadInput` if a column is missing or a value is not a number.
     pub fn read(path: impl AsRef<Path>) -> Result<RcsTable> {
         let (comments, raw) = rcs_csv::read(path)?;
         let aspect = |azimuth: f64, elevation: f64| Aspect {

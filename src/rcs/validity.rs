@@ -43,7 +43,7 @@ pub struct Faces {
     bounds_m: Option<(DVec3, DVec3)>,
 }
 
-/// What is to be said of cross sections. The default is nothing.
+/// Where the assumptions of physical optics do not hold for a sweep. The default says nothing against it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Validity {
     /// (width in m, wavelength in m) of the faces that are smallest and largest in wavelengths, of those that are too small.
@@ -54,7 +54,7 @@ pub struct Validity {
 }
 
 impl Faces {
-    /// The parts of a scene's meshes. Points and scattering tables have none.
+    /// Finds the parts of a scene's meshes. Points and scattering tables have none.
     pub fn of(scene: &Scene) -> Faces {
         let (mut flat, mut curved) = (Vec::new(), Vec::new());
         for o in &scene.objects {
@@ -67,7 +67,7 @@ impl Faces {
         Faces { flat, curved, bounds_m: scene.bounds_m(0.0) }
     }
 
-    /// What is to be said of a sweep over frequencies and directions of the transmitter.
+    /// Judges a sweep over frequencies and directions of the transmitter.
     pub fn validity(&self, frequencies_hz: &[f64], transmit: &[Aspect], options: &RcsOptions) -> Validity {
         let mut out = Validity::default();
         let lowest = frequencies_hz.iter().copied().fold(f64::INFINITY, f64::min);
@@ -104,7 +104,7 @@ impl Faces {
 }
 
 impl Validity {
-    /// Keeps the worst of both.
+    /// Takes from `other` what is worse.
     pub fn add(&mut self, other: &Validity) {
         other.small.into_iter().for_each(|s| self.add_small(s));
         other.grazing_deg.into_iter().for_each(|g| self.add_grazing(g));
@@ -128,7 +128,7 @@ impl Validity {
         self.grazing_deg = Some(self.grazing_deg.map_or(deg, |g| g.min(deg)));
     }
 
-    /// One line for each remark, in the same words wherever they are written.
+    /// Remarks of one line each, in the same words wherever they are written.
     pub fn lines(&self) -> Vec<String> {
         let mut out = Vec::new();
         if let Some([(w, lambda), (most, most_lambda)]) = self.small {

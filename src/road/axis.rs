@@ -47,7 +47,7 @@ pub enum Course {
 }
 
 impl Course {
-    /// Length, m.
+    /// Length of the element, m.
     pub fn length_m(&self) -> f64 {
         match *self {
             Course::Straight { length_m }
@@ -70,7 +70,7 @@ pub struct GradeChange {
     pub k_m_per_percent: f64,
 }
 
-/// Where and how an element begins.
+/// Place and direction at which an element begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Start {
     /// Place, m.
@@ -91,7 +91,7 @@ struct Element {
 pub struct AxisPoint {
     /// Position, m.
     pub position_m: DVec3,
-    /// In plan, from world x to the left; not wrapped.
+    /// Direction of the axis in plan, rad, from world x to the left; not wrapped.
     pub heading_rad: f64,
     /// Rise over run along the axis.
     pub grade: f64,
@@ -104,11 +104,11 @@ pub struct AxisPoint {
 /// Road coordinates of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RoadPoint {
-    /// Along the axis, m.
+    /// Station along the axis, m.
     pub s_m: f64,
-    /// To the left of the axis, m.
+    /// Distance to the left of the axis, m.
     pub t_m: f64,
-    /// Above the road, m.
+    /// Height above the road, m.
     pub h_m: f64,
 }
 
@@ -123,15 +123,15 @@ pub struct RoadAxis {
     seeds: Vec<(f64, DVec2)>,
 }
 
-/// Longest axis.
+/// Length of the longest axis, m.
 pub const MAX_LENGTH_M: f64 = 1e6;
 
 impl RoadAxis {
     /// An axis at the height `start_m.z`, level. Each element begins where and as the one before ends.
     ///
     /// # Errors
-    /// No element, lengths that are not positive, more than [`MAX_LENGTH_M`], an element that turns more than ten
-    /// times.
+    /// Returns an error if there is no element, for lengths that are not positive or more than [`MAX_LENGTH_M`], or for
+    /// an element that turns more than ten times.
     pub fn new(start_m: DVec3, heading_rad: f64, courses: &[Course]) -> Result<RoadAxis> {
         let mut start = Start { at_m: start_m.truncate(), heading_rad };
         let mut placed = Vec::with_capacity(courses.len());
@@ -147,7 +147,7 @@ impl RoadAxis {
     /// An axis whose elements say themselves where they begin, with its heights.
     ///
     /// # Errors
-    /// As in [`RoadAxis::new`].
+    /// Returns the errors of [`RoadAxis::new`].
     pub fn placed(elements: &[(Start, Course)], height: Profile) -> Result<RoadAxis> {
         if elements.is_empty() {
             return Err(BadInput::new("the axis of a road has no element").into());
@@ -190,10 +190,11 @@ impl RoadAxis {
         Ok(axis)
     }
 
-    /// The same in plan with the grade `first` at the beginning and the changes in their order.
+    /// The axis with the grade `first` at the beginning and the changes in their order; the plan stays the same.
     ///
     /// # Errors
-    /// Changes out of order or off the road, curves that overlap or reach beyond the road, grades above 100 %.
+    /// Returns an error for changes out of order or off the road, curves that overlap or reach beyond the road, or
+    /// grades above 100 %.
     pub fn with_grades(mut self, first: f64, changes: &[GradeChange]) -> Result<RoadAxis> {
         let bad =
             |i: usize, problem: &str| BadInput::new(problem.to_string()).key(format!("change of grade {i}"));
@@ -233,13 +234,13 @@ impl RoadAxis {
         Ok(self)
     }
 
-    /// The same with a cross slope along s: rise over run to the left, turned about the axis.
+    /// The axis with a cross slope along s: rise over run to the left, turned about the axis.
     pub fn with_cross_slope(mut self, slope: Profile) -> RoadAxis {
         self.cross_slope = slope;
         self
     }
 
-    /// Length, m.
+    /// Length of the axis, m.
     pub fn length_m(&self) -> f64 {
         self.length_m
     }
@@ -266,7 +267,7 @@ impl RoadAxis {
         (at + (s_m - s) * DVec2::from_angle(heading), heading, 0.0)
     }
 
-    /// The axis at `s_m`.
+    /// Place and direction of the axis at `s_m`.
     pub fn at(&self, s_m: f64) -> AxisPoint {
         let (at, heading_rad, curvature_per_m) = self.plan(s_m);
         let s = s_m.clamp(0.0, self.length_m);

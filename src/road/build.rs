@@ -29,15 +29,17 @@ use std::sync::Arc;
 
 /// Bodies that stand on the ground reach this far into it, so that no face lies in the road's plane.
 const SUNK_M: f64 = 0.05;
-/// Most objects of one row.
+/// Largest number of objects of one row.
 pub const MAX_ROW: usize = 100_000;
-/// By so much is the clock of each thing under way ahead of the one before, that walkers are not in step.
+/// By how much the clock of each moving thing is ahead of the clock of the one before, s, so that walkers are not in
+/// step.
 const STAGGER_S: f64 = 0.618;
 
 /// Builds the scene and its labels.
 ///
 /// # Errors
-/// Unknown materials, a road with a surface that reaches into another's, a row of more than [`MAX_ROW`].
+/// Returns an error for unknown materials, a road with a surface that reaches into another's, or a row of more than
+/// [`MAX_ROW`].
 pub fn build(plan: &ScenePlan, materials: MaterialLookup) -> Result<(Scene, RoadTruth)> {
     let mut b = Builder {
         plan,
@@ -109,9 +111,9 @@ struct Going {
     speed_mps: f64,
     /// Its way over time, where the speed changes.
     way_m: Option<Arc<Channel<f64>>>,
-    /// In the world, straight on.
+    /// Velocity in the world of a thing that goes straight on, m/s.
     velocity_mps: DVec3,
-    /// From its own frame to the world, in place of a pose and that velocity.
+    /// Motion from the thing's own frame to the world, in place of a pose and that velocity.
     joints: Option<Vec<Joint>>,
 }
 
@@ -708,7 +710,7 @@ fn on_facets(
     done
 }
 
-/// To a micrometre, as labels are kept: so many digits survive text exactly.
+/// Rounds a place to a micrometre, as labels are kept, because so many digits survive text exactly.
 fn rounded(p: DVec3) -> [f64; 3] {
     p.to_array().map(micro)
 }
@@ -723,7 +725,7 @@ fn before(value: &dyn Fn(f64) -> f64, s_m: f64) -> f64 {
     if (left - right).abs() > 1e-6 { left } else { right }
 }
 
-/// From the beginning of a span to its end in equal steps.
+/// Stations from the beginning of a span to its end in equal steps, m.
 fn steps(span_m: &Range<f64>, step_m: f64) -> Result<Vec<f64>> {
     let n = (span_m.end - span_m.start) / step_m * (1.0 + 1e-12);
     if n >= MAX_ROW as f64 {

@@ -46,7 +46,7 @@ pub const MATERIALS: [&str; 6] = ["pec", "steel", "asphalt", "grass", "glass", "
 /// `manhole`, `car`. Fails only when the lookup lacks one of [`MATERIALS`].
 ///
 /// # Errors
-/// A material that `materials` does not have.
+/// Returns an error for a material that `materials` does not have.
 pub fn marked_road(materials: MaterialLookup) -> Result<Scene> {
     let mut scene = Scene::default();
     let mut index = |name: &str| materials(name).map(|m| scene.material_index(&m));

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 /// Between two keys of a motion: what a cubic through them leaves out of a road with clothoids is below a micrometre.
 const KEY_S: f64 = 0.05;
-/// For slopes at the keys.
+/// Step with which the slopes at the keys are computed, s.
 const STEP_S: f64 = 1e-4;
 /// A way that leaves a straight line by less is one, m.
 const STRAIGHT_M: f64 = 1e-9;
@@ -21,11 +21,11 @@ const STRAIGHT_M: f64 = 1e-9;
 pub struct OnRoad<'a> {
     /// The road.
     pub road: &'a Road,
-    /// At time zero.
+    /// Station of the vehicle at time zero, m.
     pub s_m: f64,
-    /// Where on it the vehicle goes.
+    /// Lateral place at which the vehicle goes.
     pub lateral: &'a Lateral,
-    /// Goes against the direction of the road.
+    /// Whether it goes against the direction of the road.
     pub against: bool,
     /// Its speed and lateral motion.
     pub drive: &'a Drive,
@@ -61,11 +61,11 @@ impl OnRoad<'_> {
         (place, crate::road::axis::tilt(up) * DQuat::from_rotation_z(heading))
     }
 
-    /// Its motion over a stretch of time, before and after which it stands still in it; as joints without keys where it goes straight on
-    /// at a steady speed.
+    /// Motion of the vehicle over a stretch of time, before and after which it stands still in it; as joints without
+    /// keys where it goes straight on at a steady speed.
     ///
     /// # Errors
-    /// A drive that leaves the road, or turns sharper than the road allows.
+    /// Returns an error if the vehicle leaves the road, or turns sharper than the road allows.
     pub fn motion(&self, window_s: Range<f64>) -> Result<Motion> {
         let times = keys(window_s);
         let (place, turn) = self.at(0.0);
@@ -116,10 +116,10 @@ impl OnRoad<'_> {
         if count == 0.0 { 0.0 } else { sum / count }
     }
 
-    /// Way since time zero over that stretch of time; None at a steady speed.
+    /// Distance travelled since time zero over that stretch of time, m; None at a steady speed.
     ///
     /// # Errors
-    /// A drive that leaves the road, or turns sharper than the road allows.
+    /// Returns an error if the vehicle leaves the road, or turns sharper than the road allows.
     pub fn way_m(&self, window_s: Range<f64>) -> Result<Option<Channel<f64>>> {
         if self.drive.speed.len() == 1 {
             return Ok(None);

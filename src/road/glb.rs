@@ -11,10 +11,10 @@ use serde_json::{Value, json};
 const HEAD: usize = 12;
 const CHUNK: usize = 8;
 
-/// `asset.extras.catseye.road_truth` of the file holds the labels.
+/// Writes a scene as binary glTF, with the labels in `asset.extras.catseye.road_truth` of the file.
 ///
 /// # Errors
-/// Those of [`gltf::to_glb`].
+/// Returns the errors of [`gltf::to_glb`].
 pub fn to_glb(scene: &Scene, truth: &RoadTruth) -> Result<Vec<u8>> {
     let failed = |what: String| Error::Failed(format!("cannot write glTF: {what}"));
     let plain = gltf::to_glb(scene)?;
@@ -50,7 +50,7 @@ fn halves<'a>(bytes: &'a [u8], part: &[u8]) -> Option<(&'a [u8], &'a [u8])> {
 /// The labels that [`to_glb`] wrote; None when the file has none.
 ///
 /// # Errors
-/// Labels of another shape.
+/// Returns an error if the file has labels of another shape.
 pub fn truth_of(glb: &[u8]) -> Result<Option<RoadTruth>> {
     let Some((text, _)) = split(glb) else { return Ok(None) };
     // The way to the labels; whatever else the file holds is passed over and not kept.

@@ -35,7 +35,7 @@ pub struct RoadLabel {
     pub left_edge_m: Polyline,
     /// Its right edge.
     pub right_edge_m: Polyline,
-    /// From the left edge to the right.
+    /// Lanes from the left edge to the right.
     pub lanes: Vec<LaneLabel>,
     /// Its painted lines.
     pub lines: Vec<LineLabel>,
@@ -52,7 +52,7 @@ pub struct LaneLabel {
     pub kind: LaneKind,
     /// Which way it is driven.
     pub driven: Driven,
-    /// At each `s_m` of the road; zero where the lane is not there.
+    /// Width at each `s_m` of the road, m; zero where the lane is not there.
     pub width_m: Vec<f64>,
     /// Its left edge.
     pub left_m: Polyline,

@@ -35,7 +35,7 @@ pub enum LaneKind {
 }
 
 impl LaneKind {
-    /// Whether a vehicle may stand on it.
+    /// Whether a vehicle may stand on the lane.
     pub fn is_drivable(self) -> bool {
         !matches!(self, LaneKind::Sidewalk | LaneKind::Median | LaneKind::Verge)
     }
@@ -88,7 +88,7 @@ impl Side {
     }
 }
 
-/// Where in a lane.
+/// Place in a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InLane {
@@ -110,7 +110,7 @@ pub struct Lane {
     pub kind: LaneKind,
     /// Which way it is driven.
     pub driven: Driven,
-    /// Along s, metres; where it is zero there is no lane.
+    /// Width along s, m; where it is zero there is no lane.
     pub width: Profile,
     /// Radar material of its surface; None leaves a hole.
     pub surface: Option<String>,
@@ -142,7 +142,7 @@ pub struct Lateral {
     pub offset: Profile,
 }
 
-/// What a lateral offset counts from.
+/// Place from which a lateral offset counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Base {
     /// The axis.
@@ -167,9 +167,9 @@ pub struct Road {
     pub name: String,
     /// Its axis.
     pub axis: RoadAxis,
-    /// Where the lanes begin, to the left of the axis.
+    /// Distance from the axis at which the lanes begin, to its left, m.
     pub lane_offset: Profile,
-    /// From the axis outwards.
+    /// Lanes to the left of the axis, from it outwards.
     pub left: Vec<Lane>,
     /// Lanes to the right, from the axis outwards.
     pub right: Vec<Lane>,
@@ -183,7 +183,7 @@ impl Road {
     /// Checks the lanes.
     ///
     /// # Errors
-    /// Numbers that come twice, a width below zero somewhere on the road.
+    /// Returns an error for numbers that come twice, or a width below zero somewhere on the road.
     pub fn check(&self) -> Result<()> {
         let mut numbers: Vec<i32> = self.lanes().map(|(_, _, l)| l.number).collect();
         numbers.sort_unstable();
@@ -229,8 +229,8 @@ impl Road {
     /// Checks that a line beside the axis does not fold over itself.
     ///
     /// # Errors
-    /// When the line t(s) comes nearer to the centre of a curve than a fiftieth of its radius at one of the places:
-    /// what runs along it would fold over itself.
+    /// Returns an error if the line t(s) comes nearer to the centre of a curve than a fiftieth of its radius at one of
+    /// the places: what runs along it would fold over itself.
     pub fn check_turns(&self, what: &str, t_m: &dyn Fn(f64) -> f64, places_m: &[f64]) -> Result<()> {
         for s in places_m {
             // Elements meet with a step of curvature: both sides count.
@@ -263,14 +263,14 @@ impl Road {
         left.chain(self.right.iter().enumerate().map(|(i, l)| (Side::Right, i, l)))
     }
 
-    /// t of the edge of a side's lane `index` towards the axis (`outer` false) or away from it.
+    /// Distance t of the edge of a side's lane `index` towards the axis (`outer` false) or away from it, m.
     pub fn edge_t_m(&self, side: Side, index: usize, outer: bool, s_m: f64) -> f64 {
         let n = index + usize::from(outer);
         let width: f64 = self.side(side)[..n].iter().map(|l| l.width.value(s_m).max(0.0)).sum();
         self.lane_offset.value(s_m) + side.sign() * width
     }
 
-    /// (left, right) edges of a lane.
+    /// Distances t of the left and right edge of a lane, m.
     pub fn lane_edges_t_m(&self, side: Side, index: usize, s_m: f64) -> (f64, f64) {
         let (inner, outer) = (self.edge_t_m(side, index, false, s_m), self.edge_t_m(side, index, true, s_m));
         match side {
@@ -291,7 +291,7 @@ impl Road {
         self.side(side).iter().rposition(|l| l.kind.is_drivable()).map_or(0, |i| i + 1)
     }
 
-    /// t of a lateral place.
+    /// Distance t of a lateral place at station `s_m`, m.
     pub fn t_m(&self, lateral: &Lateral, s_m: f64) -> f64 {
         let base = match lateral.base {
             Base::Axis => 0.0,
@@ -325,7 +325,7 @@ impl Road {
         marks.map(widest).fold(0.0, f64::max)
     }
 
-    /// Where widths and offsets change their course.
+    /// Stations at which widths and offsets change their course, m.
     pub fn breaks_m(&self) -> Vec<f64> {
         let widths = self.lanes().flat_map(|(_, _, l)| l.width.breaks_m()).collect::<Vec<_>>();
         widths.into_iter().chain(self.lane_offset.breaks_m()).collect()

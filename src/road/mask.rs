@@ -17,9 +17,9 @@ pub struct Grid {
     pub rows: usize,
     /// Number of columns, across.
     pub columns: usize,
-    /// From the radar forwards.
+    /// Extent of the grid from the radar forwards, m.
     pub ahead_m: f64,
-    /// From side to side, the radar in the middle.
+    /// Extent from side to side, m, with the radar in the middle.
     pub across_m: f64,
 }
 
@@ -44,7 +44,7 @@ impl Grid {
         inside.then(|| p.x as usize * self.columns + p.y as usize)
     }
 
-    /// (x forward, y left) of the middle of a cell.
+    /// Middle of a cell, (x forward, y left), m.
     pub fn middle_m(&self, row: usize, column: usize) -> [f64; 2] {
         [
             (row as f64 + 0.5) / self.rows as f64 * self.ahead_m,
@@ -72,7 +72,7 @@ impl Level {
         Level { origin_m: radar.translation_m, heading: ahead.normalize_or(DVec2::X) }
     }
 
-    /// (x forward, y left) of a place in the world.
+    /// Place of the world in the radar's level frame, (x forward, y left), m.
     pub fn from_world(&self, p: DVec3) -> DVec2 {
         let d = (p - self.origin_m).truncate();
         DVec2::new(self.heading.dot(d), self.heading.perp_dot(d))

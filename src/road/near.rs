@@ -19,7 +19,7 @@ pub struct LaneTruth {
     pub kind: LaneKind,
     /// Which way it is driven, along the axis.
     pub driven: Driven,
-    /// In the world, metres.
+    /// Left edge of the lane in the world, m.
     pub left_m: Polyline,
     /// Its middle.
     pub centre_m: Polyline,
@@ -53,13 +53,13 @@ pub struct LanePlace {
     pub number: i32,
     /// What the lane is for.
     pub kind: LaneKind,
-    /// Along the road's axis.
+    /// Station along the road's axis, m.
     pub s_m: f64,
     /// Width of the lane there, m.
     pub width_m: f64,
-    /// From the middle of the lane, positive to the left.
+    /// Distance from the middle of the lane, m, positive to the left.
     pub offset_m: f64,
-    /// Against the lane, positive to the left, within ±π.
+    /// Angle to the direction of the lane, rad, positive to the left, within ±π.
     pub heading_rad: f64,
 }
 

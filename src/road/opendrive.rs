@@ -87,7 +87,7 @@ pub const MAX_BYTES: u64 = 16 << 20;
 /// The roads of the file at `file`; see [`parse`].
 ///
 /// # Errors
-/// A file that cannot be read, of more than [`MAX_BYTES`]; those of [`parse`].
+/// Returns an error for a file that cannot be read, of more than [`MAX_BYTES`], and the errors of [`parse`].
 pub fn read(file: &Path) -> Result<Vec<Road>> {
     parse(file, &read_text_of(file, "an OpenDRIVE file", MAX_BYTES)?)
 }
@@ -97,7 +97,7 @@ pub fn read(file: &Path) -> Result<Vec<Road>> {
 /// (grass for what is not driven).
 ///
 /// # Errors
-/// One line with the file and the line in it.
+/// Returns an error, with the file and the line in it, if the text is not a road network that catseye can read.
 pub fn parse(file: &Path, text: &str) -> Result<Vec<Road>> {
     let options = roxmltree::ParsingOptions { allow_dtd: false, ..Default::default() };
     let doc = Document::parse_with_options(text, options).map_err(|e| {

@@ -11,8 +11,11 @@ const DEPTH_M: f64 = 0.05;
 /// Bodies that are longer are halls and tunnels, in which a vehicle may be.
 const LONGEST_BODY_M: f64 = 25.0;
 
-/// Errors: in the first or the last frame a radar is inside a body that does not move with its vehicle, or right under a
-/// surface that faces up with nothing beneath.
+/// Checks where the radars of a scenario stand.
+///
+/// # Errors
+/// Returns an error if in the first or the last frame a radar is inside a body that does not move with its vehicle, or
+/// right under a surface that faces up with nothing beneath.
 pub fn check(scenario: &SitedScenario, scene: &Scene) -> Result<()> {
     let last = scenario.frames.count.saturating_sub(1);
     for frame in if last == 0 { vec![0] } else { vec![0, last] } {

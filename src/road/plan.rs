@@ -68,14 +68,14 @@ pub struct LinePlan {
     pub paint: Paint,
     /// Material of the road under it.
     pub under: String,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
 }
 
 /// A sheet of ground beside the outermost lane that falls over its first metre and goes on level.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VergePlan {
-    /// On which side.
+    /// The side of the road on which it lies.
     pub side: Side,
     /// Width, m.
     pub width_m: f64,
@@ -83,7 +83,7 @@ pub struct VergePlan {
     pub drop_m: f64,
     /// Material of the ground.
     pub material: String,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
 }
 
@@ -92,13 +92,13 @@ pub struct VergePlan {
 pub struct RailPlan {
     /// Lateral position of the back of the beam.
     pub lateral: Lateral,
-    /// Where the traffic is.
+    /// Side on which the traffic is.
     pub faces: Side,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
     /// Height of the beam's upper edge, m.
     pub height_m: f64,
-    /// 0 is without posts.
+    /// Distance between posts, m; 0 is without posts.
     pub post_spacing_m: f64,
     /// Material of the rail.
     pub material: String,
@@ -111,7 +111,7 @@ pub struct WallPlan {
     pub class: &'static str,
     /// Lateral position of the wall's middle.
     pub lateral: Lateral,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
     /// Height, m.
     pub height_m: f64,
@@ -126,7 +126,7 @@ pub struct WallPlan {
 pub struct FencePlan {
     /// Where it runs.
     pub lateral: Lateral,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
     /// Height, m.
     pub height_m: f64,
@@ -162,14 +162,14 @@ pub struct GantryPlan {
 /// Gaps between the reflectors of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Spacing {
-    /// All alike.
+    /// All gaps are alike.
     Even {
         /// Gap, m.
         spacing_m: f64,
         /// Number of reflectors; None to the end of the span.
         count: Option<usize>,
     },
-    /// Each gap once.
+    /// Each gap stands once in this list, m.
     Gaps(Vec<f64>),
     /// A gap for each bit; after a word the gap `sync_m`, where there is one; over and over.
     Code {
@@ -195,7 +195,7 @@ pub struct RowPlan {
     pub reflector: Reflector,
     /// Where the row runs.
     pub lateral: Lateral,
-    /// From and to, m along the axis.
+    /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
     /// Gaps between the reflectors.
     pub spacing: Spacing,
@@ -237,7 +237,7 @@ pub struct ThingPlan {
     pub source: Source,
     /// Place along the axis, m.
     pub s_m: f64,
-    /// Place across.
+    /// Lateral place.
     pub lateral: Lateral,
     /// Turn about the vertical against the axis, rad.
     pub yaw_rad: f64,
@@ -247,18 +247,18 @@ pub struct ThingPlan {
     pub roll_rad: f64,
     /// Height over the road, m.
     pub lift_m: f64,
-    /// Along its own x.
+    /// Speed along its own x axis, m/s.
     pub speed_mps: f64,
-    /// Goes along the road; in place of that speed.
+    /// How it goes along the road, in place of that speed.
     pub drive: Option<Drive>,
-    /// Against the direction of the road.
+    /// Whether it goes against the direction of the road.
     pub against: bool,
     /// Whether it follows the slopes of the road.
     pub lying: bool,
 }
 
 impl ThingPlan {
-    /// At time zero, along its own x.
+    /// Speed at time zero along the thing's own x axis, m/s.
     pub fn first_speed_mps(&self) -> f64 {
         self.drive.as_ref().map_or(self.speed_mps, |d| d.speed_mps(0.0))
     }

@@ -2,8 +2,8 @@
 
 use crate::base::error::{BadInput, Result};
 
-/// value(s) = c0 + c1 u + c2 u² + c3 u³ with u = s - s0 of the last piece that begins at or before s; the
-/// first piece serves before its beginning only with its first value.
+/// A chain of cubics along the road: value(s) = c0 + c1 u + c2 u² + c3 u³ with u = s - s0 of the last piece that begins
+/// at or before s; the first piece serves before its beginning only with its first value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     pieces: Vec<Piece>,
@@ -24,11 +24,11 @@ impl Profile {
         Profile { pieces: vec![Piece { s0_m: 0.0, coefficients: [value, 0.0, 0.0, 0.0] }] }
     }
 
-    /// Straight between the points (s, value), constant before the first and after the last. Two points at one s are
-    /// a step.
+    /// A profile that is straight between the points (s, value), constant before the first and after the last. Two
+    /// points at one s are a step.
     ///
     /// # Errors
-    /// No point, s that falls, numbers that are not finite.
+    /// Returns an error if there is no point, s falls, or a number is not finite.
     pub fn linear(points: &[[f64; 2]]) -> Result<Profile> {
         if points.is_empty() || points.iter().flatten().any(|x| !x.is_finite()) {
             return Err(BadInput::new("needs at least one pair of finite numbers [s, value]").into());
@@ -53,7 +53,7 @@ impl Profile {
     /// A chain of cubics in the order of their beginnings.
     ///
     /// # Errors
-    /// None at all, beginnings that fall, numbers that are not finite.
+    /// Returns an error if there are no cubics, a cubic begins before the one ahead of it, or a number is not finite.
     pub fn cubics(pieces: Vec<Piece>) -> Result<Profile> {
         let finite = |p: &Piece| p.s0_m.is_finite() && p.coefficients.iter().all(|c| c.is_finite());
         if pieces.is_empty() || !pieces.iter().all(finite) {
@@ -78,7 +78,7 @@ impl Profile {
         a + u * (b + u * (c + u * d))
     }
 
-    /// First derivative, to the right of a break.
+    /// First derivative at a place, to the right of a break.
     pub fn slope(&self, s_m: f64) -> f64 {
         let (p, u) = self.piece(s_m);
         let [_, b, c, d] = p.coefficients;
@@ -97,8 +97,8 @@ impl Profile {
     /// Checks that amounts and slopes stay below their limits.
     ///
     /// # Errors
-    /// An amount over `most` or a slope over `steepest` somewhere in 0..=`end_m`. Who divides a road by its bends
-    /// needs a number of steps that grows with them.
+    /// Returns an error for an amount over `most` or a slope over `steepest` somewhere in 0..=`end_m`. Who divides a
+    /// road by its bends needs a number of steps that grows with them.
     pub fn check_gentle(&self, end_m: f64, most: f64, steepest: f64) -> Result<()> {
         for (i, p) in self.pieces.iter().enumerate() {
             let next_m = self.pieces.get(i + 1).map_or(end_m, |n| n.s0_m.min(end_m));

@@ -28,15 +28,16 @@ use std::path::{Component, Path, PathBuf};
 /// Reads and checks a file.
 ///
 /// # Errors
-/// One line with file, line, key, value and remedy.
+/// Returns an error of one line with file, line, key, value and remedy if the file cannot be read or a value is not
+/// allowed.
 pub fn load(path: &Path) -> Result<ScenePlan> {
     parse(path, &read_text(path)?)
 }
 
-/// The same from a text; `file` is named in errors, and glTF files are looked for in its folder.
+/// Parses a text as [`load`] does a file; `file` is named in errors, and glTF files are looked for in its folder.
 ///
 /// # Errors
-/// As [`load`].
+/// Returns the errors of [`load`].
 pub fn parse(file: &Path, text: &str) -> Result<ScenePlan> {
     let doc = Document::parse(file, text)?;
     let f: SceneFile = doc.read()?;

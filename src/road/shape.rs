@@ -14,7 +14,7 @@ pub fn polygon(mesh: &mut Mesh, corners: &[DVec3], material: u32) {
     }
 }
 
-/// The same for a facet of a curved surface, with that surface's unit normals at the corners.
+/// Adds a facet of a curved surface, with that surface's unit normals at the corners.
 pub fn curved_polygon(mesh: &mut Mesh, corners: &[DVec3], normals: &[DVec3], material: u32) {
     mesh.normals.resize(mesh.positions_m.len(), DVec3::ZERO);
     fan(mesh, corners, material);

@@ -11,10 +11,10 @@ use crate::scene::{Scene, gltf, material};
 use std::path::Path;
 use std::sync::Arc;
 
-/// All that frames are made from.
+/// A scenario with its scene and its roads, from which frames are made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Site {
-    /// With the ego vehicle's motion.
+    /// The scenario, with the ego vehicle's motion.
     pub scenario: SitedScenario,
     /// What stands there.
     pub scene: Scene,
@@ -26,7 +26,8 @@ impl Site {
     /// Builds the scene that a scenario names.
     ///
     /// # Errors
-    /// Those of its files; a road or lane that is not there; a radar under the road or inside a body.
+    /// Returns an error if a file of the scene cannot be read, a road or lane is not there, or a radar is under the
+    /// road or inside a body.
     pub fn new(scenario: &Scenario) -> Result<Site> {
         match &scenario.scene {
             SceneSource::Road { path } => Site::on(scenario, scene_toml::load(path)?),
@@ -50,7 +51,7 @@ impl Site {
     /// The scenario on these roads, whatever scene it names.
     ///
     /// # Errors
-    /// Vehicles or an ego place that the roads do not have.
+    /// Returns an error for vehicles or an ego place that the roads do not have.
     pub fn on(scenario: &Scenario, plan: ScenePlan) -> Result<Site> {
         let plan = ScenePlan { duration_s: scenario.duration_s(), ..plan };
         let (scene, truth) = build::build(&plan, &material::parse_spec)?;
@@ -64,7 +65,7 @@ impl Site {
 /// The ego vehicle with its motion along these roads.
 ///
 /// # Errors
-/// A road or lane that is not there.
+/// Returns an error if the road or lane is not there.
 pub fn ego_on(scenario: &Scenario, plan: &ScenePlan) -> Result<Ego> {
     match &scenario.ego {
         EgoPlan::Free(ego) => Ok(ego.clone()),

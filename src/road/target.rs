@@ -15,7 +15,7 @@ pub struct Target {
     pub name: String,
     /// The target as a scene.
     pub scene: Scene,
-    /// (azimuth, elevation).
+    /// Azimuth and elevation from which the target is meant to be seen, degrees.
     pub boresight_deg: (f64, f64),
 }
 
@@ -41,7 +41,7 @@ impl Target {
     /// Gives the objects with the name `part` the radar material `spec`, whatever the file said of them.
     ///
     /// # Errors
-    /// No object of that name has a mesh; no material has that name.
+    /// Returns an error if no object of that name has a mesh, or no material has that name.
     pub fn cover(&mut self, part: &str, spec: &str) -> Result<()> {
         let scene = &mut self.scene;
         let index = scene.material_index(&material::parse_spec(spec)?);
@@ -80,7 +80,7 @@ impl Target {
 /// the file; their default material is also that of a reflector that names none.
 ///
 /// # Errors
-/// Those of the importer, of reflectors and of materials.
+/// Returns an error if the file cannot be imported, or the reflector or a material is unknown.
 pub fn load(target: &str, options: &ImportOptions) -> Result<Target> {
     let path = Path::new(target);
     if is_file(target) {

@@ -25,7 +25,7 @@ pub const W8_CELL_M: f64 = 0.4;
 pub const W8_RELIEF_M: f64 = 1.0;
 /// Half the width of W8's flat road, which lies along x.
 pub const W8_ROAD_HALF_M: f64 = 4.0;
-/// From the edge of W8's road to where its hills have their full height.
+/// Distance from the edge of W8's road to where its hills have their full height, m.
 const W8_RISE_M: f64 = 8.0;
 
 /// The terrain of W8, 120 x 120 m about the origin: flat and at height 0 on the road, hills beside it. It is cut into

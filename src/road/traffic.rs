@@ -66,7 +66,7 @@ pub(super) fn unknown(at: BadInput, kind: &str) -> BadInput {
 /// The parts of a vehicle at rest, heading +x, the origin on the road below its middle; one object for each part.
 ///
 /// # Errors
-/// A kind that is not in [`VEHICLES`], an unknown material.
+/// Returns an error for a kind that is not in [`VEHICLES`], or for an unknown material.
 pub fn vehicle(kind: &str, materials: MaterialLookup) -> Result<Scene> {
     if kind != VEHICLES[0] {
         let known = kind.parse().map_err(|_| unknown(BadInput::new("").value(clip(kind)), kind))?;

@@ -27,7 +27,7 @@ pub struct TruthBox {
     pub yaw_rad: f64,
     /// Velocity of the centre in the world, m/s.
     pub velocity_mps: [f64; 3],
-    /// In the world, right-handed about its direction.
+    /// Angular velocity in the world, rad/s, right-handed about its direction.
     pub spin_rad_per_s: [f64; 3],
 }
 

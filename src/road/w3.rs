@@ -63,7 +63,7 @@ pub(super) fn add_cars(scene: &mut Scene, car: Shape, moving: bool) {
 /// rest steel.
 ///
 /// # Errors
-/// A material that `materials` does not have.
+/// Returns an error for a material that `materials` does not have.
 pub fn w3(moving: bool, materials: MaterialLookup) -> Result<Scene> {
     let mut scene = Scene::default();
     let asphalt = scene.material_index(&materials("asphalt")?);

@@ -16,7 +16,7 @@ pub const CENTRE_X_M: f64 = 50.0;
 /// which stand on it, and W3's three cars, of steel, which drive forward at 10, 5 and 15 m/s.
 ///
 /// # Errors
-/// A material that `materials` does not have.
+/// Returns an error for a material that `materials` does not have.
 pub fn w8(materials: MaterialLookup) -> Result<Scene> {
     w8_cut(terrain::W8_QUADS, materials)
 }
@@ -25,7 +25,7 @@ pub fn w8(materials: MaterialLookup) -> Result<Scene> {
 /// which a coarse terrain has at its vertices only.
 ///
 /// # Errors
-/// A material that `materials` does not have.
+/// Returns an error for a material that `materials` does not have.
 pub fn w8_cut(quads: u32, materials: MaterialLookup) -> Result<Scene> {
     let mut scene = Scene::default();
     let asphalt = scene.material_index(&materials("asphalt")?);

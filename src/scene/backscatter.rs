@@ -25,7 +25,7 @@ pub enum Ground {
 }
 
 impl Ground {
-    /// With the names that files use.
+    /// All kinds of ground, each with the name that files use.
     pub const ALL: [(&'static str, Ground); 8] = [
         ("concrete", Ground::Concrete),
         ("arable-land", Ground::ArableLand),
@@ -75,8 +75,8 @@ impl Backscatter {
     /// Reads `oh`, `kulemin:GROUND` or `gamma:DB`, with options after commas: `gamma:-20,cross_db=-8,correlation=0.5`.
     ///
     /// # Errors
-    /// An unknown law, ground or option; a gamma above [`GAMMA_DB_MAX`]; cross_db outside -100..0, a correlation outside
-    /// -1..1; cross_db for a law that says it itself.
+    /// Returns an error for an unknown law, ground or option, for a gamma above [`GAMMA_DB_MAX`], for cross_db outside
+    /// -100..0, a correlation outside -1..1, or for cross_db for a law that says it itself.
     pub fn parse(spec: &str) -> Result<Backscatter> {
         let bad =
             |problem: &str, value: &str| BadInput::new(problem.to_string()).key("backscatter").value(value);

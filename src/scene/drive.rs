@@ -10,9 +10,10 @@ use std::f64::consts::TAU;
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DriveTable {
-    /// Along the lane.
+    /// Constant speed along the lane, m/s; from -150 to 150.
     pub speed_mps: At<f64>,
-    /// In its place [time in s, speed in m/s], straight between times, constant before the first and after the last.
+    /// Speed over time in place of `speed_mps`: pairs [time in s, speed in m/s], with straight lines between, constant
+    /// before the first and after the last.
     pub speed_profile: At<Vec<[f64; 2]>>,
     /// Moves to the side, in the order of their times.
     pub lane_change: Vec<LaneChangeTable>,
@@ -26,15 +27,15 @@ pub struct DriveTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LaneChangeTable {
-    /// Its beginning.
+    /// Time at which the move begins, s.
     pub at_s: At<f64>,
-    /// Positive to the left as the vehicle goes.
+    /// Distance of the move, m, positive to the left as the vehicle goes.
     pub by_m: At<f64>,
     /// How long it takes, s.
     pub over_s: At<f64>,
 }
 
-/// To and fro about the middle, as a sine.
+/// Sway to and fro about the middle of the lane, as a sine.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SwayTable {
@@ -42,7 +43,7 @@ pub struct SwayTable {
     pub amplitude_m: At<f64>,
     /// Time of a whole swing, s.
     pub period_s: At<f64>,
-    /// Share of a period that has passed at time zero.
+    /// Share of a period that has passed at time zero, from -1 to 1.
     #[serde(default)]
     pub phase: At<f64>,
 }
@@ -72,7 +73,7 @@ pub struct Sway {
 /// Speed and lateral motion that have been checked.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Drive {
-    /// (time, speed), times rising; one or more.
+    /// Pairs (time in s, speed in m/s), one or more, with rising times.
     pub speed: Vec<[f64; 2]>,
     /// Moves to the side.
     pub lane_changes: Vec<LaneChange>,
@@ -109,7 +110,7 @@ impl Drive {
         }
     }
 
-    /// Way since time zero: the integral of the speed, exactly.
+    /// Distance travelled since time zero, m: the integral of the speed, exactly.
     pub fn distance_m(&self, time_s: f64) -> f64 {
         let (from, to) = if time_s >= 0.0 { (0.0, time_s) } else { (time_s, 0.0) };
         let inner = self.speed.iter().map(|p| p[0]).filter(|t| (from..to).contains(t) && *t > from);
@@ -122,7 +123,7 @@ impl Drive {
         if time_s >= 0.0 { way } else { -way }
     }
 
-    /// To the left of its lateral place.
+    /// Distance at `time_s` to the left of the vehicle's lateral place, m, from lane changes and sway.
     pub fn shift_m(&self, time_s: f64) -> f64 {
         let changes = self.lane_changes.iter().map(|c| {
             let u = ((time_s - c.at_s) / c.over_s).clamp(0.0, 1.0);
@@ -136,7 +137,7 @@ impl Drive {
 /// Reads and checks a table.
 ///
 /// # Errors
-/// Both ways of giving the speed, times that do not rise, lengths of time that are not positive.
+/// Returns an error if the speed is given in both ways, times do not rise, or a length of time is not positive.
 pub fn build(doc: &Document<'_>, t: &DriveTable) -> Result<Drive> {
     let speed = |v: f64| (-150.0..=150.0).contains(&v);
     let profile = &t.speed_profile;

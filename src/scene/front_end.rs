@@ -15,7 +15,7 @@ pub struct PhaseNoise {
     pub dbc_per_hz: Vec<f64>,
 }
 
-/// What goes from the transmitters into the receivers inside the radar.
+/// Leakage from the transmitters into the receivers inside the radar.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Leakage {
     /// Power of a transmitter over that of its leakage in a receiver.
@@ -29,7 +29,7 @@ pub struct Leakage {
 pub struct Bumper {
     /// |R|² of the cover, at most 0 dB.
     pub reflection_db: f64,
-    /// Along the boresight, from the radar's phase centre.
+    /// Distance from the radar's phase centre along the boresight, m.
     pub distance_m: f64,
 }
 
@@ -38,7 +38,7 @@ pub struct Bumper {
 pub struct Butterworth {
     /// Order of the filter.
     pub order: usize,
-    /// Where the power is half.
+    /// Frequency at which the power is half, Hz.
     pub corner_hz: f64,
 }
 
@@ -61,7 +61,7 @@ pub enum SaturationKind {
     Hard,
 }
 
-/// Where the amplifiers of the intermediate frequency stop following.
+/// Limit above which the amplifiers of the intermediate frequency no longer follow the input.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Saturation {
     /// How it stops following.
@@ -103,9 +103,9 @@ pub struct IqImbalance {
 /// A constant that the mixer adds, √W at the receiver's input.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct DcOffset {
-    /// In I, √W.
+    /// Constant in I, √W.
     pub i: f64,
-    /// In Q, √W.
+    /// Constant in Q, √W.
     pub q: f64,
 }
 
@@ -120,24 +120,24 @@ pub struct ChannelErrors {
     pub position_rms_m: f64,
     /// Seed of the draws above; other devices of one design have other seeds.
     pub seed: u64,
-    /// Given for each channel, on top of what is drawn; empty for none.
+    /// Gain error of each channel, dB, on top of what is drawn; empty for none.
     pub gain_db: Vec<f64>,
     /// Phase of each channel, rad.
     pub phase_rad: Vec<f64>,
 }
 
-/// All of the front end. None is off.
+/// Settings of the whole front end; what is None is ideal.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrontEndSettings {
     /// Noise of the oscillator's phase.
     pub phase_noise: Option<PhaseNoise>,
-    /// From the transmitters into the receivers.
+    /// Leakage from the transmitters into the receivers.
     pub leakage: Option<Leakage>,
     /// A cover in front of the antennas.
     pub bumper: Option<Bumper>,
     /// Filters between mixer and converter.
     pub filters: Filters,
-    /// Where the amplifiers stop following.
+    /// Limit above which the amplifiers no longer follow the input.
     pub saturation: Option<Saturation>,
     /// The converter.
     pub adc: Option<Adc>,
@@ -160,7 +160,7 @@ pub struct FrontEndTable {
     /// Noise of the oscillator's phase.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase_noise: Option<PhaseNoiseTable>,
-    /// From the transmitters into the receivers.
+    /// Leakage from the transmitters into the receivers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub leakage: Option<LeakageTable>,
     /// A cover in front of the antennas.
@@ -169,10 +169,10 @@ pub struct FrontEndTable {
     /// A filter that takes low beat frequencies away.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub high_pass: Option<FilterTable>,
-    /// Against aliasing. Without it the filter is ideal.
+    /// A filter against aliasing; without it the filter is ideal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub low_pass: Option<FilterTable>,
-    /// Where the amplifiers stop following.
+    /// Limit above which the amplifiers no longer follow the input.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub saturation: Option<SaturationTable>,
     /// The converter.
@@ -196,17 +196,18 @@ pub struct FrontEndTable {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PhaseNoiseTable {
-    /// Distances from the carrier, rising.
+    /// Distances from the carrier, rising, Hz.
     pub offset_hz: At<Vec<f64>>,
-    /// Noise of one sideband in 1 Hz over the carrier; straight lines over lg f between, level outside.
+    /// Power of one sideband in 1 Hz over that of the carrier, dBc/Hz, for each distance; straight lines over lg f
+    /// between them, constant outside.
     pub dbc_per_hz: At<Vec<f64>>,
 }
 
-/// From the transmitters into the receivers inside the radar.
+/// Leakage from the transmitters into the receivers inside the radar.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LeakageTable {
-    /// Power of a transmitter over that of its leakage.
+    /// Power of a transmitter over that of its leakage, dB.
     pub isolation_db: At<f64>,
     /// Delay of the leaking wave, s.
     #[serde(default)]
@@ -217,7 +218,7 @@ pub struct LeakageTable {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BumperTable {
-    /// Reflected power over arriving power.
+    /// Reflected power over arriving power, dB.
     pub reflection_db: At<f64>,
     /// Distance from the antennas, m.
     pub distance_m: At<f64>,
@@ -229,17 +230,17 @@ pub struct BumperTable {
 pub struct FilterTable {
     /// Order of the filter.
     pub order: At<usize>,
-    /// Where the power is half.
+    /// Frequency at which the power is half, Hz.
     pub corner_hz: At<f64>,
 }
 
-/// Where the amplifiers of the intermediate frequency stop following.
+/// Limit above which the amplifiers of the intermediate frequency no longer follow the input.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SaturationTable {
-    /// "soft" (tanh) or "hard".
+    /// How the limit is reached: "soft" (tanh) or "hard".
     pub kind: SaturationKind,
-    /// Power at the receiver's input of a tone that reaches the limit.
+    /// Power at the receiver's input of a tone that reaches the limit, dBm.
     pub full_scale_dbm: At<f64>,
 }
 
@@ -247,23 +248,23 @@ pub struct SaturationTable {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AdcTable {
-    /// Bits of a sample.
+    /// Number of bits of a sample.
     pub bits: At<u32>,
-    /// Power at the receiver's input of a tone that fills the range.
+    /// Power at the receiver's input of a tone that fills the range, dBm.
     pub full_scale_dbm: At<f64>,
-    /// "mid-tread" (default: zero is a level) or "mid-rise".
+    /// Levels of the quantiser: "mid-tread" (default: zero is a level) or "mid-rise".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kind: Option<QuantiserKind>,
 }
 
-/// Of a mixer with I and Q.
+/// Imbalance of a mixer with I and Q.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IqTable {
-    /// Q over I.
+    /// Amplitude of Q over that of I, dB.
     #[serde(default)]
     pub gain_db: At<f64>,
-    /// How far Q lags behind its 90 degrees.
+    /// How far Q lags behind its 90 degrees, degrees.
     #[serde(default)]
     pub phase_deg: At<f64>,
 }
@@ -272,9 +273,9 @@ pub struct IqTable {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DcTable {
-    /// Its power, referred to the receiver's input.
+    /// Power of the constant, referred to the receiver's input, dBm.
     pub power_dbm: At<f64>,
-    /// 0 is I, 90 is Q.
+    /// Angle of the constant, degrees: 0 is I, 90 is Q.
     #[serde(default)]
     pub angle_deg: At<f64>,
 }
@@ -307,7 +308,7 @@ pub struct ChannelsTable {
     /// Which device of the series: other seeds draw other errors.
     #[serde(default)]
     pub seed: At<u64>,
-    /// One for each channel (transmitter by transmitter), on top of what is drawn.
+    /// Gain of each channel (transmitter by transmitter), dB, on top of what is drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_db: Option<At<Vec<f64>>>,
     /// Phase of each channel, degrees.
@@ -318,7 +319,7 @@ pub struct ChannelsTable {
 /// Checks a front end that was read as part of `doc`, of a radar with `channels` channels.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn build(doc: &Document<'_>, t: &FrontEndTable, channels: usize) -> Result<FrontEndSettings> {
     let jitter = t.jitter.clone().unwrap_or_default();
     let seconds = |a: &Option<At<f64>>| -> Result<Option<f64>> {

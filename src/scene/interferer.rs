@@ -17,23 +17,23 @@ use std::sync::Arc;
 pub struct Interferer {
     /// Name of the radar.
     pub name: String,
-    /// At the ramp's start.
+    /// Frequency at the ramp's start, Hz.
     pub start_hz: f64,
     /// Falling when negative.
     pub slope_hz_per_s: f64,
     /// Length of a ramp, s.
     pub ramp_time_s: f64,
-    /// From ramp to ramp; silent after the ramp.
+    /// Time from ramp to ramp, s; the interferer is silent after the ramp.
     pub period_s: f64,
-    /// When a ramp starts, against the middle of the frame; drawn for each frame when None.
+    /// Time at which a ramp starts, s, against the middle of the frame; drawn for each frame when None.
     pub start_s: Option<f64>,
-    /// Each ramp starts with the same phase. Otherwise each has its own, drawn.
+    /// Whether each ramp starts with the same phase; otherwise a phase is drawn for each.
     pub coherent: bool,
     /// Power that it sends, dBm.
     pub power_dbm: f64,
-    /// In the origin of its own frame.
+    /// Its antenna, in the origin of its own frame.
     pub antenna: Antenna,
-    /// At time zero.
+    /// Its pose at time zero.
     pub pose: Pose<Sensor, World>,
     /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
@@ -42,7 +42,7 @@ pub struct Interferer {
 }
 
 impl Interferer {
-    /// Its pose, and its velocity in m/s, at a time from the middle of frame 0.
+    /// Pose of the interferer, and its velocity in m/s, at a time from the middle of frame 0.
     pub fn at(&self, time_s: f64) -> (Pose<Sensor, World>, DVec3) {
         match &self.motion {
             None => {
@@ -92,7 +92,7 @@ pub struct InterfererTable {
     pub ramp_time_s: At<f64>,
     /// Time from ramp to ramp, s.
     pub chirp_period_s: At<f64>,
-    /// When one of its ramps starts, against the middle of the frame. Drawn at random when left out.
+    /// Time at which one of its ramps starts, s, against the middle of the frame; drawn at random when left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_s: Option<At<f64>>,
     /// Whether all its ramps start with the same phase (default: each with its own).
@@ -112,7 +112,7 @@ pub struct InterfererTable {
     /// Exponent of the cosine over elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_exponent: Option<At<f64>>,
-    /// In the world at time zero.
+    /// Place in the world at time zero, [forward, left, up], m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_m: Option<At<[f64; 3]>>,
     /// 180 looks back along the road. On a trajectory it counts from the heading.
@@ -127,7 +127,7 @@ pub struct InterfererTable {
     /// Velocity in the world, m/s.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
-    /// In place of position and velocity: where it is when, and where it heads.
+    /// Where the interferer is at which time, and where it heads, in place of position and velocity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trajectory: Option<TrajectoryTable>,
 }
@@ -135,7 +135,7 @@ pub struct InterfererTable {
 /// Checks an interferer that was read as part of a document; `key` is that of its table.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub(super) fn build(places: &mut PlaceReader<'_, '_>, key: &str, t: &InterfererTable) -> Result<Interferer> {
     let doc = places.doc;
     let carrier_hz = doc.in_range(&t.carrier_hz, 1e8..=3e12, "centre of the sweep in hertz, as in 77e9")?;

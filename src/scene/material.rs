@@ -7,7 +7,7 @@ use crate::base::units::EPS0;
 use num_complex::Complex64;
 use std::sync::OnceLock;
 
-/// What the surface is made of. Time convention e^{+j omega t}, so eps = eps' - j eps''.
+/// Electrical kind of a material. The time convention is e^{+j omega t}, so eps = eps' - j eps''.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MaterialKind {
     /// Relative permittivity 1: what stands behind a free-standing sheet.
@@ -77,7 +77,7 @@ pub struct Material {
 /// A plane layer on a material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
-    /// Without layers of its own; its roughness is not used.
+    /// Material of the layer; it has no layers of its own, and its roughness is not used.
     pub material: Material,
     /// Thickness, m.
     pub thickness_m: f64,
@@ -85,15 +85,15 @@ pub struct Layer {
 
 /// Thicknesses of a layer that are taken, m.
 pub const THICKNESS_M: (f64, f64) = (1e-9, 10.0);
-/// Most layers of one material.
+/// Largest number of layers of one material.
 pub const MAX_LAYERS: usize = 16;
 
 impl Layer {
     /// A layer of a material.
     ///
     /// # Errors
-    /// A thickness outside [`THICKNESS_M`], a conductor without thickness in terms of waves (pec), a material that
-    /// has layers itself.
+    /// Returns an error for a thickness outside [`THICKNESS_M`], a conductor without thickness in terms of waves (pec),
+    /// or a material that has layers itself.
     pub fn new(material: Material, thickness_m: f64) -> Result<Layer> {
         let (lo, hi) = THICKNESS_M;
         let bad = |problem: &str| {
@@ -135,7 +135,7 @@ impl Material {
     /// This material with `layers` on it, outermost first, instead of those that it had.
     ///
     /// # Errors
-    /// More than [`MAX_LAYERS`].
+    /// Returns an error for more than [`MAX_LAYERS`] layers.
     pub fn with_layers(self, layers: Vec<Layer>) -> Result<Material> {
         if layers.len() > MAX_LAYERS {
             return Err(BadInput::new("too many layers")
@@ -148,7 +148,7 @@ impl Material {
         Ok(Material { layers, ..self })
     }
 
-    /// Whether waves enter it: anything but a conductor, whatever lies on it.
+    /// Whether waves enter the material: anything but a conductor, whatever lies on it.
     pub fn is_dielectric(&self) -> bool {
         !matches!(self.kind, MaterialKind::Pec | MaterialKind::Conductor { .. })
     }
@@ -157,7 +157,7 @@ impl Material {
     /// conductor.
     ///
     /// # Errors
-    /// A frequency outside the range that the material is known for.
+    /// Returns an error for a frequency outside the range that the material is known for.
     pub fn eps_r(&self, freq_hz: f64) -> Result<Option<Complex64>> {
         let bands: Vec<(f64, f64)> = match self.kind {
             MaterialKind::Bands(bands) => bands.iter().map(|b| (b[0], b[1])).collect(),
@@ -216,7 +216,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// The built-in material of that name.
 ///
 /// # Errors
-/// An unknown name, with the nearest and all names.
+/// Returns an error for an unknown name, with the nearest and all names.
 pub fn by_name(name: &str) -> Result<Material> {
     table().iter().find(|m| m.name == name).cloned().ok_or_else(|| unknown(name).into())
 }
@@ -225,7 +225,7 @@ pub fn by_name(name: &str) -> Result<Material> {
 /// base outwards. A free-standing sheet has the base `air`. The spec is its name.
 ///
 /// # Errors
-/// An unknown name, a thickness that is missing or outside [`THICKNESS_M`].
+/// Returns an error for an unknown name, a thickness that is missing or outside [`THICKNESS_M`].
 pub fn parse_spec(spec: &str) -> Result<Material> {
     let mut parts = spec.split('+').map(str::trim);
     let base = by_name(parts.next().unwrap_or_default())?;

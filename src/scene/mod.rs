@@ -78,7 +78,7 @@ pub struct Object {
 }
 
 impl Object {
-    /// Where it is and how it moves at a time.
+    /// Pose and velocity of the object at a time.
     pub fn at(&self, time_s: f64) -> Moving {
         match &self.motion {
             Some(motion) => motion.at(time_s),
@@ -91,14 +91,14 @@ impl Object {
         }
     }
 
-    /// Gives it a motion; its pose and velocity become those at time zero.
+    /// Gives the object a motion; its pose and velocity become those at time zero.
     pub fn set_motion(&mut self, motion: Motion) {
         let now = motion.at(0.0);
         (self.pose, self.velocity_mps) = (now.pose(), now.velocity_mps);
         self.motion = Some(Arc::new(motion));
     }
 
-    /// As joints from the object's own frame.
+    /// Motion of the object as joints from its own frame.
     pub fn joints(&self) -> Vec<Joint> {
         match &self.motion {
             Some(motion) => motion.joints.clone(),
@@ -113,7 +113,7 @@ impl Object {
     }
 }
 
-/// What scatters.
+/// The shape of a scatterer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shape {
     /// A mesh, by its number in the scene.

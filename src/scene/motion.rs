@@ -34,7 +34,7 @@ impl Moving {
         Moving { rotation: pose.rotation, translation_m: pose.translation_m, ..Moving::REST }
     }
 
-    /// First `self`, then `outer`, in which self's frame lies.
+    /// The motion of `self` as seen from the frame in which `outer` lies: first `self`, then `outer`.
     pub fn then(&self, outer: &Moving) -> Moving {
         let arm = outer.rotation * self.translation_m;
         Moving {
@@ -90,10 +90,11 @@ enum TimeInterval {
 }
 
 impl<T: Copy> Channel<T> {
-    /// Values over time.
+    /// Makes a channel of values over time.
     ///
     /// # Errors
-    /// No values; times that do not increase; tangents that are not one pair a value of a cubic.
+    /// Returns an error if there are no values, times do not increase, or a cubic does not have one pair of tangents
+    /// for each value.
     pub fn new(
         times_s: Vec<f64>,
         values: Vec<T>,
@@ -124,10 +125,10 @@ impl<T: Copy> Channel<T> {
         Ok(Channel { times_s, values, tangents, interpolation, repeat_s: None, goes_on: false })
     }
 
-    /// The same over and over.
+    /// The channel that repeats itself after `period_s`.
     ///
     /// # Errors
-    /// A period that is not above zero and finite.
+    /// Returns an error for a period that is not above zero and finite.
     pub fn repeated(self, period_s: f64) -> Result<Channel<T>> {
         if !(period_s.is_finite() && period_s > 0.0) {
             return Err(BadInput::new("is no period of a motion")
@@ -139,12 +140,12 @@ impl<T: Copy> Channel<T> {
         Ok(Channel { repeat_s: Some(period_s), ..self })
     }
 
-    /// The same, which goes on beyond its ends at the rate that it has there. Rotations stand still all the same.
+    /// The channel that goes on beyond its ends at the rate that it has there. Rotations stand still all the same.
     pub fn going_on(self) -> Channel<T> {
         Channel { goes_on: true, ..self }
     }
 
-    /// Whether it goes on beyond its ends.
+    /// Whether the channel goes on beyond its ends.
     pub fn goes_on(&self) -> bool {
         self.goes_on
     }
@@ -159,7 +160,7 @@ impl<T: Copy> Channel<T> {
         &self.values
     }
 
-    /// (into, out of) each value, per second; empty unless [`Interpolation::Cubic`].
+    /// Tangents (into, out of) each value, per second; empty unless [`Interpolation::Cubic`].
     pub fn tangents(&self) -> &[(T, T)] {
         &self.tangents
     }
@@ -169,7 +170,7 @@ impl<T: Copy> Channel<T> {
         self.interpolation
     }
 
-    /// Its period, if it repeats.
+    /// Period of the channel, s, if it repeats.
     pub fn repeat_s(&self) -> Option<f64> {
         self.repeat_s
     }
@@ -216,7 +217,7 @@ impl Linear for DVec3 {
 }
 
 impl<T: Linear> Channel<T> {
-    /// Value and rate.
+    /// Value and its rate at a time.
     pub fn at(&self, time_s: f64) -> (T, T) {
         if let Some(end) = self.beyond(time_s) {
             return end;
@@ -261,7 +262,8 @@ impl<T: Linear> Channel<T> {
 }
 
 impl Channel<DQuat> {
-    /// Rotation, and its spin in rad/s along the outer axes. Linear: at a constant spin, the short way round.
+    /// Rotation at a time, and its spin in rad/s along the outer axes. Linear interpolation is at a constant spin, the
+    /// short way round.
     pub fn at(&self, time_s: f64) -> (DQuat, DVec3) {
         match self.place(time_s) {
             TimeInterval::At(i) => (self.values[i], DVec3::ZERO),
@@ -295,7 +297,7 @@ pub enum Joint {
     Fixed(DQuat, DVec3),
     /// Away from where it is at time zero, m/s.
     Line(DVec3),
-    /// About an axis (unit vector) through the origin: `angle_rad` at time zero.
+    /// A steady turn about an axis (unit vector) through the origin: `angle_rad` at time zero.
     Spin {
         /// Unit vector of the axis.
         axis: DVec3,
@@ -304,7 +306,7 @@ pub enum Joint {
         /// Angle at time zero, rad.
         angle_rad: f64,
     },
-    /// To and fro about an axis: amplitude x sin(rate t + phase).
+    /// A swing to and fro about an axis: angle amplitude × sin(rate t + phase).
     Swing {
         /// Unit vector of the axis.
         axis: DVec3,
@@ -315,7 +317,8 @@ pub enum Joint {
         /// Phase at time zero, rad.
         phase_rad: f64,
     },
-    /// About an axis through a place: a wheel or a limb of what goes at a steady speed, whose clock is ahead by `clock_s`.
+    /// A turn about an axis through a place: a wheel or a limb of what goes at a steady speed, whose clock is ahead by
+    /// `clock_s`.
     Hinge {
         /// A place on the axis, m.
         at_m: DVec3,
@@ -330,7 +333,7 @@ pub enum Joint {
         /// Way that the owner has gone, m, where its speed changes: the limb then keeps to the way, at the stride of `speed_mps`.
         way_m: Option<Arc<Channel<f64>>>,
     },
-    /// About an axis by the distance that was travelled over the radius: a wheel.
+    /// A turn about an axis by the distance that was travelled over the radius: a wheel.
     Roll {
         /// Unit vector of the axis.
         axis: DVec3,
@@ -339,7 +342,7 @@ pub enum Joint {
         /// Distance that was travelled, m.
         distance_m: Arc<Channel<f64>>,
     },
-    /// By positions and rotations over time.
+    /// A motion that is given by positions and rotations over time.
     Track {
         /// Positions, m.
         position_m: Option<Arc<Channel<DVec3>>>,
@@ -416,7 +419,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// The body in the world.
+    /// Pose and velocity of the body in the world at a time.
     pub fn at(&self, time_s: f64) -> Moving {
         self.joints.iter().fold(Moving::REST, |inner, joint| inner.then(&joint.at(time_s)))
     }

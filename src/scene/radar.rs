@@ -21,9 +21,9 @@ pub enum Sampling {
 /// Unit Jones vector in the (V, H) basis of CONVENTIONS eq. 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Polarisation {
-    /// Along V.
+    /// Component along V.
     pub v: Complex64,
-    /// Along H.
+    /// Component along H.
     pub h: Complex64,
 }
 
@@ -163,9 +163,9 @@ pub enum AngleMethod {
     Ml,
     /// MUSIC.
     Music,
-    /// For uniform lines.
+    /// Root-MUSIC, for uniform lines.
     RootMusic,
-    /// For uniform lines and rectangles.
+    /// ESPRIT, for uniform lines and rectangles.
     Esprit,
     /// MUSIC on a subspace that is tracked through snapshots.
     BiSvd,
@@ -181,7 +181,7 @@ impl AngleMethod {
 /// How many sources a cell holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Sources {
-    /// This many.
+    /// The number is given.
     Given(usize),
     /// Minimum description length.
     Mdl,
@@ -207,11 +207,11 @@ pub struct AngleSettings {
     pub method: AngleMethod,
     /// How many sources a cell holds.
     pub sources: Sources,
-    /// Most sources of one cell.
+    /// Largest number of sources of one cell.
     pub max_sources: usize,
     /// Rows and columns of the subarrays for spatial smoothing; None: chosen.
     pub subarray: Option<[usize; 2]>,
-    /// None: wherever there are subarrays.
+    /// Whether averaging goes forwards and backwards; None does so wherever there are subarrays.
     pub forward_backward: Option<bool>,
     /// Forgetting factor of the Bi-SVD.
     pub forgetting: f64,
@@ -233,7 +233,7 @@ impl Default for AngleSettings {
     }
 }
 
-/// What is made of the samples.
+/// Settings of the processing of samples.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Processing {
     /// Window of the range transform.
@@ -250,7 +250,7 @@ pub struct Processing {
     pub azimuth_bins: usize,
     /// Largest azimuth to either side, rad.
     pub azimuth_fov_rad: f64,
-    /// 1 when the array has no rows in elevation.
+    /// Number of beams in elevation; 1 when the array has no rows in elevation.
     pub elevation_bins: usize,
     /// Largest elevation up and down, rad.
     pub elevation_fov_rad: f64,
@@ -282,7 +282,7 @@ pub struct Radar {
     pub waveform: Waveform,
     /// How transmitters share a frame.
     pub multiplex: Multiplex,
-    /// From the start of a chirp (run, pulse, code) to the first sample.
+    /// Time from the start of a chirp (run, pulse, code) to the first sample, s.
     pub adc_start_s: f64,
     /// Samples a second, Hz.
     pub sample_rate_hz: f64,
@@ -313,31 +313,31 @@ pub struct Radar {
 }
 
 impl Radar {
-    /// Gives it a motion on its vehicle; its mounting becomes that of time zero.
+    /// Gives the radar a motion on its vehicle; its mounting becomes that of time zero.
     pub fn move_by(&mut self, motion: Arc<Motion>) {
         let now = motion.at(0.0);
         self.mounting = Pose::new(now.rotation, now.translation_m);
         self.motion = Some(motion);
     }
 
-    /// Its pose on the vehicle, and how that changes, at a time from the middle of frame 0.
+    /// Pose of the radar on the vehicle, and how that changes, at a time from the middle of frame 0.
     pub fn on_vehicle(&self, time_s: f64) -> Moving {
         self.motion.as_ref().map_or_else(|| Moving::at_rest(&self.mounting), |motion| motion.at(time_s))
     }
 
-    /// Channels of a cube.
+    /// Number of channels of a cube.
     pub fn channels(&self) -> usize {
         self.slots() * self.rx.len()
     }
-    /// Pairs of a transmitter and a receiver.
+    /// Number of pairs of a transmitter and a receiver.
     pub fn virtual_channels(&self) -> usize {
         self.tx.len() * self.rx.len()
     }
-    /// Chirps of one loop of one ramp.
+    /// Number of chirps of one loop of one ramp.
     pub fn slots(&self) -> usize {
         self.multiplex.slots(self.tx.len())
     }
-    /// Rows of a cube: loops, each with one chirp of every ramp.
+    /// Number of rows of a cube: loops, each with one chirp of every ramp.
     pub fn rows(&self) -> usize {
         self.chirps * self.waveform.parts()
     }
@@ -345,7 +345,7 @@ impl Radar {
     pub fn wavelength_m(&self) -> f64 {
         crate::base::units::wavelength_m(self.carrier_hz)
     }
-    /// The same radar as its `i`-th ramp sees it: a cube with every `parts`-th chirp.
+    /// The radar as its `i`-th ramp sees it: with a cube of every `parts`-th chirp.
     pub fn part(&self, i: usize) -> Radar {
         let mut part = self.clone();
         if let Waveform::Fmcw(s) = &mut part.waveform {
@@ -362,7 +362,7 @@ impl Radar {
             Waveform::Coded { chip_rate_hz, .. } => *chip_rate_hz,
         }
     }
-    /// From chirp to chirp (any transmitter).
+    /// Time from the start of one chirp to the start of the next, of any transmitter, s.
     pub fn chirp_period_s(&self) -> f64 {
         self.waveform.period_s()
     }
@@ -371,7 +371,7 @@ impl Radar {
     pub fn slope_hz_per_s(&self) -> f64 {
         self.step_hz() * self.sample_rate_hz
     }
-    /// Frequency at the start of the ramp or run.
+    /// Frequency at the start of the ramp or run, Hz.
     pub fn start_hz(&self) -> f64 {
         match &self.waveform {
             Waveform::Fmcw(s) => self.carrier_hz - 0.5 * s.ramps[s.this].bandwidth_hz,
@@ -426,7 +426,7 @@ impl Radar {
             dechirped: false,
         }
     }
-    /// Time between chirps of the same slot and ramp.
+    /// Time between chirps of the same slot and ramp, s.
     pub fn loop_period_s(&self) -> f64 {
         self.waveform.periods_s().0 * self.slots() as f64
     }
@@ -450,18 +450,18 @@ impl Radar {
             _ => Sampling::Iq,
         }
     }
-    /// Range cells kept: half the FFT where real samples are mixed with the sweep.
+    /// Number of range cells that are kept: half the FFT where real samples are mixed with the sweep.
     pub fn range_bins(&self) -> usize {
         match self.line_sampling() {
             Sampling::Real => self.processing.range_fft / 2,
             Sampling::Iq => self.processing.range_fft,
         }
     }
-    /// Width of a range cell (FFT bin): c / (2 Δf N_fft), Δf from line to line.
+    /// Width of a range cell (FFT bin), m: c / (2 Δf N_fft), Δf from line to line.
     pub fn range_bin_m(&self) -> f64 {
         crate::base::units::C0 / (2.0 * self.step_hz().abs() * self.processing.range_fft as f64)
     }
-    /// Range of cell 0: that of the first sample for pulses and codes, else 0.
+    /// Range of cell 0, m: that of the first sample for pulses and codes, else 0.
     pub fn first_range_m(&self) -> f64 {
         match self.waveform {
             Waveform::Pulse { .. } | Waveform::Coded { .. } => {
@@ -470,22 +470,22 @@ impl Radar {
             _ => 0.0,
         }
     }
-    /// Width of a Doppler cell in m/s of range rate.
+    /// Width of a Doppler cell, m/s of range rate.
     pub fn velocity_bin_mps(&self) -> f64 {
         self.wavelength_m() / (2.0 * self.loop_period_s() * self.processing.doppler_fft as f64)
     }
-    /// Rows of the range-Doppler map: the Doppler FFT, or its share of one band (DDM).
+    /// Number of rows of the range-Doppler map: the Doppler FFT, or its share of one band (DDM).
     pub fn doppler_rows(&self) -> usize {
         match self.multiplex {
             Multiplex::Ddm { bands } => self.processing.doppler_fft / bands,
             _ => self.processing.doppler_fft,
         }
     }
-    /// Largest unambiguous range.
+    /// Largest unambiguous range, m.
     pub fn max_range_m(&self) -> f64 {
         self.first_range_m() + self.range_bin_m() * self.range_bins() as f64
     }
-    /// Largest unambiguous |range rate| of a row of the map.
+    /// Largest unambiguous |range rate| of a row of the map, m/s.
     pub fn max_velocity_mps(&self) -> f64 {
         0.5 * self.velocity_bin_mps() * self.doppler_rows() as f64
     }
@@ -504,7 +504,7 @@ impl Radar {
         let lines = self.lines();
         lines.step_s * self.carrier_hz / lines.step_hz + self.middle_s()
     }
-    /// Middle of all samples of this ramp, from the middle of the frame.
+    /// Time of the middle of all samples of this ramp, from the middle of the frame, s.
     pub fn middle_s(&self) -> f64 {
         let lines = self.lines();
         self.chirp_start_s(0, 0)

@@ -66,7 +66,7 @@ pub enum PatternName {
     Isotropic,
     /// Power cos(azimuth)^azimuth_exponent cos(elevation)^elevation_exponent, zero behind.
     CosinePower,
-    /// From a CSV file (`table_file`) or the three `table_…` lists.
+    /// A table from a CSV file (`table_file`) or from the three `table_…` lists.
     Table,
 }
 
@@ -74,13 +74,13 @@ pub enum PatternName {
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AntennaTable {
-    /// V, H, +45, -45, RHCP or LHCP (default V).
+    /// Polarisation: V, H, +45, -45, RHCP or LHCP (default V).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarisation: Option<At<String>>,
-    /// Peak gain over isotropic. Default 0, and for a table its largest value.
+    /// Peak gain over isotropic, dBi; default 0, and for a table its largest value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gain_dbi: Option<At<f64>>,
-    /// Default "isotropic".
+    /// Kind of the pattern; default "isotropic".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<At<PatternName>>,
     /// Exponent of the cosine over azimuth.
@@ -99,7 +99,7 @@ pub struct AntennaTable {
     /// Elevations of the pattern's rows, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_elevation_deg: Option<At<Vec<f64>>>,
-    /// Azimuth runs fastest.
+    /// Gains of the pattern, dB, row after row: azimuth runs fastest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_gain_db: Option<At<Vec<f64>>>,
 }
@@ -108,11 +108,11 @@ pub struct AntennaTable {
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ElementTable {
-    /// Phase centre [forward, left, up] from the radar's phase centre; or give
+    /// Place of the phase centre, [forward, left, up] from the radar's phase centre, m; or give
     /// `position_half_wavelengths`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_m: Option<At<[f64; 3]>>,
-    /// The same in units of half the wavelength at `carrier_hz`.
+    /// The same place in units of half the wavelength at `carrier_hz`, in place of `position_m`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_half_wavelengths: Option<At<[f64; 3]>>,
     /// Polarisation, as that of `[antenna]`.
@@ -149,16 +149,16 @@ pub struct ElementTable {
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MountingTable {
-    /// Place from the rear-axle centre: forward, left, up, m.
+    /// Place of the radar, [forward, left, up] from the rear-axle centre, m.
     #[serde(default)]
     pub position_m: At<[f64; 3]>,
-    /// Positive to the left.
+    /// Yaw of the radar, degrees, positive to the left.
     #[serde(default)]
     pub yaw_deg: At<f64>,
-    /// Positive nose down.
+    /// Pitch of the radar, degrees, positive nose down.
     #[serde(default)]
     pub pitch_deg: At<f64>,
-    /// Positive left side up.
+    /// Roll of the radar, degrees, positive left side up.
     #[serde(default)]
     pub roll_deg: At<f64>,
 }
@@ -185,7 +185,7 @@ pub enum WindowName {
 pub struct WindowTable {
     /// Name of the window.
     pub kind: At<WindowName>,
-    /// For dolph-chebyshev, and only for it: side lobes this much below the peak.
+    /// How far the side lobes lie below the peak, dB; for dolph-chebyshev, and only for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub side_lobe_db: Option<At<f64>>,
 }
@@ -196,54 +196,55 @@ impl From<WindowName> for WindowTable {
     }
 }
 
-/// All may be left out.
+/// Processing of the samples; all keys may be left out.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessingTable {
-    /// Default Hann.
+    /// Window along range; default Hann.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_window: Option<WindowTable>,
-    /// Default Hann.
+    /// Window along Doppler; default Hann.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doppler_window: Option<WindowTable>,
-    /// Over the virtual array; default Hann.
+    /// Window over the virtual array; default Hann.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle_window: Option<WindowTable>,
-    /// At least the lines of a chirp, which are its samples but for pulses and codes (default: the next power of two).
+    /// Length of the range FFT, at least the lines of a chirp, which are its samples except for pulses and codes (default: the
+    /// next power of two).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_fft: Option<At<usize>>,
-    /// At least `chirps` (default: the next power of two).
+    /// Length of the Doppler FFT, at least `chirps` (default: the next power of two).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doppler_fft: Option<At<usize>>,
-    /// Beams from -azimuth_max_deg to azimuth_max_deg; default 64.
+    /// Number of beams from -azimuth_max_deg to azimuth_max_deg; default 64.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_bins: Option<At<usize>>,
-    /// Default 60.
+    /// Largest azimuth of a beam, degrees; default 60.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_max_deg: Option<At<f64>>,
-    /// Default 1: no elevation.
+    /// Number of beams in elevation; default 1, which means no elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_bins: Option<At<usize>>,
-    /// Default 20.
+    /// Largest elevation of a beam, degrees; default 20.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_max_deg: Option<At<f64>>,
-    /// Points of a frame that are kept, the strongest first; default 4096.
+    /// Largest number of points of a frame, of which the strongest are kept; default 4096.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_points: Option<At<usize>>,
-    /// Subtract the mean over the chirps: what stands still is gone. Default false.
+    /// Whether the mean over the chirps is subtracted, which removes what stands still; default false.
     #[serde(default, skip_serializing_if = "is_false")]
     pub remove_static: bool,
-    /// Default "none".
+    /// What is done about targets that move through range cells during the frame; default "none".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_migration: Option<At<MigrationName>>,
     /// With "keystone": range rate up to which targets are held in their range cells, also in other Doppler folds than the first, m/s.
     /// Each fold is one more transform of the frame. Default 0: the first fold alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_migration_max_mps: Option<At<f64>>,
-    /// Peaks within so many cells of a stronger one belong to it; default 0.
+    /// Number of range cells within which a peak belongs to a stronger one; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group_range_cells: Option<At<usize>>,
-    /// Cells of Doppler within which detections stand for one.
+    /// Number of Doppler cells within which a peak belongs to a stronger one; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group_doppler_cells: Option<At<usize>>,
     /// How directions are found.
@@ -279,16 +280,17 @@ fn is_false(x: &bool) -> bool {
 pub struct AngleTable {
     /// The estimator.
     pub method: At<AngleMethod>,
-    /// A number, "mdl", "aic" or "residual" (default: as many as are needed to leave noise alone).
+    /// Number of sources in a cell, or the criterion that finds it: "mdl", "aic" or "residual" (default: as many as are needed
+    /// until only noise is left).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sources: Option<At<SourcesTable>>,
-    /// Default 3.
+    /// Largest number of sources in a cell; default 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_sources: Option<At<usize>>,
-    /// Rows and columns of the subarrays for spatial smoothing; chosen when left out.
+    /// Rows and columns of the subarrays for spatial smoothing; by default the program chooses them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub subarray: Option<At<[usize; 2]>>,
-    /// Default: wherever there are subarrays.
+    /// Whether forward-backward averaging is done; by default wherever there are subarrays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forward_backward: Option<bool>,
     /// "bi-svd": forgetting factor; default 0.9.
@@ -305,7 +307,7 @@ pub struct AngleTable {
 pub enum SourcesTable {
     /// This many.
     Given(usize),
-    /// By a criterion.
+    /// The criterion that finds the number.
     By(SourcesName),
 }
 
@@ -341,22 +343,22 @@ pub enum CfarName {
 pub struct CfarTable {
     /// Which statistic of the training cells is taken.
     pub kind: At<CfarName>,
-    /// For "os": counted from the smallest training cell, from 1. Default: three quarters of them.
+    /// "os": rank of the training cell that is taken, from 1 for the smallest; default three quarters of their number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank: Option<At<usize>>,
-    /// On each side.
+    /// Number of guard cells in range on each side.
     #[serde(default)]
     pub guard_range_cells: At<usize>,
-    /// Cells of Doppler to either side that are left out.
+    /// Number of guard cells in Doppler on each side.
     #[serde(default)]
     pub guard_doppler_cells: At<usize>,
-    /// On each side, outside the guard cells.
+    /// Number of training cells in range on each side, outside the guard cells.
     #[serde(default)]
     pub train_range_cells: At<usize>,
-    /// Cells of Doppler to either side that are trained on.
+    /// Number of training cells in Doppler on each side, outside the guard cells.
     #[serde(default)]
     pub train_doppler_cells: At<usize>,
-    /// Chance that a cell of noise alone is detected.
+    /// Probability that a cell with noise alone is detected.
     pub false_alarm_probability: At<f64>,
 }
 
@@ -372,7 +374,7 @@ pub const PRESETS: [(&str, &str); 5] = [
 /// The built-in radar of that name.
 ///
 /// # Errors
-/// An unknown name, with the nearest.
+/// Returns an error for an unknown name, with the nearest.
 pub fn preset(name: &str) -> Result<Radar> {
     match PRESETS.iter().find(|(n, _)| *n == name) {
         Some((_, text)) => parse(Path::new(&format!("{name}.toml")), text),
@@ -394,7 +396,7 @@ fn unknown_preset(name: &str) -> BadInput {
 /// A preset by name, else the radar of a TOML file; a relative path is taken from `folder`.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn load(name_or_path: &str, folder: &Path) -> Result<Radar> {
     if PRESETS.iter().any(|(n, _)| *n == name_or_path) {
         return preset(name_or_path);
@@ -409,7 +411,7 @@ pub fn load(name_or_path: &str, folder: &Path) -> Result<Radar> {
 /// The radar that the value at `span` of another file names.
 ///
 /// # Errors
-/// An unknown preset or a missing file is that file's mistake.
+/// Returns an error that names the place in `doc` for an unknown preset or a missing file, and the errors of [`load`].
 pub fn named(doc: &Document<'_>, name: &str, span: &Range<usize>) -> Result<Radar> {
     let folder = doc.file().parent().unwrap_or(Path::new(""));
     if name.ends_with(".toml") {
@@ -424,7 +426,7 @@ pub fn named(doc: &Document<'_>, name: &str, span: &Range<usize>) -> Result<Rada
 /// The radar of a TOML text; `file` is named in errors, and pattern tables are looked for beside it.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn parse(file: &Path, text: &str) -> Result<Radar> {
     let doc = Document::parse(file, text)?;
     let table: RadarFile = doc.read()?;
@@ -434,7 +436,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Radar> {
 /// Checks a radar that was read as part of `doc`.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     let w = &f.waveform;
     let r = &f.receiver;
@@ -497,7 +499,8 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     Ok(radar)
 }
 
-/// Errors: effects that are modelled for ramps alone, with another waveform; leakage where transmitters send at once.
+/// Returns an error for effects that are modelled for ramps alone, with another waveform, and for leakage where
+/// transmitters send at once.
 fn check_front_end(
     doc: &Document<'_>,
     f: &RadarFile,
@@ -535,10 +538,10 @@ fn check_front_end(
     Ok(())
 }
 
-/// Pose on the vehicle.
+/// Pose of the radar on the vehicle.
 ///
 /// # Errors
-/// The first value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn mounting(doc: &Document<'_>, m: &MountingTable) -> Result<Pose<Sensor, Vehicle>> {
     let angle = |a: &At<f64>| {
         doc.in_range(a, -360.0..=360.0, "give an angle in degrees").map(|d: f64| d.to_radians())
@@ -977,7 +980,7 @@ fn table_file(doc: &Document<'_>, name: &At<String>) -> Result<(Pattern, f64)> {
 /// pattern relative to its peak and the peak.
 ///
 /// # Errors
-/// One line with the line number.
+/// Returns an error of one line with the line number if a row is wrong, missing or given twice.
 pub fn pattern_csv(file: &Path, text: &str) -> Result<(Pattern, f64)> {
     const HEADER: &str = "azimuth_deg,elevation_deg,gain_db";
     let bad = |line: usize, problem: &str| BadInput::new(problem).file(file).line(line);
@@ -1052,9 +1055,9 @@ pub fn pattern_csv(file: &Path, text: &str) -> Result<(Pattern, f64)> {
 }
 
 impl Polarisation {
-    /// Up.
+    /// Vertical polarisation, up.
     pub const V: Self = Self::new(1.0, 0.0, 0.0, 0.0);
-    /// Left.
+    /// Horizontal polarisation, to the left.
     pub const H: Self = Self::new(0.0, 0.0, 1.0, 0.0);
 
     const fn new(v_re: f64, v_im: f64, h_re: f64, h_im: f64) -> Self {
@@ -1079,7 +1082,7 @@ impl Polarisation {
         Self::NAMES.iter().find(|(n, _)| *n == name).map(|(_, p)| *p)
     }
 
-    /// Its name in the radar file, where it has one.
+    /// Name of the polarisation in the radar file, where it has one.
     pub fn name(&self) -> Option<&'static str> {
         Self::NAMES.iter().find(|(_, p)| p == self).map(|(n, _)| *n)
     }
@@ -1089,7 +1092,7 @@ impl Polarisation {
 /// rounding).
 ///
 /// # Errors
-/// A polarisation without a name.
+/// Returns an error for a polarisation without a name.
 pub fn to_toml(radar: &Radar) -> Result<String> {
     let element = |a: &Antenna| -> Result<ElementTable> {
         let polarisation = a.polarisation.name().ok_or_else(|| {

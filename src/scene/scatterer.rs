@@ -54,7 +54,7 @@ impl fmt::Debug for ScatteringTable {
     }
 }
 
-/// Up to four lines of an axis and their weights.
+/// Up to four positions on an axis and their weights, for interpolation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stencil {
     index: [usize; 4],
@@ -107,18 +107,19 @@ impl ScatteringTable {
     /// Reads a table.
     ///
     /// # Errors
-    /// With file and line: rows that do not fill a grid, with the first that is missing; rows given
-    /// twice; values that are not finite; dBsm that contradict re and im; receivers apart from the transmitter.
+    /// Returns `BadInput` with file and line for rows that do not fill a grid (it names the first that is missing),
+    /// rows given twice, values that are not finite, dBsm that contradict re and im, and receivers apart from the
+    /// transmitter.
     pub fn read(path: impl AsRef<Path>) -> Result<ScatteringTable> {
         let path = path.as_ref();
         let (_, rows) = rcs_csv::read(path)?;
         Self::from_rows(path, &rows)
     }
 
-    /// As [`read`](Self::read), from text; `path` is only named.
+    /// Parses a text as [`read`](Self::read) does a file; `path` is only named.
     ///
     /// # Errors
-    /// As [`read`](Self::read).
+    /// Returns the errors of [`read`](Self::read), except those of opening the file.
     pub fn parse(path: impl AsRef<Path>, text: String) -> Result<ScatteringTable> {
         let (_, rows) = rcs_csv::parse(&path, text)?;
         Self::from_rows(path.as_ref(), &rows)
@@ -220,7 +221,7 @@ impl ScatteringTable {
         sha256_of_bytes(&bytes)
     }
 
-    /// The file that it was read from.
+    /// The file from which the table was read.
     pub fn source(&self) -> &Path {
         &self.source
     }
@@ -240,10 +241,10 @@ impl ScatteringTable {
         (self.frequencies_hz[0], self.frequencies_hz[self.frequencies_hz.len() - 1])
     }
 
-    /// Where `freq_hz` lies among the table's frequencies.
+    /// Finds where `freq_hz` lies among the table's frequencies.
     ///
     /// # Errors
-    /// Outside them.
+    /// Returns an error if the frequency lies outside those of the table.
     pub fn band(&self, freq_hz: f64) -> Result<Stencil> {
         let (lo, hi) = self.frequency_range_hz();
         let slack = SAME_HZ * hi;
@@ -260,7 +261,8 @@ impl ScatteringTable {
         Ok(Stencil::open(&self.frequencies_hz, freq_hz.clamp(lo, hi)))
     }
 
-    /// S towards (azimuth, elevation) in radians, with the V and H of that direction; zero outside the table's angles.
+    /// Scattering matrix S towards (azimuth, elevation) in radians, m, with the V and H of that direction; zero outside
+    /// the table's angles.
     pub fn scattering(&self, band: &Stencil, azimuth: f64, elevation: f64) -> Matrix2 {
         let (Some(az), Some(el)) =
             (self.azimuth(azimuth.to_degrees()), self.elevation(elevation.to_degrees()))
@@ -454,7 +456,7 @@ fn at_azimuth(s: Matrix2, azimuth_deg: f64, elevation_deg: f64) -> Matrix2 {
     turned(&s, [[cos, -up * sin], [up * sin, cos]])
 }
 
-/// R S R^T: S in the basis whose vectors have the components `r[new][old]`.
+/// Turns S to another basis, R S R^T: the basis vectors have the components `r[new][old]`.
 pub fn turned(s: &Matrix2, r: [[f64; 2]; 2]) -> Matrix2 {
     let mut out = Matrix2::default();
     for (i, row) in out.iter_mut().enumerate() {

@@ -86,10 +86,10 @@ pub struct MountedRadar {
     pub name: At<String>,
     /// A preset or the path of a radar file.
     pub radar: At<String>,
-    /// In place of the mounting that the radar file gives.
+    /// Mounting of this radar, in place of the mounting that the radar file gives.
     pub mounting: Option<MountingTable>,
-    /// In place of a mounting: how the radar moves on the vehicle, whose rear-axle centre is the origin; in the world, where the
-    /// vehicle stands at the origin.
+    /// How the radar moves on the vehicle, whose rear-axle centre is the origin, in place of a mounting; if the vehicle
+    /// stands at the origin, how it moves in the world.
     pub trajectory: Option<TrajectoryTable>,
 }
 
@@ -161,7 +161,7 @@ pub struct SceneTable {
     pub up: Option<At<String>>,
     /// Animations of the glTF file that move it: all (default) that do not contradict each other, none, or one by its name.
     pub animation: Option<At<String>>,
-    /// For surfaces of the file whose material is missing or unknown.
+    /// Radar material for surfaces of the file whose material is missing or unknown.
     pub default_material: Option<At<String>>,
     /// Material of the file = material of the table.
     #[serde(default)]
@@ -178,12 +178,12 @@ pub struct PointTable {
     /// Class of the target.
     #[serde(default)]
     pub class: String,
-    /// At the middle of frame 0: [forward, left, up] in the world.
+    /// Place at the middle of frame 0, [forward, left, up] in the world, m.
     pub position_m: Option<At<[f64; 3]>>,
-    /// In the world; default at rest.
+    /// Velocity in the world, m/s; default at rest.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
-    /// In place of position and velocity: where it is when.
+    /// Where the point is at which time, in place of position and velocity.
     pub trajectory: Option<TrajectoryTable>,
     /// Radar cross section, dBsm.
     pub rcs_dbsm: At<f64>,
@@ -196,12 +196,12 @@ pub struct ObjectTable {
     /// Name of the object.
     #[serde(default)]
     pub name: String,
-    /// Default: what the file says, "reflector" for a reflector.
+    /// Class in labels; default what the file says, and "reflector" for a reflector.
     #[serde(default)]
     pub class: String,
     /// A .glb, .gltf, .stl or .obj file, relative to this file.
     pub file: Option<At<String>>,
-    /// As in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
+    /// Reflector and its sizes, as in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
     pub reflector: Option<At<String>>,
     /// A vehicle or a person of the library, as roads have them: passenger-car, sedan, hatchback, suv, van, truck, semi-trailer,
     /// motorcycle, cyclist, pedestrian or child. Its origin lies on the road below its middle; wheels and limbs move as it goes.
@@ -214,16 +214,16 @@ pub struct ObjectTable {
     /// that looks along +x. On a trajectory it counts from the heading.
     #[serde(default)]
     pub yaw_deg: At<f64>,
-    /// Positive nose down.
+    /// Pitch, degrees, positive nose down.
     #[serde(default)]
     pub pitch_deg: At<f64>,
-    /// Positive left side up.
+    /// Roll, degrees, positive left side up.
     #[serde(default)]
     pub roll_deg: At<f64>,
-    /// In the world; added to what the file gives its nodes.
+    /// Velocity in the world, m/s, which is added to what the file gives its nodes.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
-    /// In place of position and velocity: where its origin is when, and where it heads.
+    /// Where the object's origin is at which time, and where it heads, in place of position and velocity.
     pub trajectory: Option<TrajectoryTable>,
     /// Unit of the file's lengths.
     pub unit: Option<At<String>>,
@@ -249,14 +249,14 @@ pub struct EgoTable {
     /// Heading, positive to the left.
     #[serde(default)]
     pub yaw_deg: At<f64>,
-    /// Along the heading.
+    /// Speed along the heading, m/s.
     #[serde(default)]
     pub speed_mps: At<f64>,
     /// In place of the position and yaw: it follows a road of `scene.road`, at the speed above or as `drive` says.
     pub on_road: Option<OnRoadTable>,
     /// How it goes along that road.
     pub drive: Option<DriveTable>,
-    /// In place of all these: where its rear axle's centre is when, and where it heads.
+    /// Where the centre of the rear axle is at which time, and where the vehicle heads, in place of all other keys.
     pub trajectory: Option<TrajectoryTable>,
 }
 
@@ -264,17 +264,17 @@ pub struct EgoTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OnRoadTable {
-    /// Its name; default the first.
+    /// Name of the road; default the first.
     pub road: Option<At<String>>,
     /// Number of the lane in whose middle it drives; default on the axis.
     pub lane: Option<At<i32>>,
-    /// Along the road at time zero.
+    /// Station along the road at time zero, m.
     #[serde(default)]
     pub s_m: At<f64>,
-    /// To the left of the lane's middle as it goes.
+    /// Distance to the left of the lane's middle, as the vehicle goes, m.
     #[serde(default)]
     pub offset_m: At<f64>,
-    /// Goes against the direction of the road; default as the lane is driven.
+    /// Whether it goes against the direction of the road; default as the lane is driven.
     pub against: Option<bool>,
 }
 
@@ -284,7 +284,7 @@ pub struct OnRoadTable {
 pub struct FramesTable {
     /// Number of frames.
     pub count: At<u32>,
-    /// From the middle of a frame to the middle of the next.
+    /// Time from the middle of one frame to the middle of the next, s.
     pub interval_s: At<f64>,
 }
 
@@ -344,13 +344,13 @@ impl Default for TraceTable {
 pub struct Output {
     /// adc.npy, the samples.
     pub adc: bool,
-    /// range_doppler.npy.
+    /// Whether range_doppler.npy is written.
     pub range_doppler: bool,
     /// cfar_threshold.npy: the power that each cell of the map has to exceed, in the map's shape.
     pub cfar_threshold: bool,
     /// angle_spectra.npy and angle_cells.csv: what the angle method saw in every direction, for each cell that it searched.
     pub angle_spectra: bool,
-    /// points.csv.
+    /// Whether points.csv is written.
     pub points: bool,
     /// tracks.csv and ego_motion.csv of a run of several frames, from their points.
     pub tracks: bool,
@@ -358,13 +358,13 @@ pub struct Output {
     pub returns: bool,
     /// return_places.npy: where the path of each echo touches something, a row for each row of returns.csv.
     pub return_places: bool,
-    /// truth.json.
+    /// Whether truth.json is written.
     pub truth: bool,
     /// Classes and points on grids: mask_road.npy, mask_markers.npy, grid_road.npy, grid_markers.npy.
     pub masks: bool,
     /// scene.glb beside the frames: the whole scene as binary glTF with its motions and, of a road, its labels.
     pub scene: bool,
-    /// The PNGs.
+    /// Whether the PNGs are written.
     pub plots: bool,
 }
 
@@ -399,7 +399,7 @@ pub struct Scenario<E = EgoPlan> {
     pub name: String,
     /// Seed of all draws.
     pub seed: u64,
-    /// One or more; names differ.
+    /// Radars, one or more, with different names.
     pub radars: Vec<Radar>,
     /// What stands there.
     pub scene: SceneSource,
@@ -512,7 +512,7 @@ pub struct Placed {
     pub class: String,
     /// What it is made from.
     pub source: ObjectSource,
-    /// Its pose in the world; with a trajectory its rotation against the heading.
+    /// Pose in the world; with a trajectory the rotation against the heading.
     pub pose: Pose<Target, World>,
     /// Velocity in the world, m/s.
     pub velocity_mps: DVec3,
@@ -524,7 +524,7 @@ pub struct Placed {
 /// read; where no road is followed, [`Scenario::without_roads`] does so too.
 pub type SitedScenario = Scenario<Ego>;
 
-/// How the vehicle that carries the radar goes, as a file says it.
+/// How the vehicle that carries the radar moves, as the file says.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EgoPlan {
     /// Its motion is known.
@@ -550,7 +550,7 @@ impl EgoPlan {
         }
     }
 
-    /// Its motion, where no road has to be built for it.
+    /// The ego vehicle whose motion is known, where no road has to be built for it.
     pub fn free(&self) -> Option<&Ego> {
         match self {
             EgoPlan::Free(ego) => Some(ego),
@@ -587,12 +587,12 @@ pub struct OnRoad {
     pub against: Option<bool>,
     /// Speed and lateral motion.
     pub drive: Drive,
-    /// For complaints.
+    /// The place in the file, for error messages.
     pub at: BadInput,
 }
 
 impl Ego {
-    /// Where it is and how it moves at a time counted from the middle of frame 0.
+    /// Pose and velocity of the vehicle at a time counted from the middle of frame 0.
     pub fn at(&self, time_s: f64) -> Moving {
         if let Some(motion) = &self.motion {
             return motion.at(time_s);
@@ -631,43 +631,44 @@ impl Frames {
 pub struct TraceSettings {
     /// Rays of a frame.
     pub rays: u64,
-    /// 1 to [`MAX_BOUNCES`](crate::base::convention::MAX_BOUNCES).
+    /// Number of bounces that are followed, 1 to [`MAX_BOUNCES`](crate::base::convention::MAX_BOUNCES).
     pub bounces: u32,
     /// Followed on to, until what one bounce more would bring is below the accuracy; nothing up to `bounces`.
     pub most_bounces: u32,
     /// Error that coherent sums may have, dB.
     pub accuracy_db: f64,
-    /// Most facets of curved bodies.
+    /// Largest number of facets of curved bodies.
     pub facets: u64,
-    /// Over the noise of a cell; None: what cannot show in sum is left out.
+    /// Power over the noise of a cell below which an echo is left out, dB; with None only what cannot show in sum is
+    /// left out.
     pub floor_db: Option<f64>,
-    /// Every single echo is kept.
+    /// Whether every single echo is kept.
     pub exact: bool,
     /// Which bounces of a chain radiate.
     pub convention: Convention,
 }
 
-/// Builds what this room cannot: it is given by a room below (`road`).
+/// Builds the scenes, roads and reflectors that this module does not know; `road` implements it.
 pub trait Builder {
     /// The built-in scene of that name.
     ///
     /// # Errors
-    /// What the builder refuses.
+    /// Returns an error if the scene cannot be built.
     fn builtin(&self, name: Builtin) -> Result<Scene>;
     /// The scene of a road file, its vehicles under way for `duration_s`.
     ///
     /// # Errors
-    /// What the builder refuses.
+    /// Returns an error if the road file cannot be read or its scene cannot be built.
     fn road(&self, path: &Path, duration_s: f64) -> Result<Scene>;
     /// The objects of a reflector's spec string, in its target frame.
     ///
     /// # Errors
-    /// What the builder refuses.
+    /// Returns an error if the spec is wrong or the reflector cannot be built.
     fn reflector(&self, spec: &str) -> Result<Scene>;
     /// A vehicle of the library at rest, its origin on the road below its middle.
     ///
     /// # Errors
-    /// A kind that is not in the library.
+    /// Returns an error for a kind that is not in the library.
     fn vehicle(&self, kind: &str) -> Result<Scene>;
     /// The joints of a part of a vehicle that goes at a speed, in m/s, or as far as a way says over time.
     fn driven(&self, joints: Vec<Joint>, speed_mps: f64, way_m: Option<Arc<Channel<f64>>>) -> Vec<Joint>;
@@ -677,7 +678,8 @@ impl Scenario {
     /// Reads and checks a scenario file.
     ///
     /// # Errors
-    /// One line with file, line, key, value and remedy.
+    /// Returns an error of one line with file, line, key, value and remedy if the file cannot be read or a value is not
+    /// allowed.
     pub fn load(path: &Path) -> Result<Scenario> {
         parse(path, &read_text(path)?)
     }
@@ -685,7 +687,7 @@ impl Scenario {
     /// The scenario with the motion of its ego vehicle, which follows no road.
     ///
     /// # Errors
-    /// An ego vehicle on a road: the road has to be built, by `road::site::Site`.
+    /// Returns an error if the ego vehicle is on a road, since `road::site::Site` has to build the road.
     pub fn without_roads(self) -> Result<SitedScenario> {
         match &self.ego {
             EgoPlan::Free(ego) => {
@@ -730,7 +732,7 @@ impl<E> Scenario<E> {
     /// The scene with all points and objects in it.
     ///
     /// # Errors
-    /// What a file or builder of the scene refuses.
+    /// Returns an error if a file of the scene cannot be read, or if the builder fails.
     pub fn build(&self, builder: &dyn Builder) -> Result<Scene> {
         let scene = match &self.scene {
             SceneSource::Builtin(Builtin::Empty) => Scene::default(),
@@ -743,7 +745,7 @@ impl<E> Scenario<E> {
         self.furnish(scene, builder)
     }
 
-    /// To the middle of the last frame, and a second more.
+    /// Time to the middle of the last frame, and a second more, s.
     pub fn duration_s(&self) -> f64 {
         self.frames.time_s(self.frames.count.saturating_sub(1)) + 1.0
     }
@@ -751,7 +753,7 @@ impl<E> Scenario<E> {
     /// Adds the points and objects of the scenario to a scene.
     ///
     /// # Errors
-    /// What a file or builder of the scene refuses.
+    /// Returns an error if a file of the scene cannot be read, or if the builder fails.
     pub fn furnish(&self, mut scene: Scene, builder: &dyn Builder) -> Result<Scene> {
         for p in &self.points {
             let pose = Pose::new(glam::DQuat::IDENTITY, p.position_m);
@@ -846,7 +848,7 @@ fn in_file(e: Error, at: &BadInput) -> Error {
     }
 }
 
-/// Name and class of what is placed; empty ones leave what the parts have.
+/// Name and class of an object that is placed; empty ones leave what the parts have.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Label<'a> {
     /// Name, or empty.
@@ -855,14 +857,14 @@ pub struct Label<'a> {
     pub class: &'a str,
 }
 
-/// How what is placed goes through the world.
+/// How an object that is placed moves through the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placement {
     /// Its pose at time zero.
     pub pose: Pose<Target, World>,
     /// Its velocity in the world, m/s.
     pub velocity_mps: DVec3,
-    /// From its own frame to the world, when it does not go straight on.
+    /// Motion from the thing's own frame to the world, if it does not go straight on.
     pub joints: Option<Vec<Joint>>,
 }
 
@@ -989,15 +991,17 @@ fn radars(places: &mut PlaceReader<'_, '_>, f: &ScenarioFile) -> Result<Vec<Rada
 /// Reads and checks a scenario; `file` is named in errors, and paths in it are relative to its folder.
 ///
 /// # Errors
-/// The first key or value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first key or value that is missing, unknown or outside its range, with file, line, key and
+/// remedy.
 pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
     parse_with_road(file, text, None)
 }
 
-/// The same of one whose road, if it has this name, is not on the disk yet.
+/// Parses a scenario whose road, if it has this name, is not on the disk yet.
 ///
 /// # Errors
-/// The first key or value that is missing, unknown or outside its range, with file, line, key and remedy.
+/// Returns an error for the first key or value that is missing, unknown or outside its range, with file, line, key and
+/// remedy.
 pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Result<Scenario> {
     let doc = Document::parse(file, text)?;
     let f: ScenarioFile = doc.read()?;
@@ -1236,7 +1240,7 @@ fn frames(doc: &Document<'_>, t: &FramesTable) -> Result<Frames> {
     })
 }
 
-/// Errors: the vehicle has a trajectory and a place, heading, speed or road as well.
+/// Returns an error if the vehicle has a trajectory and a place, heading, speed or road as well.
 fn check_ego_once(doc: &Document<'_>, ego: &EgoTable) -> Result<()> {
     let place = (ego.position_m.value != [0.0; 3]).then_some(("ego.position_m", &ego.position_m.span));
     let yaw = (ego.yaw_deg.value != 0.0).then_some(("ego.yaw_deg", &ego.yaw_deg.span));
@@ -1335,7 +1339,7 @@ impl<'a> From<&'a ObjectTable> for ImportTable<'a> {
 /// A commented file to start from, for `catseye init`.
 ///
 /// # Errors
-/// An unknown kind, or one that is not there yet.
+/// Returns an error for an unknown kind, or one that is not there yet.
 pub fn template(kind: &str) -> Result<&'static str> {
     const KINDS: [&str; 5] = ["scenario", "road", "radar", "recipe", "study"];
     let text = match kind {

@@ -21,7 +21,7 @@ const MAX_BYTES: u64 = 16 << 20;
 pub struct At<T> {
     /// The value.
     pub value: T,
-    /// Its bytes in the file.
+    /// Bytes of the value in the file.
     pub span: Range<usize>,
 }
 
@@ -86,18 +86,18 @@ pub struct Document<'a> {
     tree: Spanned<DeValue<'a>>,
 }
 
-/// The text of a TOML file.
+/// Reads the text of a TOML file.
 ///
 /// # Errors
-/// What is no regular file, more than 16 MiB, not UTF-8.
+/// Returns an error if the path is no regular file, or if the file is larger than 16 MiB or not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     read_text_of(path, "a TOML file", MAX_BYTES)
 }
 
-/// The text of a file of another kind, `what` in errors, of `most` bytes.
+/// Reads the text of a file of another kind, `what` in errors, of at most `most` bytes.
 ///
 /// # Errors
-/// What is no regular file, more than `most` bytes, not UTF-8.
+/// Returns an error if the path is no regular file, or if the file is larger than `most` bytes or not UTF-8.
 pub fn read_text_of(path: &Path, what: &str, most: u64) -> Result<String> {
     let bad = |problem: &str| BadInput::new(problem).file(path);
     let bytes = input::read(path, what, most)?;
@@ -110,7 +110,7 @@ pub fn read_text_of(path: &Path, what: &str, most: u64) -> Result<String> {
 /// Path and text of a file that `name` gives below the folder of the document.
 ///
 /// # Errors
-/// A name that leaves it.
+/// Returns an error for a name that leaves the folder.
 pub fn read_beside(doc: &Document<'_>, name: &At<String>) -> Result<(PathBuf, String)> {
     let relative = Path::new(&name.value);
     if !relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)) {
@@ -129,7 +129,7 @@ pub fn read_beside(doc: &Document<'_>, name: &At<String>) -> Result<(PathBuf, St
 /// document.
 ///
 /// # Errors
-/// There is no such file.
+/// Returns an error, with its place in the file, if there is no such file.
 pub fn referred(of: &Path, name: &At<String>) -> Result<PathBuf> {
     Document::parse(of, &read_text(of)?)?.beside(name)
 }
@@ -138,7 +138,7 @@ impl<'a> Document<'a> {
     /// Parses `text`; `file` is named in errors.
     ///
     /// # Errors
-    /// What is wrong, with file, line, key and value.
+    /// Returns an error with file and line if the text is not TOML.
     pub fn parse(file: impl AsRef<Path>, text: &'a str) -> Result<Self> {
         let file = file.as_ref().to_path_buf();
         match DeTable::parse(text) {
@@ -172,7 +172,7 @@ impl<'a> Document<'a> {
     /// The path of a file that this one names, relative to its folder.
     ///
     /// # Errors
-    /// There is no such file.
+    /// Returns an error, with its place in the file, if there is no such file.
     pub fn beside(&self, name: &At<String>) -> Result<PathBuf> {
         let path = self.file.parent().unwrap_or(Path::new("")).join(&name.value);
         self.existing(&name.span, &path)?;
@@ -182,7 +182,7 @@ impl<'a> Document<'a> {
     /// Checks that a file is there.
     ///
     /// # Errors
-    /// The file at `path`, which the value at `span` names, is not there.
+    /// Returns an error if the file at `path`, which the value at `span` names, is not there.
     pub fn existing(&self, span: &Range<usize>, path: &Path) -> Result<()> {
         match std::fs::metadata(path) {
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(self
@@ -193,10 +193,11 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// The document as `T`.
+    /// Reads the document as `T`.
     ///
     /// # Errors
-    /// Unknown keys (with the nearest), missing keys, wrong types, lists that are too long or too short.
+    /// Returns an error for unknown keys (with the nearest), missing keys, wrong types, lists that are too long or too
+    /// short.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
         T::deserialize(Value(&self.tree))
             .map_err(|Wrong { message, span }| self.complaint(&message, span).into())
@@ -218,10 +219,10 @@ impl<'a> Document<'a> {
         b
     }
 
-    /// The value when it lies in the range.
+    /// Returns the value if it lies in the range.
     ///
     /// # Errors
-    /// One line with the range.
+    /// Returns an error of one line with the range if the value lies outside it.
     pub fn in_range<T, R>(&self, at: &At<T>, range: R, remedy: &str) -> Result<T>
     where
         T: PartialOrd + Copy + Display,
@@ -233,10 +234,10 @@ impl<'a> Document<'a> {
         Err(self.bad(&at.span, "is out of range").allowed(range.text()).remedy(remedy).into())
     }
 
-    /// The value when it is finite.
+    /// Returns the value if it is finite.
     ///
     /// # Errors
-    /// What is wrong, with file, line, key and value.
+    /// Returns an error with file, line, key and value if the value is not finite.
     pub fn finite(&self, at: &At<f64>, remedy: &str) -> Result<f64> {
         if at.value.is_finite() {
             return Ok(at.value);
@@ -244,10 +245,10 @@ impl<'a> Document<'a> {
         Err(self.bad(&at.span, "is not a finite number").remedy(remedy).into())
     }
 
-    /// Three finite numbers no larger than a million (metres, metres per second).
+    /// Checks three numbers: finite and no larger than a million (metres, metres per second).
     ///
     /// # Errors
-    /// What is wrong, with file, line, key and value.
+    /// Returns an error with file, line, key and value if a number is not finite or too large.
     pub fn vector(&self, at: &At<[f64; 3]>) -> Result<glam::DVec3> {
         if at.value.iter().all(|x| x.abs() <= 1e6) {
             return Ok(at.value.into());
@@ -308,7 +309,7 @@ impl<'a> Document<'a> {
     }
 
     /// The innermost key whose name or value covers `span`.
-    fn locate(&self, span: &Range<usize>) -> Option<Found> {
+    fn locate(&self, span: &Range<usize>) -> Option<LocatedKey> {
         let mut best = None;
         if let DeValue::Table(table) = self.tree.get_ref() {
             search(table, "", span, &mut best);
@@ -317,14 +318,15 @@ impl<'a> Document<'a> {
     }
 }
 
-struct Found {
+/// A key of the file: its path, where its value stands, whether that is a table, and the length of its span.
+struct LocatedKey {
     path: String,
     value: Range<usize>,
     is_table: bool,
     len: usize,
 }
 
-fn search(table: &DeTable<'_>, prefix: &str, span: &Range<usize>, best: &mut Option<Found>) {
+fn search(table: &DeTable<'_>, prefix: &str, span: &Range<usize>, best: &mut Option<LocatedKey>) {
     for (key, value) in table {
         let name = key.get_ref();
         let path = if prefix.is_empty() { name.to_string() } else { format!("{prefix}.{name}") };
@@ -337,13 +339,13 @@ fn visit(
     key: Option<Range<usize>>,
     value: &Spanned<DeValue<'_>>,
     span: &Range<usize>,
-    best: &mut Option<Found>,
+    best: &mut Option<LocatedKey>,
 ) {
     let covers = |r: &Range<usize>| r.start <= span.start && span.end <= r.end && !r.is_empty();
     for r in [key, Some(value.span())].into_iter().flatten() {
         if covers(&r) && best.as_ref().is_none_or(|b| r.len() <= b.len) {
             let is_table = matches!(value.get_ref(), DeValue::Table(_));
-            *best = Some(Found { path: path.into(), value: value.span(), is_table, len: r.len() });
+            *best = Some(LocatedKey { path: path.into(), value: value.span(), is_table, len: r.len() });
         }
     }
     match value.get_ref() {
@@ -366,13 +368,13 @@ fn is_toml(file: &Path) -> bool {
     file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
-/// At most 60 characters of one line.
+/// Shortens a text to at most 60 characters of one line.
 pub(crate) fn clip(s: &str) -> String {
     let s: String = s.trim().chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     if s.chars().count() <= 60 { s } else { s.chars().take(57).chain("...".chars()).collect() }
 }
 
-/// Ranges as the user reads them.
+/// Writes ranges for people.
 pub trait RangeText {
     /// The range in words.
     fn text(&self) -> String;
@@ -384,7 +386,7 @@ impl<T: Display> RangeText for std::ops::RangeInclusive<T> {
     }
 }
 
-/// More than `low`, at most `high`.
+/// A range of values more than `low`, and at most `high`.
 pub struct Above<T> {
     /// Excluded lower end.
     pub low: T,

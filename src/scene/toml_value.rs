@@ -21,8 +21,8 @@ thread_local! {
     static SPAN: Cell<Option<(usize, usize)>> = const { Cell::new(None) };
 }
 
-/// To be called first in `visit_newtype_struct` of a newtype of the name [`SPANNED`]: the bytes of the file where its value
-/// stands; empty when the value comes from elsewhere.
+/// Takes the bytes of the file where the value of a newtype of the name [`SPANNED`] stands; empty when the value comes
+/// from elsewhere. `visit_newtype_struct` calls it first.
 pub fn take_span() -> Range<usize> {
     SPAN.take().map_or(0..0, |(start, end)| start..end)
 }
@@ -156,7 +156,8 @@ impl<'de> Deserializer<'de> for Value<'de> {
     }
 }
 
-/// In serde's words, so that a list that is too long is reported as one that is too short.
+/// The length that a list must have, in serde's words, so that a list that is too long is reported as one that is too
+/// short.
 struct ListOf(usize);
 
 impl Expected for ListOf {

@@ -87,17 +87,17 @@ pub struct TrajectoryTable {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WaypointTable {
-    /// When it is there, s.
+    /// Time of the waypoint, s.
     pub time_s: At<f64>,
-    /// Where: forward, left, up in the world, m.
+    /// Place of the waypoint: forward, left, up in the world, m.
     pub position_m: At<[f64; 3]>,
     /// Heading, positive to the left; all waypoints have one, or none has and the heading is that of the way.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub yaw_deg: Option<At<f64>>,
-    /// Positive nose down.
+    /// Pitch, degrees, positive nose down.
     #[serde(default)]
     pub pitch_deg: At<f64>,
-    /// Positive left side up.
+    /// Roll, degrees, positive left side up.
     #[serde(default)]
     pub roll_deg: At<f64>,
 }
@@ -236,8 +236,8 @@ struct Waypoints {
 /// Reads and checks a trajectory; `key` is that of its table.
 ///
 /// # Errors
-/// Waypoints given twice or not at all, fewer than two, times that do not rise, values that are not finite or too large, a heading
-/// that only some waypoints have; each with file, line and key.
+/// Returns an error with file, line and key for waypoints given twice or not at all, fewer than two, times that do not
+/// rise, values that are not finite or too large, or a heading that only some waypoints have.
 pub fn build(doc: &Document<'_>, key: &str, t: &TrajectoryTable) -> Result<Trajectory> {
     let start_s = doc.finite(&t.start_s, "give the time in seconds at which the scenario begins")?;
     let origin_m = DVec3::from(t.origin_m.value);

@@ -11,7 +11,7 @@ pub struct Ramp {
     pub bandwidth_hz: f64,
     /// Length of the ramp, s.
     pub time_s: f64,
-    /// From the start of this ramp to the start of what follows it (any transmitter).
+    /// Time from the start of this ramp to the start of what follows it, of any transmitter, s.
     pub period_s: f64,
 }
 
@@ -28,7 +28,7 @@ pub struct Slopes {
 /// Envelope of a pulse over its carrier, with a largest magnitude of 1.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PulseShape {
-    /// exp(−t²/2s²).
+    /// A Gaussian pulse exp(−t²/2s²).
     Gaussian {
         /// Full width of the spectrum at −10 dB.
         bandwidth_hz: f64,
@@ -53,7 +53,7 @@ impl PulseShape {
         10f64.ln().sqrt() / (PI * bandwidth_hz)
     }
 
-    /// ∫ p(t) e^{−j2πft} dt, seconds.
+    /// Spectrum of the pulse, ∫ p(t) e^{−j2πft} dt, s.
     pub fn spectrum(&self, f_hz: f64) -> Complex64 {
         match self {
             PulseShape::Gaussian { bandwidth_hz } => {
@@ -89,7 +89,7 @@ impl PulseShape {
         }
     }
 
-    /// The spectrum lies within ± this, Hz.
+    /// Half width of the band in which the spectrum lies, Hz.
     pub fn half_band_hz(&self) -> f64 {
         match self {
             PulseShape::Gaussian { bandwidth_hz } => {
@@ -99,7 +99,7 @@ impl PulseShape {
         }
     }
 
-    /// The envelope lies between −`.0` and +`.1` seconds.
+    /// Times (`.0`, `.1`), s, such that the envelope lies between −`.0` and +`.1`.
     pub fn extent_s(&self) -> (f64, f64) {
         match self {
             PulseShape::Gaussian { bandwidth_hz } => {
@@ -121,7 +121,7 @@ impl PulseShape {
     }
 }
 
-/// What is sent.
+/// The signal that the radar sends.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Waveform {
     /// Linear frequency modulation, mixed with what is sent.
@@ -130,7 +130,7 @@ pub enum Waveform {
     Stepped {
         /// Distance from tone to tone, Hz.
         step_hz: f64,
-        /// From the first tone of a run to the first of the next.
+        /// Time from the first tone of a run to the first tone of the next, s.
         period_s: f64,
     },
     /// Impulse radio: a pulse, and samples while its echoes come in.
@@ -146,7 +146,7 @@ pub enum Waveform {
         code: Vec<i8>,
         /// Chips a second, Hz.
         chip_rate_hz: f64,
-        /// From the code that is sampled to the next one.
+        /// Time from the code that is sampled to the next one, s.
         period_s: f64,
     },
 }
@@ -157,7 +157,7 @@ impl Waveform {
         Waveform::Fmcw(Slopes { ramps: vec![Ramp { bandwidth_hz, time_s: ramp_time_s, period_s }], this: 0 })
     }
 
-    /// How often a loop sends with each transmitter.
+    /// Number of times that a loop sends with each transmitter.
     pub fn parts(&self) -> usize {
         match self {
             Waveform::Fmcw(s) => s.ramps.len(),
@@ -173,7 +173,7 @@ impl Waveform {
         }
     }
 
-    /// From the start of one chirp, run, pulse or code to the next one's (any transmitter).
+    /// Time from the start of one chirp, run, pulse or code to the start of the next, of any transmitter, s.
     pub fn period_s(&self) -> f64 {
         match self {
             Waveform::Fmcw(s) => s.ramps[s.this].period_s,
@@ -213,7 +213,7 @@ pub struct FrequencySamples {
     pub count: usize,
     /// Frequency of the first line, Hz.
     pub first_hz: f64,
-    /// Negative when the frequency falls.
+    /// Step from one sample to the next, Hz; negative when the frequency falls.
     pub step_hz: f64,
     /// Time from line to line, s.
     pub step_s: f64,
@@ -224,7 +224,7 @@ pub struct FrequencySamples {
 }
 
 impl FrequencySamples {
-    /// With `margin` more at either end.
+    /// The same samples with `margin` more at either end.
     pub fn wider(self, margin: usize) -> FrequencySamples {
         let m = margin as f64;
         FrequencySamples {
@@ -240,12 +240,12 @@ impl FrequencySamples {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Multiplex {
-    /// One after another.
+    /// Transmitters send one after another.
     Tdm,
-    /// All at once with signs from a Hadamard matrix, in as many slots as the next power of two.
+    /// Transmitters send all at once with signs from a Hadamard matrix, in as many slots as the next power of two.
     Bpm,
-    /// All at once, transmitter k turned by k/`bands` of a turn from chirp to chirp; bands that no transmitter
-    /// has tell the folds of the range rate apart.
+    /// Transmitters send all at once, transmitter k turned by k/`bands` of a turn from chirp to chirp; bands that no
+    /// transmitter has tell the folds of the range rate apart.
     Ddm {
         /// Doppler bands, of which each transmitter takes one.
         bands: usize,
@@ -253,7 +253,7 @@ pub enum Multiplex {
 }
 
 impl Multiplex {
-    /// Chirps of one loop of one ramp.
+    /// Number of chirps of one loop of one ramp.
     pub fn slots(&self, transmitters: usize) -> usize {
         match self {
             Multiplex::Tdm => transmitters,

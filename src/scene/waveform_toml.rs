@@ -44,9 +44,9 @@ pub struct ReceiverTable {
     pub sampling: Sampling,
     /// Samples a second, Hz.
     pub sample_rate_hz: At<f64>,
-    /// Samples of one chirp.
+    /// Number of samples of one chirp.
     pub samples: At<usize>,
-    /// From the start of the ramp to the first sample.
+    /// Time from the start of the ramp to the first sample, s.
     #[serde(default)]
     pub adc_start_s: At<f64>,
     /// Noise figure, dB.
@@ -64,25 +64,26 @@ fn yes() -> bool {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WaveformTable {
-    /// Default "fmcw".
+    /// Kind of the waveform.
     #[serde(default)]
     pub kind: At<WaveformName>,
-    /// Centre of the sweep or band.
+    /// Centre of the sweep or of the band, Hz.
     pub carrier_hz: At<f64>,
-    /// "fmcw": swept during `ramp_time_s`, negative when the frequency falls. "pulse": full width of the Gaussian
-    /// pulse's spectrum at -10 dB.
+    /// "fmcw": bandwidth swept during `ramp_time_s`, Hz, negative when the frequency falls. "pulse": full width of the
+    /// Gaussian pulse's spectrum at -10 dB, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth_hz: Option<At<f64>>,
-    /// "fmcw".
+    /// "fmcw": length of a ramp, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ramp_time_s: Option<At<f64>>,
-    /// From the start of one chirp, run, pulse or code to the start of the next, of whichever transmitter.
+    /// Time from the start of one chirp, run of tones, pulse or code to the start of the next, s, whichever transmitter
+    /// sends it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chirp_period_s: Option<At<f64>>,
     /// "fmcw": several slopes in turn, in place of `bandwidth_hz`, `ramp_time_s` and `chirp_period_s`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ramp: Vec<RampTable>,
-    /// "stepped-frequency": from one tone to the next; there are as many tones as samples.
+    /// "stepped-frequency": distance from one tone to the next, Hz; there are as many tones as samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_hz: Option<At<f64>>,
     /// "pulse": CSV with the header time_s,re,im beside the radar file: the envelope over the carrier at
@@ -92,27 +93,27 @@ pub struct WaveformTable {
     /// "pulse": the envelope [re, im, re, im, ...] itself, from the first time on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pulse_samples: Option<At<Vec<f64>>>,
-    /// "pulse": of `pulse_samples`.
+    /// "pulse": sample rate of `pulse_samples`, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pulse_rate_hz: Option<At<f64>>,
-    /// "pulse": which of `pulse_samples` leaves at time zero.
+    /// "pulse": index of the one of `pulse_samples` that leaves at time zero, from 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pulse_zero: Option<At<usize>>,
-    /// "pmcw".
+    /// "pmcw": chips a second, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chip_rate_hz: Option<At<f64>>,
-    /// "pmcw": a maximum-length sequence of 2^degree - 1 chips.
+    /// "pmcw": degree of a maximum-length sequence, which has 2^degree - 1 chips.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub code_degree: Option<At<u32>>,
-    /// "pmcw": 1 and -1, an odd number of them, in place of `code_degree`.
+    /// "pmcw": the chips themselves, an odd number of 1 and -1, in place of `code_degree`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub code: Option<At<Vec<i8>>>,
-    /// Chirps (of each ramp and slot) in a frame.
+    /// Number of chirps in a frame, of each ramp and each transmitter's slot.
     pub chirps: At<usize>,
-    /// Default "tdm".
+    /// How transmitters share a frame; default "tdm".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub multiplex: Option<At<MultiplexName>>,
-    /// "ddm": Doppler bands that no transmitter has; default 1.
+    /// "ddm": number of Doppler bands that no transmitter has; default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub empty_bands: Option<At<usize>>,
 }
@@ -121,18 +122,18 @@ pub struct WaveformTable {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RampTable {
-    /// Swept during `ramp_time_s`, negative when the frequency falls.
+    /// Bandwidth swept during `ramp_time_s`, Hz, negative when the frequency falls.
     pub bandwidth_hz: At<f64>,
     /// Length of the ramp, s.
     pub ramp_time_s: At<f64>,
-    /// From the start of this ramp to the start of what follows.
+    /// Time from the start of this ramp to the start of what follows, s.
     pub chirp_period_s: At<f64>,
 }
 
 /// The waveform and how transmitters share it.
 ///
 /// # Errors
-/// Keys that are missing, belong to another kind or contradict each other.
+/// Returns an error for keys that are missing, belong to another kind or contradict each other.
 pub fn build(
     doc: &Document<'_>,
     w: &WaveformTable,
@@ -249,7 +250,7 @@ pub fn build(
     Ok((waveform, multiplex(doc, w, transmitters)?))
 }
 
-/// Errors: a key of another kind of waveform.
+/// Returns an error for a key of another kind of waveform.
 fn only(doc: &Document<'_>, w: &WaveformTable) -> Result<()> {
     use WaveformName::{Fmcw, Pmcw, Pulse, SteppedFrequency};
     let one_ramp = w.ramp.is_empty();
@@ -356,7 +357,7 @@ fn ramp(
     Ok(Ramp { bandwidth_hz: band, time_s, period_s })
 }
 
-/// Errors: samples that do not end before the next chirp.
+/// Returns an error for samples that do not end before the next chirp.
 fn fits(doc: &Document<'_>, w: &WaveformTable, r: &ReceiverTable, period_s: f64, what: &str) -> Result<()> {
     let last = r.adc_start_s.value + r.samples.value as f64 / r.sample_rate_hz.value;
     if last > period_s * (1.0 + 1e-9) {
@@ -432,7 +433,7 @@ fn scaled(
 /// Reads `time_s,re,im` rows at equidistant, rising times; the one next to zero is time zero.
 ///
 /// # Errors
-/// One line with the line number.
+/// Returns an error of one line with the line number if a row is wrong or the times are not equidistant.
 pub fn pulse_csv(file: &Path, text: &str) -> Result<PulseShape> {
     const HEADER: &str = "time_s,re,im";
     let bad = |line: usize, problem: &str| BadInput::new(problem).file(file).line(line);

@@ -74,7 +74,7 @@ pub fn liquid_of_visibility_g_per_m3(visibility_m: f64) -> f64 {
 /// Reads the table.
 ///
 /// # Errors
-/// Numbers out of range, fog given twice.
+/// Returns an error for numbers out of range, or fog given twice.
 pub fn build(doc: &Document<'_>, t: &WeatherTable) -> Result<Weather> {
     let mut w = Weather {
         rain_mm_per_h: doc.in_range(&t.rain_mm_per_h, 0.0..=RAIN_MAX_MM_PER_H, "give mm/h, as in 10")?,
@@ -123,7 +123,7 @@ impl Weather {
     /// Lays the film of water on the scene's wet materials, over the layers that they have.
     ///
     /// # Errors
-    /// A named material that the scene does not have; too many layers.
+    /// Returns an error if the scene does not have a material that is named, or if it would have too many layers.
     pub fn wet(&self, scene: &mut Scene) -> Result<()> {
         if self.wet_film_m == 0.0 {
             return Ok(());
@@ -151,7 +151,7 @@ impl Weather {
     }
 }
 
-/// By its name or, with layers on it, the name of its base.
+/// Whether a material has this name or, with layers on it, its base has it.
 fn is_named(m: &Material, name: &str) -> bool {
     m.name == name || m.name.split('+').next() == Some(name)
 }

@@ -33,7 +33,7 @@ use thermal_floor::thermal_floor_w;
 pub struct Stages {
     /// Placing the scene, s.
     pub geometry_s: f64,
-    /// Tracing, s.
+    /// Time for tracing, s.
     pub trace_s: f64,
     /// Synthesis of the cube, s.
     pub synthesis_s: f64,
@@ -59,7 +59,7 @@ pub struct Frame {
     pub radar: usize,
     /// Middle of the frame, from the middle of frame 0.
     pub time_s: f64,
-    /// Of the radar, at that time.
+    /// Pose of the radar at that time.
     pub pose: Pose<Sensor, World>,
     /// Velocity of the radar in the world, m/s.
     pub velocity_mps: DVec3,
@@ -71,7 +71,7 @@ pub struct Frame {
     pub front_end: SynthesisStats,
     /// Samples.
     pub cube: AnyCube,
-    /// One for each ramp.
+    /// Range-Doppler maps, one for each ramp.
     pub maps: Vec<RangeDoppler<f64>>,
     /// Points.
     pub points: Vec<Point>,
@@ -79,7 +79,7 @@ pub struct Frame {
     pub stages: Stages,
 }
 
-/// Where the radar is at a time from the middle of frame 0, and how fast it moves (world).
+/// Pose of the radar at a time from the middle of frame 0, and its velocity in the world, m/s.
 pub fn radar_pose(radar: &Radar, ego: &Ego, time_s: f64) -> (Pose<Sensor, World>, DVec3) {
     let now = ego.at(time_s);
     if radar.motion.is_some() {
@@ -97,7 +97,7 @@ fn radar_seed(scenario: &SitedScenario, which: usize) -> u64 {
 
 /// What is left out of a frame stays in sum this far under the noise of a cell after all channels, dB.
 const BUDGET_DB: f64 = 10.0;
-/// Without noise: this share of the power of all.
+/// Share of the power of all echoes that may be left out where there is no noise.
 const BUDGET_SHARE: f64 = 1e-10;
 /// Single echoes of facets are not worked out this far under `trace.floor_db`, dB.
 const FLOOR_MARGIN_DB: f64 = 30.0;
@@ -127,7 +127,7 @@ pub fn noise_budget(radar: &Radar) -> Budget {
 /// Settings of a scenario's frame as the tracer takes them.
 ///
 /// # Errors
-/// Weather at a frequency for which it is not known.
+/// Returns an error for weather at a frequency for which it is not known.
 pub fn trace_options(scenario: &SitedScenario, which: usize, frame: u32) -> Result<TraceOptions> {
     let settings = &scenario.trace;
     let radar = &scenario.radars[which];
@@ -170,7 +170,7 @@ pub fn trace_options(scenario: &SitedScenario, which: usize, frame: u32) -> Resu
 /// seed, engine and index give the same frame, whatever was run before.
 ///
 /// # Errors
-/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
+/// Returns an error if the frame needs more memory than the machine has, or if the engine fails.
 pub fn simulate(engine: &Engine, scenario: &SitedScenario, scene: &Scene, index: u32) -> Result<Frame> {
     simulate_with(engine, scenario, scene, (0, index), &Depths::default(), Control::default())
 }
@@ -179,7 +179,7 @@ pub fn simulate(engine: &Engine, scenario: &SitedScenario, scene: &Scene, index:
 /// how many bounces they follow; without it frame 0 is traced again for each.
 ///
 /// # Errors
-/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
+/// Returns an error if the frame needs more memory than the machine has, the engine fails, or `control` is cancelled.
 pub fn simulate_with(
     engine: &Engine,
     scenario: &SitedScenario,
@@ -194,7 +194,7 @@ pub fn simulate_with(
 /// [`Prepared::remarks`] as radar number `which` sees the scene.
 ///
 /// # Errors
-/// What the scene cannot be at the frequency of that radar.
+/// Returns an error if a material or a mesh of the scene cannot be used at the frequency of that radar.
 pub fn remarks(scenario: &SitedScenario, scene: &Scene, which: usize) -> Result<Vec<String>> {
     Prepared::of(scenario, scene, which..which + 1)?.remarks()
 }
@@ -214,7 +214,7 @@ pub struct Prepared<'a> {
 pub struct Heard {
     /// Middle of the frame, from the middle of frame 0.
     pub time_s: f64,
-    /// Of the radar, at that time.
+    /// Pose of the radar at that time.
     pub pose: Pose<Sensor, World>,
     /// Velocity of the radar in the world, m/s.
     pub velocity_mps: DVec3,
@@ -222,7 +222,7 @@ pub struct Heard {
     pub triangles: usize,
     /// Echoes of the scene.
     pub echoes: Echoes,
-    /// For placing the scene and for tracing, s.
+    /// Time taken to place the scene and to trace it, s.
     pub seconds: [f64; 2],
 }
 
@@ -243,15 +243,15 @@ impl Depths {
 }
 
 impl<'a> Prepared<'a> {
-    /// For all radars.
+    /// Prepares the scene for all radars of the scenario.
     ///
     /// # Errors
-    /// Surfaces that cannot be cut.
+    /// Returns an error if a curved surface cannot be cut.
     pub fn new(scenario: &'a SitedScenario, scene: &'a Scene) -> Result<Prepared<'a>> {
         Prepared::of(scenario, scene, 0..scenario.radars.len())
     }
 
-    /// The same, which shares with others of the scenario how many bounces their frames follow.
+    /// Shares with other radars of the scenario how many bounces their frames follow.
     pub fn sharing(self, depths: &Depths) -> Prepared<'a> {
         Prepared { depths: depths.clone(), ..self }
     }
@@ -278,7 +278,8 @@ impl<'a> Prepared<'a> {
     /// Frame `index` of radar number `which`.
     ///
     /// # Errors
-    /// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
+    /// Returns an error if the frame needs more memory than the machine has, the engine fails, or `control` is
+    /// cancelled.
     pub fn frame(&self, engine: &Engine, which: usize, index: u32, control: Control<'_>) -> Result<Frame> {
         self.frame_within(engine, which, index, budget(self.scenario, which), control)
     }
@@ -287,7 +288,7 @@ impl<'a> Prepared<'a> {
     /// the number of places and a remedy. None for a scene that is clean.
     ///
     /// # Errors
-    /// What the scene cannot be at the frequency of its first radar.
+    /// Returns an error if a material or a mesh of the scene cannot be used at the frequency of the first radar.
     pub fn remarks(&self) -> Result<Vec<String>> {
         let Some(seen) = self.radars.first() else { return Ok(Vec::new()) };
         let radar = &self.scenario.radars[self.first];
@@ -301,7 +302,7 @@ impl<'a> Prepared<'a> {
     /// What the radar hears in frame `index`, before anything is synthesised.
     ///
     /// # Errors
-    /// What the scene or the weather cannot be at this frequency.
+    /// Returns an error if a material, a mesh or the weather cannot be used at the radar's frequency.
     pub fn echoes(&self, engine: &Engine, which: usize, index: u32) -> Result<Heard> {
         self.heard(engine, which, index, budget(self.scenario, which))
     }
@@ -447,8 +448,8 @@ fn arrivals(scenario: &SitedScenario, scene: &Scene, which: usize, time_s: f64) 
 /// `echoes` and `bodies` label the points, and both may be empty.
 ///
 /// # Errors
-/// A cube of another shape than the radar's, samples that are not finite, an angle method that the array does not
-/// allow.
+/// Returns an error for a cube of another shape than the radar's, samples that are not finite, or an angle method that
+/// the array does not allow.
 pub fn detect(
     engine: &Engine,
     radar: &Radar,
@@ -468,7 +469,7 @@ pub fn detect(
 /// Points of maps, with labels.
 ///
 /// # Errors
-/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
+/// Returns the errors of [`crate::detect::locate::points`].
 pub fn located(
     engine: &Engine,
     radar: &Radar,
@@ -503,7 +504,7 @@ pub struct Convergence {
 /// object's strongest echoes. Objects under the thermal noise of a cell are left out.
 ///
 /// # Errors
-/// A frame that needs more memory than there is; what the engine reports; interrupted, when cancelled.
+/// Returns an error if a frame needs more memory than the machine has, or if the engine fails.
 pub fn convergence(
     engine: &Engine,
     scenario: &SitedScenario,

@@ -31,14 +31,14 @@ pub struct PoseRecord {
     pub rotation_xyzw: [f64; 4],
     /// Velocity in the world, m/s.
     pub velocity_mps: [f64; 3],
-    /// In the world, right-handed about its direction.
+    /// Angular velocity in the world, rad/s, right-handed about its direction.
     pub spin_rad_per_s: [f64; 3],
 }
 
 /// An actor: a car with its wheels, a reflector, a rail.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ActorTruth {
-    /// Around all its parts along the axes of the first; id, name, class and motion are those of the first part.
+    /// Box around all parts along the axes of the first; id, name, class and motion are those of the first part.
     #[serde(flatten)]
     pub whole: TruthBox,
     /// Ids of its objects, the first part first.
@@ -48,10 +48,10 @@ pub struct ActorTruth {
     pub seen: Visibility,
 }
 
-/// What came back from an actor in this frame.
+/// Echoes of an actor in this frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Visibility {
-    /// Its strongest cell lies above the thermal noise of a cell.
+    /// Whether its strongest cell lies above the thermal noise of a cell.
     pub visible: bool,
     /// Echoes of it in the receiver's band.
     pub returns: usize,
@@ -68,7 +68,7 @@ pub struct Visibility {
 }
 
 impl Visibility {
-    /// What two radars see: each counts, and the stronger power.
+    /// Combines what two radars see: counts are added, and the stronger power is taken.
     pub fn and(self, other: Visibility) -> Visibility {
         Visibility {
             visible: self.visible || other.visible,
@@ -86,7 +86,7 @@ impl Visibility {
 pub struct MarkerTruth {
     /// Number of the object.
     pub id: u32,
-    /// Of its origin, in the world.
+    /// Place of the marker's origin in the world, m.
     pub position_m: [f64; 3],
     /// The row that it stands in.
     pub row: Option<String>,
@@ -96,7 +96,7 @@ pub struct MarkerTruth {
     pub bit: Option<usize>,
 }
 
-/// `truth.json`.
+/// Content of `truth.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// Number of the frame.
@@ -107,11 +107,11 @@ pub struct Truth {
     pub ego: PoseRecord,
     /// Pose of the radar.
     pub radar: PoseRecord,
-    /// Of all objects, in the order of the scene, in the world; those without `part` are wholes.
+    /// Boxes of all objects in the world, in the order of the scene; those without `part` are whole objects.
     pub boxes: Vec<TruthBox>,
-    /// Of all actors but the ground.
+    /// All actors except the ground.
     pub actors: Vec<ActorTruth>,
-    /// Within [`REACH_M`] of the radar, where the road is known; so are the next three.
+    /// Lanes within [`REACH_M`] of the radar, where the road is known; the next three have the same extent.
     pub lanes: Vec<LaneTruth>,
     /// Lines of the lanes ahead.
     pub lane_lines: Vec<LaneLine>,

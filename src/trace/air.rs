@@ -11,31 +11,31 @@ use glam::DVec3;
 /// The air at one frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Air {
-    /// One way, [V, H].
+    /// Loss of V and H on one way, dB/m.
     pub loss_db_per_m: [f64; 2],
-    /// None in dry air.
+    /// Scattering by rain; None in dry air.
     pub rain: Option<Rain>,
 }
 
-/// Classes of fall velocity that scatter back alike.
+/// Number of classes of fall velocity, which scatter back alike.
 pub const FALLS: usize = 64;
 
 /// What drops scatter back, and how they move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rain {
-    /// Cross section for each volume, 1/m.
+    /// Cross section of a volume, 1/m (m² for each m³).
     pub eta_per_m: f64,
-    /// Downwards, of equal shares of it.
+    /// Fall velocities downwards, m/s; each stands for an equal share of `eta_per_m`.
     pub fall_mps: [f64; FALLS],
-    /// In the world.
+    /// Velocity of the wind in the world, m/s.
     pub wind_mps: DVec3,
 }
 
 impl Air {
-    /// None in dry air.
+    /// Computes the air's loss and rain at a frequency; None in dry air.
     ///
     /// # Errors
-    /// A frequency for which the formulas do not hold.
+    /// Returns an error if the formulas do not hold at that frequency.
     pub fn of(weather: &Weather, freq_hz: f64) -> Result<Option<Air>> {
         if weather.is_dry_air() {
             return Ok(None);
@@ -66,7 +66,8 @@ impl Air {
         Ok(Some(Air { loss_db_per_m: rain.map(|r| r + fog), rain: drops }))
     }
 
-    /// Takes from each echo what the air takes on its path, half of it as the polarisation that was sent and half as the one received.
+    /// Multiplies each echo by the loss that the air has on its path, half of it for the polarisation that was sent and
+    /// half for the one received.
     pub fn attenuate(&self, echoes: &mut [Echo]) {
         let [v, h] = self.loss_db_per_m;
         for r in echoes {

@@ -1,6 +1,6 @@
 //! What beams light of the faces that they meet, on the gpu engine.
 
-use super::beams::Params;
+use super::beams::BeamParams;
 use crate::gpu::{Access, Kernel, Tolerance};
 
 /// The kernel's row: sources, parameters, bindings and tolerance.
@@ -13,7 +13,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/trace/beam_clip.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(BeamParams::LAYOUT),
     storage: &[
         Access::Read,
         Access::Read,

@@ -5,7 +5,7 @@ use crate::geom::faces::Faces;
 use crate::gpu_struct;
 use glam::{DVec2, DVec3};
 
-/// Corners that a polygon may have while it is cut.
+/// Number of corners that a polygon may have while it is cut.
 pub const CAP: usize = 24;
 
 /// The quadratic phase, rad, that a cell may have across half its width when an error of 0.2 dB is allowed
@@ -18,21 +18,22 @@ const OCCLUDERS_LISTED: usize = 1024;
 /// How to follow beams and how finely to integrate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BeamOptions {
-    /// Most faces met by one beam.
+    /// Largest number of faces met by one beam.
     pub bounces: usize,
-    /// Quadratic phase across half a cell, rad (finite range only).
+    /// Quadratic phase allowed across half a cell, rad (finite range only).
     pub tau: f64,
-    /// Also find where beams leave the target, for the convention "last".
+    /// Whether to find also where beams leave the target, for the convention "last".
     pub last: bool,
-    /// Also list what is lit by way of a plane beside which it is small, whether the receiver sees it or not.
+    /// Whether to list also what is lit by way of a plane beside which it is small, whether the receiver sees it or
+    /// not.
     pub images: bool,
-    /// Up to so many faces ahead of a beam, what hides one of them is looked for among them; of more, and with 0 always, the tree
-    /// over all faces is asked. For time alone: both find the same.
+    /// Number of faces ahead of a beam up to which the faces that hide one of them are looked for among them; above it,
+    /// and with 0 always, in the tree of all faces. It changes only the time: both find the same.
     pub occluders_listed: usize,
 }
 
 impl BeamOptions {
-    /// The error of the quadratic phase grows with its square.
+    /// Options for an error of `accuracy_db`: the error of the quadratic phase grows with its square.
     pub fn new(bounces: usize, accuracy_db: f64, last: bool) -> Self {
         BeamOptions {
             bounces,
@@ -49,7 +50,7 @@ impl BeamOptions {
 pub enum Port {
     /// Unit vector from the target towards the radar at infinity.
     Far(DVec3),
-    /// At this place, m.
+    /// A port at this place, m.
     At(DVec3),
 }
 
@@ -85,7 +86,8 @@ impl Frame {
         Frame { origin, u, v, k, from_point, lead_m }
     }
 
-    /// Negative where the plane's front is lit. For a point source in metres, else the cosine.
+    /// Tells how a plane faces the source: negative where its front is lit. For a point source it is a distance, m,
+    /// else a cosine.
     #[inline]
     pub fn facing(&self, normal: DVec3, offset: f64) -> f64 {
         if self.from_point { offset - normal.dot(self.origin) } else { normal.dot(self.k) }
@@ -107,7 +109,7 @@ impl Frame {
         if self.from_point { DVec3::new(nu, nv, nk) / h } else { DVec3::new(nu, nv, -h) / nk }
     }
 
-    /// Where the ray at `uv` meets the plane.
+    /// Place where the ray at `uv` meets the plane, m.
     #[inline]
     pub fn lift(&self, uv: DVec2, nearness: DVec3) -> DVec3 {
         let q = nearness.x * uv.x + nearness.y * uv.y + nearness.z;
@@ -143,7 +145,7 @@ impl Frame {
 
 gpu_struct! {
     /// Uniform of the kernels of beams (`shaders/shared/beams.wgsl`).
-    pub struct Params {
+    pub struct BeamParams {
         pub first: u32,
         pub count: u32,
         pub mode: u32,
@@ -185,8 +187,8 @@ const LEAF_FACES: usize = 8;
 pub struct BeamArrays {
     /// Index of the body of each face, packed.
     pub body: Vec<[u32; 4]>,
-    /// All that holds for every dispatch.
-    pub params: Params,
+    /// Parameters that hold for every dispatch.
+    pub params: BeamParams,
 }
 
 impl BeamArrays {
@@ -237,7 +239,7 @@ impl BeamArrays {
         if sides_at > 0 {
             body.append(&mut sides(faces, flat_m));
         }
-        let params = Params {
+        let params = BeamParams {
             faces: faces.faces.len() as u32,
             nodes_at,
             nodes,
@@ -254,7 +256,7 @@ impl BeamArrays {
     }
 }
 
-/// For each face and each other: bit 0 when no corner of the other is above the plane, bit 1 when none is
+/// Compares each face with each other: bit 0 is set when no corner of the other is above the plane, bit 1 when none is
 /// below.
 fn sides(faces: &Faces, flat_m: f64) -> Vec<[u32; 4]> {
     let n = faces.faces.len();
@@ -272,7 +274,7 @@ fn sides(faces: &Faces, flat_m: f64) -> Vec<[u32; 4]> {
 }
 
 impl Port {
-    /// The frame of its rays towards `centre` as three words: (u, 1 / distance), (v, 0), (k, 0).
+    /// The frame of the port's rays towards `centre` as three words: (u, 1 / distance), (v, 0), (k, 0).
     pub fn words(self, centre: DVec3) -> [[f32; 4]; 3] {
         let (k, inv_distance) = match self {
             Port::Far(towards) => (-towards, 0.0),
@@ -286,8 +288,8 @@ impl Port {
         [word(u, inv_distance), word(v, 0.0), word(k, 0.0)]
     }
 
-    /// What the way from the port to `centre` is longer than that to the world's origin, m (at infinity
-    /// along the wave), and one over the distance to `centre` (1 at infinity).
+    /// How much longer the way from the port to `centre` is than that to the world's origin, m (at infinity along the
+    /// wave), and one over the distance to `centre` (1 at infinity).
     pub fn lead(self, centre: DVec3) -> (f64, f64) {
         match self {
             Port::Far(towards) => (-towards.dot(centre), 1.0),

@@ -2,7 +2,7 @@
 //! and what leaves between them (`beam_ahead`). What comes out of a step is first counted, then written to slots that prefix sums give, so
 //! that all beams of one aspect stand together and in the same order in every run.
 
-use super::beams::{BeamArrays, BeamOptions, MOST_FACES, Params, Port, RECORD, SCRATCH};
+use super::beams::{BeamArrays, BeamOptions, BeamParams, MOST_FACES, Port, RECORD, SCRATCH};
 use super::{beam_ahead, beam_clip, scan};
 use crate::base::error::{BadInput, Error, Result};
 use crate::geom::faces::Faces;
@@ -17,10 +17,10 @@ const THREADS: [usize; 2] = [1 << 15, 1016];
 pub struct Clipper<'a> {
     /// The device.
     pub gpu: &'a Gpu,
-    /// Point that places on the device are relative to, m.
+    /// Point to which places on the device are relative, m.
     pub centre: DVec3,
     /// What holds for every dispatch.
-    pub params: Params,
+    pub params: BeamParams,
     /// Faces, their corners and the tree over them ([`BeamArrays::body`]).
     pub body: Buffer<[u32; 4]>,
     no_records: Buffer<[u32; 4]>,
@@ -37,28 +37,31 @@ pub struct Beams {
     pub records: Buffer<[u32; 4]>,
     /// Number of polygons.
     pub count: usize,
-    /// First beam of each aspect, and the number of all.
+    /// Index of the first beam of each aspect, and the number of all at the end.
     pub starts: Vec<u32>,
 }
 
-/// Beams and the faces that they may light (a record's index and a face's); None: all faces from the ports.
+/// Beams with the faces that each may light, as pairs of a record's index and a face's; with None all faces are lit
+/// from the ports.
 pub type Targets<'a> = Option<(&'a Beams, &'a Buffer<[u32; 2]>)>;
 
-/// What is lit of each item, counted.
+/// Numbers of the polygons that each item lights.
 pub struct Lit {
     items: usize,
     view: usize,
-    /// Once [`ClipBatch::count_lit`] is recorded: the exclusive prefix sums of the polygons of each item, and their number at the end.
+    /// Exclusive prefix sums of the polygons of each item, with their number at the end, once [`ClipBatch::count_lit`]
+    /// is recorded.
     pub counts: Buffer<u32>,
     singles: Buffer<[u32; 4]>,
 }
 
-/// What stands ahead of each beam, counted: the exclusive prefix sums of the faces that beams meet and of the parts of them that leave.
+/// Numbers of what stands ahead of each beam: exclusive prefix sums of the faces that beams meet and of the parts of
+/// them that leave the target.
 pub struct Ahead {
     go_on: bool,
-    /// Faces that beams meet.
+    /// Sums of the faces that beams meet.
     pub met: Buffer<u32>,
-    /// Parts that leave.
+    /// Sums of the parts that leave.
     pub leaving: Buffer<u32>,
 }
 
@@ -91,7 +94,7 @@ impl<'a> Clipper<'a> {
         Ok(Clipper {
             gpu,
             centre: faces.centre_m,
-            params: Params { halvings, ..arrays.params },
+            params: BeamParams { halvings, ..arrays.params },
             body: recorder.upload("faces", &arrays.body),
             no_records: recorder.zeros("none", 1),
             no_items: recorder.zeros("none", 1),
@@ -125,13 +128,13 @@ impl<'a> Clipper<'a> {
         &self,
         recorder: &mut Recorder<'_>,
         kernel: &'static Kernel,
-        params: Params,
+        params: BeamParams,
         storage: &[&dyn AnyBuffer],
     ) {
         let most = self.threads as u32;
         for first in (0..params.count).step_by(most as usize) {
             let threads = most.min(params.count - first);
-            let params = Params { first, threads, ..params };
+            let params = BeamParams { first, threads, ..params };
             recorder.dispatch(kernel, &params, storage, Threads::Linear(threads.into()));
         }
     }
@@ -142,7 +145,7 @@ pub struct ClipBatch<'a> {
     clipper: &'a Clipper<'a>,
     /// Frames of the ports, three words each ([`Port::words`]).
     pub aspects: Buffer<[f32; 4]>,
-    /// One word, in which threads leave what they had no room for ([`check`]).
+    /// One word, in which threads mark what they had no room for ([`check`] reads it).
     pub troubles: Buffer<u32>,
 }
 
@@ -186,7 +189,7 @@ impl ClipBatch<'_> {
         singles: &Buffer<[u32; 4]>,
     ) {
         let clipper = self.clipper;
-        let params = Params {
+        let params = BeamParams {
             count: lit.items as u32,
             mode,
             level: from.is_some() as u32,
@@ -250,7 +253,8 @@ impl ClipBatch<'_> {
         exits: &Buffer<[u32; 4]>,
     ) {
         let clipper = self.clipper;
-        let params = Params { count: beams.count as u32, mode, go_on: ahead.go_on as u32, ..clipper.params };
+        let params =
+            BeamParams { count: beams.count as u32, mode, go_on: ahead.go_on as u32, ..clipper.params };
         let storage: [&dyn AnyBuffer; 9] = [
             &clipper.body,
             &self.aspects,
@@ -266,10 +270,10 @@ impl ClipBatch<'_> {
     }
 }
 
-/// Reports what threads had no room for, from the word of [`ClipBatch::troubles`].
+/// Reports what threads had no room for, given the word of [`ClipBatch::troubles`].
 ///
 /// # Errors
-/// Returns an error if the word is not 0.
+/// Returns an error if the word is not 0, which says what a thread had no room for.
 pub fn check(trouble: u32) -> Result<()> {
     let causes = [
         "polygons of more than 22 corners",

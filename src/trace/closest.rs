@@ -5,7 +5,7 @@ use crate::gpu::{Access, Buffer, Gpu, Kernel, Recorder, Threads, Tolerance, gpu_
 
 gpu_struct! {
     /// Uniform of `shaders/trace/closest.wgsl`.
-    pub struct Params {
+    pub struct ClosestHitParams {
         pub count: u32,
         pub any: u32,
     }
@@ -25,18 +25,18 @@ gpu_struct! {
 gpu_struct! {
     /// Where a ray ends: at v0 + u (v1 - v0) + v (v2 - v0) of a triangle.
     pub struct Hit {
-        /// In units of the direction's length; the ray's `t_max` for a miss.
+        /// Distance in units of the direction's length; the ray's `t_max` for a miss.
         pub t: f32,
         pub u: f32,
         pub v: f32,
-        /// In the order of the tree's leaves; [`NO_TRIANGLE`] for a miss.
+        /// Triangle in the order of the tree's leaves; [`NO_TRIANGLE`] for a miss.
         pub triangle: u32,
     }
 }
 
 /// What a ray gives that meets nothing.
 pub const NO_TRIANGLE: u32 = u32::MAX;
-/// For rays that start on no patch.
+/// Number of the patch of a ray that starts on none.
 pub const NO_PATCH: u32 = u32::MAX;
 
 /// The kernel's row: sources, parameters, bindings and tolerance.
@@ -48,7 +48,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/trace/closest.wgsl"),
     ],
     workgroup: [64, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(ClosestHitParams::LAYOUT),
     storage: &[Access::Read, Access::Read, Access::Read, Access::Read, Access::ReadWrite],
     structs: &[Ray::LAYOUT, Hit::LAYOUT],
     tolerance: Tolerance {
@@ -70,13 +70,13 @@ pub enum Find {
 /// The tree and its triangles on the device, as `shaders/shared/bvh.wgsl` reads them.
 #[derive(Clone)]
 pub struct Tree {
-    /// Five a node.
+    /// Nodes of the tree, five words each.
     pub nodes: Buffer<[u32; 4]>,
-    /// Three a triangle.
+    /// Triangles, three words each.
     pub triangles: Buffer<[f32; 4]>,
 }
 
-/// One pass over `rays`; `skip_patches` and `hits` are as long. The tree is at most 24 levels deep.
+/// Records one pass over `rays`; `skip_patches` and `hits` have their length. The tree is at most 24 levels deep.
 pub fn record(
     recorder: &mut Recorder<'_>,
     tree: &Tree,
@@ -85,7 +85,7 @@ pub fn record(
     skip_patches: &Buffer<u32>,
     hits: &Buffer<Hit>,
 ) {
-    let params = Params { count: rays.len() as u32, any: u32::from(find == Find::Any) };
+    let params = ClosestHitParams { count: rays.len() as u32, any: u32::from(find == Find::Any) };
     let threads = Threads::Linear(rays.len() as u64);
     recorder.dispatch(&KERNEL, &params, &[&tree.nodes, &tree.triangles, rays, skip_patches, hits], threads);
 }
@@ -97,7 +97,7 @@ pub fn record(
 /// If the two differ in length.
 ///
 /// # Errors
-/// Failures of the adapter.
+/// Returns an error if the adapter fails.
 pub fn hits(
     gpu: &Gpu,
     tree: &Tree,

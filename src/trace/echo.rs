@@ -9,29 +9,30 @@ use glam::DVec3;
 /// sqrt(Pt) (lambda / 4 pi) sqrt(Gt Gr) e_rx^T path_gain e_tx exp(-j k path_length) (CONVENTIONS eq. 9).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Echo {
-    /// Radar to first scatterer ... last scatterer to radar.
+    /// Length of the path from the radar over all scatterers and back, m.
     pub path_length_m: f64,
-    /// Its time derivative; range rate is half of it, positive receding.
+    /// Time derivative of the path's length, m/s; the range rate is half of it, positive when receding.
     pub path_rate_mps: f64,
-    /// Its second and third derivatives, m/s² and m/s³, such that the path is right in the middle, at the start and at the end of
-    /// the frame (CONVENTIONS eq. 141).
+    /// Second and third derivative of the path's length, m/s² and m/s³, chosen such that the path is right in the
+    /// middle, at the start and at the end of the frame (CONVENTIONS eq. 141).
     pub path_acceleration_and_jerk: [f64; 2],
-    /// Unit vector to the first scatterer, sensor frame; and the distance to it.
+    /// Unit vector to the first scatterer, sensor frame.
     pub departure: DVec3,
-    /// From the transmitter to the first place it touches, m.
+    /// Length from the transmitter to the first place that the echo touches, m.
     pub first_range_m: f64,
-    /// How departure · first_range_m changes, m/s in the sensor frame, which turns with the radar (CONVENTIONS eq. 144).
+    /// Rate of the vector departure · first_range_m, m/s in the sensor frame, which turns with the radar (CONVENTIONS
+    /// eq. 144).
     pub first_velocity_mps: DVec3,
-    /// Unit vector to the last scatterer, sensor frame; and the distance to it.
+    /// Unit vector to the last scatterer, sensor frame.
     pub arrival: DVec3,
-    /// From the last place it touches to the receiver, m.
+    /// Length from the last place that the echo touches to the receiver, m.
     pub last_range_m: f64,
-    /// How arrival · last_range_m changes, m/s in the sensor frame.
+    /// Rate of the vector arrival · last_range_m, m/s in the sensor frame.
     pub last_velocity_mps: DVec3,
     /// S[rx][tx] / (R_t R_r) in 1/m, bases (V, H) of `arrival` and `departure`; index 0 is V. R_t is
     /// the unfolded length to the last scatterer, R_r = last_range_m.
     pub path_gain: Matrix2,
-    /// Object ids in the order met; zero after the last.
+    /// Ids of the objects in the order in which they are met; zero after the last.
     pub chain: [u32; MAX_BOUNCES],
     /// Number of bounces.
     pub bounces: u8,
@@ -49,7 +50,7 @@ impl Echo {
     pub fn range_rate_mps(&self) -> f64 {
         0.5 * self.path_rate_mps
     }
-    /// Whether the path's length stays as it is, at every element of the array.
+    /// Whether the path's length does not change, at every element of the array.
     pub fn is_still(&self) -> bool {
         self.path_rate_mps == 0.0
             && self.path_acceleration_and_jerk == [0.0; 2]
@@ -79,7 +80,7 @@ pub fn strength(r: &Echo) -> f64 {
     r.path_gain.iter().flatten().map(|z| z.norm_sqr()).fold(0.0, f64::max).sqrt()
 }
 
-/// Drops the returns below `floor` times the strongest, in amplitude.
+/// Drops the echoes below `floor` times the strongest, in amplitude.
 pub fn drop_weak(echoes: &mut Vec<Echo>, floor: f64) {
     let strongest = echoes.iter().map(strength).fold(0.0, f64::max);
     echoes.retain(|r| strength(r) > floor * strongest);
@@ -90,26 +91,27 @@ pub fn drop_weak(echoes: &mut Vec<Echo>, floor: f64) {
 pub struct Echoes {
     /// The echoes.
     pub list: Vec<Echo>,
-    /// Samples of diffuse surfaces among them, before weak ones were dropped.
+    /// Number of samples of diffuse surfaces among them, before weak ones were dropped.
     pub rays: u64,
-    /// Faces that were left out because the receiver hears nothing from so far (`TraceOptions::reach_m`).
+    /// Number of faces that were left out because the receiver hears nothing from so far (`TraceOptions::reach_m`).
     pub beyond_reach: u64,
-    /// Echoes that went into others of the same place and way ([`super::merge`]).
+    /// Number of echoes that were added to others of the same place and way ([`super::merge`]).
     pub merged: u64,
-    /// Echoes that were left out because all of them together cannot show (`adc::budget`).
+    /// Number of echoes that were left out because all of them together cannot show (`adc::budget`).
     pub left_out: u64,
-    /// Sum of their powers in a channel, mean over channels, W.
+    /// Sum of the powers of those in a channel, mean over channels, W.
     pub left_out_power_w: f64,
-    /// Estimates of what one bounce more would have returned of each beam that `TraceOptions::bounces` ended: no echoes of the frame.
+    /// Estimates of what one bounce more would have returned of each beam that `TraceOptions::bounces` ended; they are
+    /// no echoes of the frame.
     pub cut: Vec<Echo>,
-    /// Bounces that were followed.
+    /// Number of bounces that were followed.
     pub bounces: usize,
     /// Power of the echoes in a channel, mean over channels, and of `cut`, W: those of one chain in one range cell are added up
     /// with their phases (`adc::budget::power_w`).
     pub power_w: f64,
     /// Power of what one bounce more would have returned, W: an estimate, seldom 6 dB too low or 20 dB too high (CONVENTIONS eq. 68).
     pub cut_power_w: f64,
-    /// Echoes that were left out because their amplitude or motion is not a finite number. Each is a fault of the mesh or of
-    /// catseye.
+    /// Number of echoes that were left out because their amplitude or motion is not a finite number. Each is a fault of
+    /// the mesh or of catseye.
     pub broken: u64,
 }

@@ -21,7 +21,7 @@ fn tiles(extent: [f64; 2], spacing: f64) -> ([u32; 2], [f64; 2]) {
 pub struct Tube {
     /// Where the ray starts, m.
     pub origin_m: DVec3,
-    /// Unit vector.
+    /// Direction of the ray, a unit vector.
     pub dir: DVec3,
     /// Edges of the tube.
     pub edge: [DVec3; 2],
@@ -38,13 +38,13 @@ pub struct PlaneGrid {
     pub step: [DVec3; 2],
     /// Number of cells along both axes.
     pub count: [u32; 2],
-    /// `first_m` lies this far before the plane through the phase reference.
+    /// Distance of `first_m` before the plane through the phase reference, m.
     pub lead_m: f64,
 }
 
 impl PlaneGrid {
-    /// Tubes of `1/rays_per_wavelength` that cover the projection of `geometry` along `dir`; phases are
-    /// referred to the target's origin.
+    /// Tubes with an edge of 1/`rays_per_wavelength` wavelengths that cover the projection of `geometry` along `dir`;
+    /// phases are referred to the target's origin.
     pub fn cover(geometry: &Geometry, dir: DVec3, rays_per_wavelength: f64) -> PlaneGrid {
         let (u, v) = polarisation_basis(dir);
         let spacing = wavelength_m(geometry.freq_hz) / rays_per_wavelength;
@@ -103,7 +103,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Axis and edges per metre, in the axes of the fan.
+    /// Axis of the cell's tube, and its edges for each metre of path, in the axes of the fan.
     #[inline]
     pub fn axis_and_edges(&self) -> (DVec3, [DVec3; 2]) {
         let (sa, ca) = self.azimuth.sin_cos();
@@ -124,7 +124,7 @@ impl Cell {
 pub struct Fan {
     /// Where the rays start, m.
     pub origin_m: DVec3,
-    /// From the axes in which azimuth and elevation of the cells are meant to the world's.
+    /// Rotation from the axes in which azimuth and elevation of the cells are meant to those of the world.
     pub rotation: DQuat,
     /// Cells of the fan.
     pub cells: Vec<Cell>,
@@ -144,7 +144,7 @@ impl Fan {
         Tube { origin_m: self.origin_m, dir: self.rotation * dir, edge: edge.map(|e| self.rotation * e) }
     }
 
-    /// A regular grid over the target's bounding sphere, `rays_per_wavelength` at its centre's distance.
+    /// A regular grid over the target's bounding sphere, with `rays_per_wavelength` at the distance of its centre.
     pub fn grid(geometry: &Geometry, origin_m: DVec3, rays_per_wavelength: f64) -> Fan {
         let (centre, radius) = geometry.bounding_sphere_m();
         let look = centre - origin_m;

@@ -28,8 +28,9 @@ fn key(r: &Echo, reach_s: f64) -> Key {
     ([whole(r.path_length_m), a, b, c, d, e, f, whole(rate), whole(change[1]), whole(change[2])], r.chain)
 }
 
-/// Adds up echoes of one place by one way, for waves of `wavenumber` (rad/m) in a frame that lasts from `reach_s` before its middle to
-/// `reach_s` after it; the sum stands where the first of them stood. Gives how many have gone.
+/// Adds up echoes of one place by one way, for waves of `wavenumber` (rad/m) in a frame that lasts from `reach_s`
+/// before its middle to `reach_s` after it; the sum stands where the first of them stood. Returns how many were added
+/// to others and removed.
 pub fn merge(list: &mut Vec<Echo>, wavenumber: f64, reach_s: f64) -> u64 {
     let before = list.len();
     let mut numbers: FastMap<Key, u32> = FastMap::with_capacity_and_hasher(before, Default::default());

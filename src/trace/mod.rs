@@ -24,45 +24,46 @@ use glam::DVec3;
 /// What to follow and what to keep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TraceOptions {
-    /// Facets met by one ray, 1..=MAX_BOUNCES.
+    /// Number of faces that one ray may meet, 1..=MAX_BOUNCES.
     pub bounces: usize,
-    /// Engines follow beams further, up to this, until what one bounce more would bring is below the accuracy; up to `bounces` it does
-    /// nothing. Only with `least_cut`.
+    /// Number of bounces up to which engines follow beams further, until what one bounce more would bring is below the
+    /// accuracy; up to `bounces` it does nothing. It needs `least_cut`.
     pub most_bounces: usize,
     /// Which bounces of a chain radiate.
     pub convention: Convention,
-    /// Returns weaker than this share of the frame's strongest (in amplitude) are not kept.
+    /// Share of the frame's strongest echo, in amplitude, below which echoes are not kept.
     pub amplitude_floor: f64,
-    /// Echoes of smooth surfaces below this (1/m) are left out, and mostly not worked out.
+    /// Strength, 1/m, below which echoes of smooth surfaces are left out, and mostly not computed.
     pub least: f64,
-    /// Of beams that the limit of bounces ends, those that could return more than this, 1/m, are asked what one bounce more would
-    /// bring ([`Echoes::cut`], CONVENTIONS eq. 68). None asks none.
+    /// Return, 1/m, above which a beam that the limit of bounces ends is asked what one bounce more would bring
+    /// ([`Echoes::cut`], CONVENTIONS eq. 68). None asks no beam.
     pub least_cut: Option<f64>,
-    /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
+    /// Error allowed in the coherent sum of what a smooth surface radiates, dB.
     pub accuracy_db: f64,
-    /// Echoes are good over this band around the carrier.
+    /// Bandwidth around the carrier over which the echoes are good, Hz.
     pub bandwidth_hz: f64,
-    /// Faces no place of which is nearer to the radar than this, m, are left out, and hide nothing: half the length of the longest
-    /// path that the receiver hears. All are kept where rough surfaces are sampled, whose squares share out all that is seen.
+    /// Distance from the radar beyond which faces are left out, and hide nothing, m: half the length of the longest
+    /// path that the receiver hears. All are kept where rough surfaces are sampled, whose squares share out all that is
+    /// seen.
     pub reach_m: f64,
-    /// Ways back over a plane that is large beside the body before it are the reciprocals of the ways out over it; false follows
-    /// beams there too (CONVENTIONS eq. 65).
+    /// Whether ways back over a plane that is large beside the body before it are taken as the reciprocals of the ways
+    /// out over it; false follows beams there too (CONVENTIONS eq. 65).
     pub images: bool,
-    /// Echoes of one place by one way are added up ([`merge`]).
+    /// Whether echoes of one place by one way are added up ([`merge`]).
     pub merge: bool,
-    /// Echoes carry the places of all of their bounces ([`Echo::places_m`]); else those of the first and the last.
+    /// Whether echoes carry the places of all of their bounces ([`Echo::places_m`]); else those of the first and the last.
     pub places: bool,
-    /// Samples of the diffuse echo of all rough surfaces, about, and as many of rain.
+    /// Approximate number of samples of the diffuse echo of all rough surfaces, and of rain.
     pub rays: u64,
     /// Seed of the scatterers on rough surfaces, which are the same in all frames, and of rain.
     pub seed: u64,
     /// Number of the frame, which selects the random numbers of diffuse samples.
     pub frame: u32,
-    /// How far the radar is off the straight way of its velocity, `Geometry::reach_s` before and after, m (world).
+    /// Deviation of the radar from the straight way of its velocity, `Geometry::reach_s` before and after, m (world).
     pub radar_sway_m: [DVec3; 2],
     /// Rate at which the radar turns, rad/s (world).
     pub radar_spin_rad_per_s: DVec3,
-    /// None: takes nothing away.
+    /// The air, which takes away from the echoes; None takes nothing.
     pub air: Option<air::Air>,
 }
 

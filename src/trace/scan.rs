@@ -5,7 +5,7 @@ use crate::gpu_struct;
 
 gpu_struct! {
     /// Uniform of `shaders/trace/scan.wgsl`.
-    pub struct Params {
+    pub struct PrefixSumParams {
         pub count: u32,
         pub mode: u32,
     }
@@ -19,7 +19,7 @@ pub static KERNEL: Kernel = Kernel {
         include_str!("../../shaders/trace/scan.wgsl"),
     ],
     workgroup: [256, 1, 1],
-    params: Some(Params::LAYOUT),
+    params: Some(PrefixSumParams::LAYOUT),
     storage: &[Access::ReadWrite, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance { relative_l2: 0.0, reason: "integers" },
@@ -33,11 +33,21 @@ pub fn record(recorder: &mut Recorder<'_>, values: &Buffer<u32>, count: usize) -
     let blocks = count.div_ceil(BLOCK).max(1);
     let totals = recorder.zeros::<u32>("scan totals", blocks);
     let threads = Threads::Linear((blocks * BLOCK / 4) as u64);
-    recorder.dispatch(&KERNEL, &Params { count: count as u32, mode: 0 }, &[values, &totals], threads);
+    recorder.dispatch(
+        &KERNEL,
+        &PrefixSumParams { count: count as u32, mode: 0 },
+        &[values, &totals],
+        threads,
+    );
     if blocks == 1 {
         return totals;
     }
     let total = record(recorder, &totals, blocks);
-    recorder.dispatch(&KERNEL, &Params { count: count as u32, mode: 1 }, &[values, &totals], threads);
+    recorder.dispatch(
+        &KERNEL,
+        &PrefixSumParams { count: count as u32, mode: 1 },
+        &[values, &totals],
+        threads,
+    );
     total
 }

@@ -29,7 +29,7 @@ pub fn windows(radar: &Radar, pose: &Pose<Sensor, World>) -> Vec<Frame> {
         .collect()
 }
 
-/// All six.
+/// The frames of all six sides of a cube around the radar.
 pub fn around(pose: &Pose<Sensor, World>) -> [Frame; 6] {
     SIDES.map(|side| {
         let [k, u, v] = side.map(|d| pose.rotation * d);

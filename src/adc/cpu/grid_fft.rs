@@ -42,7 +42,7 @@ impl Scratch {
     }
 }
 
-/// Each line from cells to samples. Lines that nothing was spread on stay zero.
+/// Transforms each line from cells to samples. Lines on which nothing was spread stay zero.
 pub fn transform(layout: &Layout, fft: &dyn Fft<f32>, grid: &mut [Complex32], scratch: &mut Scratch) {
     let (cells, samples, lines) = (layout.cells, layout.samples, layout.lines);
     // Samples are counted from the middle of the ramp, negative ones stand at the end.

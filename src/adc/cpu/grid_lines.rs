@@ -45,7 +45,7 @@ impl Table {
 pub struct Out {
     /// Whether samples are real or complex.
     pub sampling: Sampling,
-    /// To what is there.
+    /// Whether the sums are added to what is there.
     pub add: bool,
 }
 

@@ -54,15 +54,15 @@ const STILL_PART: usize = 1024;
 /// than the direct sum and accurate.
 ///
 /// # Errors
-/// Only when cancelled.
+/// Returns an error only if `control` is cancelled.
 pub fn synthesise(plan: &Plan, control: Control) -> Result<(Cube<f32>, Methods)> {
     synthesise_with(plan, costs(), control)
 }
 
-/// The same with given costs, by which tests force one method or another.
+/// Synthesises as [`synthesise`] with given costs, by which tests force one method or another.
 ///
 /// # Errors
-/// Interrupted, when `control` is cancelled.
+/// Returns an error if `control` is cancelled.
 pub fn synthesise_with(plan: &Plan, costs: &Costs, control: Control) -> Result<(Cube<f32>, Methods)> {
     let cancelled = || control.cancel.is_some_and(|c| c.load(Ordering::Relaxed));
     let still = still_rows(plan, costs, &cancelled);

@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 /// left alone.
 ///
 /// # Errors
-/// A cube that does not fit the chain, an arrival for another number of receivers.
+/// Returns an error for a cube that does not fit the chain, or an arrival for another number of receivers.
 pub fn add<T: Precision + Real>(
     cube: &mut Cube<T>,
     first_loop: usize,

@@ -8,7 +8,7 @@ pub fn wide<T: Real>(z: Complex<T>) -> Complex64 {
     Complex64::new(z.re.wide(), z.im.wide())
 }
 
-/// By a name of its own, because number types have other ways to round.
+/// Rounds to the type `T`. It has a name of its own because number types have other ways to round.
 pub fn narrow<T: Precision>(z: Complex64) -> Complex<T> {
     T::round(z)
 }

@@ -61,15 +61,15 @@ impl Precision for f32 {
 /// The cube of one frame without noise, √W.
 ///
 /// # Errors
-/// Only when cancelled.
+/// Returns an error only if `control` is cancelled.
 pub fn synthesise<T: Precision>(plan: &Plan, control: Control) -> Result<Cube<T>> {
     synthesise_some(plan, plan.set(Set::Still), plan.set(Set::Moving), control)
 }
 
-/// The same of some of the echoes at rest and of those that move.
+/// Synthesises as [`synthesise`] only some of the echoes at rest and of those that move.
 ///
 /// # Errors
-/// Interrupted, when `control` is cancelled.
+/// Returns an error if `control` is cancelled.
 pub fn synthesise_some<T: Precision>(
     plan: &Plan,
     still: &[u32],

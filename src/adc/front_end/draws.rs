@@ -31,7 +31,7 @@ pub fn normals(seed: u64, frame: u32, stream: u32, index: u64) -> [f64; 2] {
     [r * cos, r * sin]
 }
 
-/// Four words of the same generator.
+/// Four random words of the generator of [`normals`].
 pub fn words(seed: u64, frame: u32, stream: u32, index: u64) -> [u32; 4] {
     philox4x32_10([index as u32, (index >> 32) as u32, (seed >> 32) as u32, stream], [seed as u32, frame])
 }

@@ -15,22 +15,22 @@ use std::f64::consts::PI;
 const IMAGES: i32 = 32;
 
 impl Butterworth {
-    /// Low-pass response Π 1/(jf/f_c − p_k), p_k = e^{jπ(2k+n+1)/2n}; 1 at f = 0.
+    /// Response of the low-pass, Π 1/(jf/f_c − p_k), p_k = e^{jπ(2k+n+1)/2n}; it is 1 at f = 0.
     pub fn low_pass(&self, freq_hz: f64) -> Complex64 {
         self.prototype(freq_hz / self.corner_hz)
     }
 
-    /// High-pass response: the prototype at −f_c/f.
+    /// Response of the high-pass: that of the low-pass at −f_c/f in place of f/f_c.
     pub fn high_pass(&self, freq_hz: f64) -> Complex64 {
         if freq_hz == 0.0 { Complex64::ZERO } else { self.prototype(-self.corner_hz / freq_hz) }
     }
 
-    /// |H|² of the low-pass, 1/(1 + (f/f_c)^2n).
+    /// Power response |H|² of the low-pass, 1/(1 + (f/f_c)^2n).
     pub fn low_pass_power(&self, freq_hz: f64) -> f64 {
         1.0 / (1.0 + (freq_hz / self.corner_hz).powi(2 * self.order as i32))
     }
 
-    /// |H|² of the high-pass, 1/(1 + (f_c/f)^2n).
+    /// Power response |H|² of the high-pass, 1/(1 + (f_c/f)^2n).
     pub fn high_pass_power(&self, freq_hz: f64) -> f64 {
         1.0 / (1.0 + (self.corner_hz / freq_hz).powi(2 * self.order as i32))
     }
@@ -68,7 +68,7 @@ impl Filters {
         h
     }
 
-    /// |H|² of the same.
+    /// Power response |H|² of the filters at `beat_hz`.
     pub fn power(&self, beat_hz: f64) -> f64 {
         self.high_pass.map_or(1.0, |f| f.high_pass_power(beat_hz))
             * self.low_pass.map_or(1.0, |f| f.low_pass_power(beat_hz))
@@ -101,7 +101,7 @@ impl Filters {
         near + low.corner_hz / sample_rate_hz * (tail(edge_hz + freq_hz) + tail(edge_hz - freq_hz))
     }
 
-    /// √ of [`Filters::noise_density`] at the `samples` frequencies of the transform of one record, in its
+    /// Square root of [`Filters::noise_density`] at the `samples` frequencies of the transform of one record, in its
     /// order; None when all is ideal.
     pub fn noise_shape(&self, timing: &Timing, samples: usize) -> Option<Vec<f64>> {
         if self.is_off() {

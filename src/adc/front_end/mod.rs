@@ -52,8 +52,8 @@ impl Chain {
         }
     }
 
-    /// What the amplitude conj(a₀) e^{jφ} of an echo is multiplied by in `channel`: the filters at its beat
-    /// frequency and the channel's error.
+    /// Factor by which the front end multiplies the amplitude conj(a₀) e^{jφ} of an echo in `channel`: the filters at
+    /// its beat frequency and the channel's error.
     pub fn echo_gain(&self, channel: usize, beat_hz: f64) -> Complex64 {
         let error = self.channel_gains.get(channel).copied().unwrap_or(Complex64::ONE);
         error * self.settings.filters.gain(beat_hz)

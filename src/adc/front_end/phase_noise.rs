@@ -16,7 +16,8 @@ use std::ops::Range;
 const LONGEST: usize = 1 << 22;
 
 impl PhaseNoise {
-    /// L(f) as a power ratio in 1/Hz at the offset |f|: straight lines in dB over lg f, level beyond the ends.
+    /// Phase noise L(f) as a power ratio in 1/Hz at the offset |f|: straight lines in dB over lg f, level beyond the
+    /// ends.
     pub fn density_per_hz(&self, offset_hz: f64) -> f64 {
         let (f, l) = (&self.offset_hz, &self.dbc_per_hz);
         let x = offset_hz.abs();
@@ -36,20 +37,20 @@ impl PhaseNoise {
     }
 }
 
-/// Samples by which noise at the largest offset moves an echo in time, (f_s/2)/S; also half the longest
+/// Number of samples by which noise at the largest offset moves an echo in time, (f_s/2)/S; it is also half the longest
 /// delay.
 pub fn reach(timing: &Timing) -> usize {
     (0.5 * timing.sample_rate_hz.powi(2) / timing.slope_hz_per_s.abs()).ceil() as usize
 }
 
-/// Ramps that share one stretch of φ.
+/// A stretch of φ that several ramps share.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stretch {
-    /// Of `Timing::starts_s`.
+    /// Ramps of the stretch, as indices into `Timing::starts_s`.
     pub ramps: Range<usize>,
     /// Place of the first sample of each of these ramps, in half samples from the stretch's beginning.
     pub first: Vec<usize>,
-    /// Half samples; φ is periodic in it.
+    /// Number of half samples of the stretch; φ is periodic in it.
     pub length: usize,
 }
 

@@ -10,15 +10,15 @@ use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// One such path.
+/// A path by which a transmitter's wave spills into the receivers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spill {
-    /// (a of eq. 9 without its e^{−jkL} in √W, delay in s) of each channel.
+    /// For each channel the amplitude a of eq. 9 without its e^{−jkL}, √W, and the delay, s.
     pub channels: Vec<(Complex64, f64)>,
 }
 
 impl Spill {
-    /// conj(a₀) e^{jφ} of eq. 12 at `ramp_time_s` after the ramp's start, √W.
+    /// Phasor conj(a₀) e^{jφ} of eq. 12 at `ramp_time_s` after the ramp's start, √W.
     pub fn tone(&self, timing: &Timing, channel: usize, ramp_time_s: f64) -> Complex64 {
         let (a, tau) = self.channels[channel];
         let s = timing.slope_hz_per_s;

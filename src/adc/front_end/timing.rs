@@ -15,7 +15,7 @@ pub struct Timing {
     pub slope_hz_per_s: f64,
     /// Sent frequency at the ramp's start.
     pub start_hz: f64,
-    /// From the ramp's start to the first sample.
+    /// Time from the ramp's start to the first sample, s.
     pub adc_start_s: f64,
     /// Ramps of this slope that one loop holds. Channels of one ramp follow each other,
     /// so that channel c of C belongs to ramp ⌊c slots/C⌋.

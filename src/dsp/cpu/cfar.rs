@@ -17,7 +17,7 @@ pub(super) struct ColumnSums {
 }
 
 impl ColumnSums {
-    /// For the cells of row `d`.
+    /// Adds up for row `d` the training rows of each column, and the rows of its guard cells.
     pub fn gather<T: Real>(&mut self, map: &PowerMap<T>, cfar: &Cfar, d: usize) {
         let (rows, cols) = (map.doppler_bins, map.range_bins);
         let (guard, half) = (cfar.guard[0], cfar.guard[0] + cfar.train[0]);
@@ -51,12 +51,12 @@ impl ColumnSums {
         }
     }
 
-    /// As [`ColumnSums::add_along`], the rows before the guard cells only.
+    /// Adds as [`ColumnSums::add_along`] the rows before the guard cells only.
     pub fn add_before(&self, offsets: RangeInclusive<isize>, sums: &mut [f64]) {
         offsets.for_each(|offset| add(&self.before, offset, sums));
     }
 
-    /// And those after them.
+    /// Adds as [`ColumnSums::add_along`] the rows after the guard cells only.
     pub fn add_after(&self, offsets: RangeInclusive<isize>, sums: &mut [f64]) {
         offsets.for_each(|offset| add(&self.after, offset, sums));
     }

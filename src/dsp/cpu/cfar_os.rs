@@ -16,7 +16,7 @@ const BLOCK: usize = 32;
 struct Row<'a, T> {
     /// The map times the factor, rounded to `T`.
     scaled: &'a [T],
-    /// Of the map, this row's.
+    /// Power of the map in this row.
     power: &'a [T],
     mask: &'a mut [bool],
     /// Where the rows of the window begin in `scaled`, and whether the guard cells cut them.

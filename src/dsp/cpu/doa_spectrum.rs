@@ -5,7 +5,7 @@ use crate::dsp::doa_spectrum::{Forms, Steering};
 use num_complex::Complex;
 use rayon::prelude::*;
 
-/// a^H F F^H a, `[cell, direction]`.
+/// Computes the forms a^H F F^H a, `[cell, direction]`.
 pub fn spectra<T: Real>(steering: &Steering, forms: &Forms) -> Vec<T> {
     let directions = steering.directions();
     let mut out = vec![T::zero(); forms.cells * directions];

@@ -19,7 +19,7 @@ pub fn spectrum<T: Real>(cube: &Cube<T>, transform: &Transform) -> Spectrum<T> {
     spectrum_in(cube, transform, Vec::new())
 }
 
-/// The same in memory that was used before: new pages cost as much as half the transform.
+/// Computes the spectrum in memory that was used before: new pages cost as much as half the transform.
 pub fn spectrum_in<T: Real>(cube: &Cube<T>, transform: &Transform, mut data: Vec<Complex<T>>) -> Spectrum<T> {
     let len = transform.doppler_fft * transform.columns();
     if data.capacity() < len {

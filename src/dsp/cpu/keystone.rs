@@ -24,7 +24,7 @@ const BLOCK: usize = 16;
 /// The sums over chirps are exact: a chirp-z transform by Bluestein's convolution for each sample.
 ///
 /// # Errors
-/// A cube of another shape, a scale that is not one positive number a sample.
+/// Returns an error for a cube of another shape, or a scale that is not one positive number a sample.
 pub fn spectrum<T: Real>(
     cube: &Cube<T>,
     transform: &Transform,

@@ -17,7 +17,7 @@ use std::f64::consts::SQRT_2;
 /// [`lines`] without what stands still, if the radar's settings ask for that.
 ///
 /// # Errors
-/// A cube that is not this radar's.
+/// Returns an error if the cube's shape is not the radar's.
 pub fn prepared<'a, T: Real>(cube: &'a Cube<T>, radar: &Radar) -> Result<Cow<'a, Cube<T>>> {
     let mut lines = lines(cube, radar)?;
     if radar.processing.remove_static {
@@ -31,7 +31,7 @@ pub fn prepared<'a, T: Real>(cube: &'a Cube<T>, radar: &Radar) -> Result<Cow<'a,
 /// samples as they stand.
 ///
 /// # Errors
-/// A cube that is not this radar's.
+/// Returns an error if the cube's shape is not the radar's.
 pub fn lines<'a, T: Real>(cube: &'a Cube<T>, radar: &Radar) -> Result<Cow<'a, Cube<T>>> {
     let want = [radar.rows(), radar.channels(), radar.samples];
     let shape = [cube.chirps, cube.channels, cube.samples];

@@ -22,10 +22,10 @@ use crate::dsp::transform::Transform;
 use crate::dsp::{self, Cell, Detection, PowerMap, RangeDoppler, Real, Spectrum};
 use crate::scene::radar::{Cfar, CfarKind, Radar};
 
-/// From the cube to detected cells: windows, range and Doppler transform, power, CFAR, peaks, snapshots.
+/// Processes a cube to detected cells: windows, range and Doppler transform, power, CFAR, peaks, snapshots.
 ///
 /// # Errors
-/// A cube that is not this radar's, bad settings, samples that are not finite.
+/// Returns an error if the cube's shape is not the radar's, a setting is out of its range, or a sample is not finite.
 pub fn process<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<(Spectrum<T>, RangeDoppler<T>)> {
     process_by(cube, &Transform::of_cube(cube, radar)?, &radar.processing.cfar)
 }
@@ -33,7 +33,7 @@ pub fn process<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<(Spectrum<T>, R
 /// [`process`] by a transform of one's choice.
 ///
 /// # Errors
-/// As [`process`].
+/// Returns the errors of [`process`].
 pub fn process_by<T: Real>(
     cube: &Cube<T>,
     transform: &Transform,
@@ -52,10 +52,10 @@ pub fn process_by<T: Real>(
     Ok((spectrum, RangeDoppler { map, detection, cells, noise, snapshots }))
 }
 
-/// Both transforms of a cube whose shape is theirs, without range migration if they ask for that.
+/// Computes both transforms of a cube whose shape is theirs, without range migration if they ask for that.
 ///
 /// # Errors
-/// As [`keystone::spectrum`].
+/// Returns the errors of [`keystone::spectrum`].
 pub fn spectrum<T: Real>(cube: &Cube<T>, transform: &Transform) -> Result<Spectrum<T>> {
     match &transform.keystone {
         Some(k) => keystone::spectrum(cube, transform, &k.scale, k.fold),
@@ -66,7 +66,7 @@ pub fn spectrum<T: Real>(cube: &Cube<T>, transform: &Transform) -> Result<Spectr
 /// The detector that `cfar` names, on a map that is the mean over `channels` looks.
 ///
 /// # Errors
-/// A map that is empty or not finite; a detector that does not fit it.
+/// Returns an error for a map that is empty or not finite, or for a detector that does not fit it.
 pub fn detect<T: Real>(map: &PowerMap<T>, cfar: &Cfar, channels: usize) -> Result<Detection<T>> {
     dsp::cfar::check_map(map)?;
     let columns = dsp::cfar::columns(cfar, channels, map.doppler_bins, map.range_bins)?;
@@ -82,7 +82,7 @@ pub fn detect<T: Real>(map: &PowerMap<T>, cfar: &Cfar, channels: usize) -> Resul
 /// for detection, and the order statistic of every cell costs ten times what the mask does.
 ///
 /// # Errors
-/// As [`detect`]; a cell outside the map.
+/// Returns the errors of [`detect`], and an error if a cell lies outside the map.
 pub fn noise<T: Real>(map: &PowerMap<T>, cfar: &Cfar, channels: usize, cells: &[Cell]) -> Result<Vec<T>> {
     dsp::cfar::check_map(map)?;
     dsp::cfar::check_cells(map, cells)?;
@@ -93,7 +93,7 @@ pub fn noise<T: Real>(map: &PowerMap<T>, cfar: &Cfar, channels: usize, cells: &[
 /// The power in W that each cell of a map has to exceed to be detected, `[doppler, range]`.
 ///
 /// # Errors
-/// As [`detect`].
+/// Returns the errors of [`detect`].
 pub fn threshold<T: Real>(map: &PowerMap<T>, cfar: &Cfar, channels: usize) -> Result<Vec<T>> {
     let (rows, columns) = (map.doppler_bins, map.range_bins);
     let cell = |i: usize| Cell { doppler: (i / columns) as u32, range: (i % columns) as u32 };

@@ -2,7 +2,7 @@
 
 use crate::dsp::{Cell, Real, Snapshots, Spectrum};
 
-/// `[cell, channel]` out of `[doppler, channel, range]`.
+/// Gathers the snapshots `[cell, channel]` of the cells out of the spectrum `[doppler, channel, range]`.
 pub fn snapshots<T: Real>(spectrum: &Spectrum<T>, cells: &[Cell]) -> Snapshots<T> {
     let channels = spectrum.channels;
     let data = cells

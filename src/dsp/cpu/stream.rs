@@ -15,7 +15,7 @@ use rayon::prelude::*;
 /// `budget_bytes` allows for samples and spectrum, and one channel at least.
 ///
 /// # Errors
-/// Of the source; as [`super::process`]; Doppler bands.
+/// Returns what `source` fails with, the errors of [`super::process`], and an error for a radar with Doppler bands.
 pub fn process<T: Real>(
     transform: &Transform,
     cfar: &Cfar,

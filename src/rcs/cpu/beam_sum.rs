@@ -21,11 +21,11 @@ use std::f64::consts::PI;
 /// Cells are at most this share of the distance to the nearer port.
 const CELL_TO_DISTANCE: f64 = 0.01;
 
-/// S of the geometry's facets for each aspect and each frequency (`[aspect][frequency]`). The clipping is done once a
-/// aspect.
+/// Computes S of the geometry's facets for each aspect and each frequency (`[aspect][frequency]`). The clipping is done
+/// once for each aspect.
 ///
 /// # Errors
-/// `Impassable` as for [`between`].
+/// Returns the errors of [`between`].
 pub fn by_beams(
     geometry: &Geometry,
     frequencies: &[FrequencyPoint],
@@ -58,11 +58,12 @@ fn one_aspect(
     Ok(sums)
 }
 
-/// S between two ports for each frequency. For a port at a finite place it is over the distance to it, and with
-/// the phase of the way to the world's origin taken out.
+/// Computes S between two ports for each frequency. For a port at a finite place S is divided by the distance to it,
+/// and the phase of the way to the world's origin is taken out.
 ///
 /// # Errors
-/// `Impassable` where waves pass through something: what is no closed body, or any such thing when a port stands at a finite place.
+/// Returns `Impassable` where waves pass through something that is no closed body, or through anything when a port
+/// stands at a finite place.
 pub fn between(
     faces: &Faces,
     frequencies: &[FrequencyPoint],

@@ -10,7 +10,7 @@ use crate::trace::launch::{Fan, PlaneGrid, Tube};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-/// S of the geometry for each aspect (monostatic).
+/// Computes S of the geometry for each aspect (monostatic) with a grid of rays.
 pub fn by_rays(geometry: &Geometry, aspects: &[Aspect], options: &RayGrid) -> Vec<Scattering> {
     if geometry.triangles.is_empty() {
         return vec![Scattering::default(); aspects.len()];

@@ -22,10 +22,10 @@ type Pair = (Complex64, Complex64);
 /// Loss across a piece above which it is halved, Np; its mean then stands for it within a 10^4th.
 const EVEN_NP: f64 = 0.04;
 
-/// S between two directions for frequencies with the same media.
+/// Computes S between two directions for frequencies at which the media are the same.
 ///
 /// # Errors
-/// `Impassable::NoBody` where a body turns out to be open or to touch another.
+/// Returns `Impassable::NoBody` if a body turns out to be open or to touch another.
 pub fn between(
     faces: &Faces,
     media: &Media,

@@ -12,9 +12,9 @@ use std::f64::consts::PI;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ends {
-    /// With lids.
+    /// The cylinder has lids.
     Closed,
-    /// Without lids.
+    /// The cylinder has no lids.
     Open,
 }
 
@@ -30,7 +30,7 @@ pub struct Cylinder {
     pub length_m: f64,
     /// Greatest distance of a facet from the arc through its edges.
     pub sagitta_m: f64,
-    /// With end discs (a solid) or without (a tube).
+    /// Whether it has end discs (a solid) or not (a tube).
     pub ends: Ends,
 }
 

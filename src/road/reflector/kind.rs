@@ -14,18 +14,18 @@ use std::fmt;
 /// cross sections accurate to 0.1 dB need no finer facets (CONVENTIONS eq. 56).
 pub const DEFAULT_SAGITTA_M: f64 = C0 / DEFAULT_FREQUENCY_HZ / 504.0;
 
-/// More triangles than this are refused.
+/// Number of triangles above which a reflector is refused.
 pub const MAX_TRIANGLES: f64 = 4e6;
 
 /// The boresight of a corner whose three legs make equal angles with it: atan(1/sqrt 2).
 pub const CORNER_ELEVATION_DEG: f64 = 35.264_389_682_754_654;
 
-/// Something with facets, deserialised from the parameters of its kind by their names.
+/// A reflector with facets, deserialised from the parameters of its kind by their names.
 pub trait Builder {
     /// Checks the parameters together.
     ///
     /// # Errors
-    /// Parameters that do not go together.
+    /// Returns an error if the parameters do not go together.
     fn check(&self, _kind: &Kind) -> Result<()> {
         Ok(())
     }
@@ -70,7 +70,7 @@ pub struct Kind {
     pub pose: &'static str,
     /// Its parameters.
     pub params: &'static [Param],
-    /// (azimuth, elevation) in degrees from which the reflector is meant to be seen.
+    /// Azimuth and elevation from which the reflector is meant to be seen, degrees.
     pub boresight_deg: (f64, f64),
     /// Radar material unless another is given.
     pub material: &'static str,
@@ -87,7 +87,7 @@ pub struct Param {
     pub range: Range,
 }
 
-/// What a parameter may be.
+/// The values that a parameter may have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
     /// A finite number from `min` to `max`, both included.
@@ -128,7 +128,7 @@ impl Kind {
         BadInput::new(problem).key(format!("{}:{param}", self.name)).value(value)
     }
 
-    /// Errors: the metal behind the sheet would fold over itself.
+    /// Returns an error if the metal behind the sheet would fold over itself.
     pub(super) fn check_thickness(&self, sheet: &Mesh, thickness_m: f64) -> Result<()> {
         if thickness_m > 0.0 && thicken(sheet, thickness_m).is_none() {
             return Err(self.too_thick(thickness_m));
@@ -142,7 +142,7 @@ impl Kind {
             .into()
     }
 
-    /// Errors: a facet count that would not fit in memory.
+    /// Returns an error for a facet count that would not fit in memory.
     pub(super) fn check_triangles(&self, triangles: f64) -> Result<()> {
         if triangles <= MAX_TRIANGLES {
             return Ok(());
@@ -175,7 +175,7 @@ pub(super) fn built<T: Builder + 'static>(kind: &Kind, builder: T) -> Result<Bui
 }
 
 impl Param {
-    /// What its name says that it is measured in; nothing for counts and words.
+    /// Unit that the parameter's name ends with; none for counts and words.
     pub fn unit(&self) -> Option<&'static str> {
         match self.name.rsplit_once('_')?.1 {
             "m" => Some("m"),

@@ -29,7 +29,7 @@ pub struct Manhole {
     pub pattern: u32,
     /// Height of the pattern over the cover.
     pub pattern_m: f64,
-    /// Of a round one.
+    /// Greatest distance of a facet from the circle of a round cover, m.
     #[serde(default)]
     pub sagitta_m: f64,
 }

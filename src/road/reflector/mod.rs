@@ -112,7 +112,7 @@ fn shown(value: &Value) -> String {
 /// The kind of that name.
 ///
 /// # Errors
-/// An unknown name, with the nearest and all names.
+/// Returns an error for an unknown name, with the nearest and all names.
 pub fn kind_named(name: &str) -> Result<&'static Kind> {
     kinds().iter().copied().find(|k| k.name == name).ok_or_else(|| {
         let names: Vec<&str> = kinds().iter().map(|k| k.name).collect();
@@ -156,8 +156,8 @@ impl Reflector {
     /// Reads `KIND` or `KIND:name=value,name=value`.
     ///
     /// # Errors
-    /// An unknown kind or parameter, or a value out of range: they name the nearest one, all of them, and the allowed
-    /// range with the default.
+    /// Returns an error for an unknown kind or parameter, or a value out of range: they name the nearest one, all of
+    /// them, and the allowed range with the default.
     pub fn parse(spec: &str) -> Result<Reflector> {
         let (kind, rest) = match spec.split_once(':') {
             Some((kind, rest)) => (kind.trim(), Some(rest)),
@@ -176,10 +176,10 @@ impl Reflector {
         Self::from_pairs(kind, &pairs)
     }
 
-    /// The same from a kind and its parameters as text.
+    /// Makes a reflector of a kind and its parameters as text.
     ///
     /// # Errors
-    /// A kind or parameter that is unknown, or a value outside its range.
+    /// Returns an error for a kind or parameter that is unknown, or a value outside its range.
     pub fn from_pairs(kind_name: &str, pairs: &[(&str, &str)]) -> Result<Reflector> {
         let kind = kind_named(kind_name)?;
         let has_facets = kind.has_facets();
@@ -249,7 +249,7 @@ impl Reflector {
         }
     }
 
-    /// Its row in the registry.
+    /// Row of the reflector's kind in the registry.
     pub fn kind(&self) -> &'static Kind {
         self.kind
     }
@@ -304,11 +304,10 @@ impl Reflector {
         }
     }
 
-    /// Adds it to a scene as a new object and returns the object's id. Fails when the material is
-    /// unknown.
+    /// Adds the reflector to a scene as a new object and returns the object's id.
     ///
     /// # Errors
-    /// A material that `materials` does not have.
+    /// Returns an error for a material that `materials` does not have.
     pub fn add_to(
         &self,
         scene: &mut Scene,
@@ -351,7 +350,7 @@ impl Reflector {
     /// A scene that holds nothing but this reflector, at the origin and at rest.
     ///
     /// # Errors
-    /// A material that `materials` does not have.
+    /// Returns an error for a material that `materials` does not have.
     pub fn to_scene(&self, materials: MaterialLookup) -> Result<Scene> {
         let mut scene = Scene::default();
         self.add_to(&mut scene, materials, (self.kind.name, "reflector"), Pose::IDENTITY, DVec3::ZERO)?;

@@ -16,9 +16,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Posts {
-    /// With posts.
+    /// The barrier has posts.
     Yes,
-    /// Without posts.
+    /// The barrier has no posts.
     No,
 }
 

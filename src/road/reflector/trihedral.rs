@@ -17,7 +17,7 @@ pub struct Trihedral {
     pub thickness_m: f64,
 }
 
-/// The same with square faces: 6 triangles; 12 pi leg⁴ / lambda².
+/// A trihedral with square faces: 6 triangles; 12 pi leg⁴ / lambda² on boresight.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct SquareTrihedral {
     /// Length of an edge at the apex, m.

@@ -109,7 +109,7 @@ pub static TYPE2_KIND: Kind = Kind {
 };
 
 impl Type1 {
-    /// x of the front edge.
+    /// Coordinate x of the front edge, m.
     pub fn front_m(&self) -> f64 {
         0.5 * self.width_m + self.length_m
     }
@@ -227,7 +227,7 @@ pub struct Filled {
     pub reflector: Type1,
     /// Material, or "none".
     pub fill: String,
-    /// Over the bottom plate; 0 is to the brim.
+    /// Height of the filling over the bottom plate, m; 0 fills it to the brim.
     pub fill_height_m: f64,
     /// Depth of the bottom plate under z = 0.
     pub depth_m: f64,

@@ -37,7 +37,7 @@ pub struct Type3 {
 pub enum Packing {
     /// Rows across the boresight, every other one set off by half a pitch.
     Hexagonal,
-    /// In a square lattice.
+    /// A square lattice.
     Square,
     /// Thrown one after the other, kept where no earlier one is nearer than the pitch.
     Random,

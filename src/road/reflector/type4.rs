@@ -8,7 +8,7 @@ use crate::scene::Mesh;
 use glam::DVec3;
 use serde::Deserialize;
 
-/// To which side the plate bends.
+/// The side to which the plate bends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Curve {
@@ -32,7 +32,7 @@ pub struct Type4 {
     pub length_m: f64,
     /// Radius of the arc, m.
     pub radius_m: f64,
-    /// To which side the plate bends.
+    /// The side to which the plate bends.
     pub curve: Curve,
     /// Thickness of the plates, m; 0 for sheets.
     pub thickness_m: f64,
@@ -68,7 +68,7 @@ impl Type4 {
         half * half / (self.radius_m + (self.radius_m * self.radius_m - half * half).max(0.0).sqrt())
     }
 
-    /// x of the straight front edge.
+    /// Coordinate x of the straight front edge, m.
     pub fn front_m(&self) -> f64 {
         let depth = 0.5 * self.width_m + self.length_m;
         if self.curve == Curve::Concave { depth } else { depth - self.sag_m() }

@@ -23,7 +23,7 @@ use motion::Joint;
 pub use part::{Paint, Part};
 use std::str::FromStr;
 
-/// What there is.
+/// Kinds of vehicles and people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -31,7 +31,7 @@ pub enum Kind {
     Sedan,
     /// Compact car with a steep tail.
     Hatchback,
-    /// The same, taller.
+    /// A sports utility vehicle: a passenger car that is taller.
     Suv,
     /// Delivery van.
     Van,
@@ -64,7 +64,7 @@ impl Kind {
         Kind::Child,
     ];
 
-    /// Its name in files.
+    /// Name of the kind in files.
     pub fn name(self) -> &'static str {
         self.words().0
     }
@@ -201,7 +201,7 @@ impl Body {
 /// The body of a kind with materials found by their names (table in `scene/material.rs`).
 ///
 /// # Errors
-/// Those of the lookup. (The shapes are fixed; that their sections fit together is tested.).
+/// Returns what `materials` fails with. (The shapes are fixed; a test checks that their sections fit together.)
 pub fn vehicle(kind: Kind, materials: MaterialLookup) -> Result<Body> {
     let paints = Paints::new(materials)?;
     let parts = match kind {

@@ -16,13 +16,13 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// About the y axis.
+    /// A joint that turns about the y axis through `at_m`.
     pub fn about_y(at_m: DVec3, turn: Turn) -> Joint {
         Joint { at_m, axis: DVec3::Y, turn }
     }
 }
 
-/// Where a part is in its body's frame, and how it moves there.
+/// Pose of a part in its body's frame, and how it moves there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PartMotion {
     /// The part's frame in the body's.

@@ -16,7 +16,7 @@ pub struct Part {
     pub mesh: Mesh,
     /// Frame in which the first joint is given, in the body's frame; of a part without joints, its own.
     pub pose: Pose<Target, Target>,
-    /// From the body outwards; none where the part stands still on it.
+    /// Joints from the body outwards; none where the part stands still on it.
     pub joints: Vec<Joint>,
 }
 

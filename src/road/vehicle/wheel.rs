@@ -15,7 +15,7 @@ pub struct Wheel {
     pub radius_m: f64,
     /// Width, m.
     pub width_m: f64,
-    /// Of the rim, where the tyre sits on it.
+    /// Radius of the rim, where the tyre sits on it, m.
     pub rim_m: f64,
     /// Number of spokes.
     pub spokes: usize,

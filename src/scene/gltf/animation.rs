@@ -23,7 +23,7 @@ impl<const N: usize> Keys<N> {
         (self.values.iter().all(|v| *v == first) && self.tangents.iter().all(flat)).then_some(first)
     }
 
-    /// Errors: those of [`Channel::new`].
+    /// Makes a channel of the values. Returns the errors of [`Channel::new`].
     pub(super) fn channel<T: Copy>(&self, made: impl Fn([f64; N]) -> T) -> Result<Channel<T>> {
         let values = self.values.iter().map(|v| made(*v)).collect();
         let tangents = self.tangents.iter().map(|(a, b)| (made(*a), made(*b))).collect();

@@ -176,7 +176,8 @@ impl TurnText {
         }
     }
 
-    /// Errors: lengths that are not above zero, a leg that does not reach its pedal.
+    /// Computes how the joint turns. Returns an error for lengths that are not above zero, or a leg that does not reach
+    /// its pedal.
     fn turn(self) -> Result<Turn, &'static str> {
         let long = |lengths: &[f64]| match lengths.iter().all(|l| *l > 0.0) {
             true => Ok(()),

@@ -249,7 +249,7 @@ fn row(name: &str) -> Result<Material> {
 /// options' default (with a note that it was taken). `key` is where the name stands in the file.
 ///
 /// # Errors
-/// None of these says what it is.
+/// Returns an error if neither the options nor the table give a material.
 pub fn choose_material(
     file: &Path,
     key: &str,
@@ -287,7 +287,10 @@ pub fn choose_material(
     }
 }
 
-/// Errors: the options name a material that is none, or one that is not among the file's `names`.
+/// Checks the options' map of materials.
+///
+/// # Errors
+/// Returns an error if the options name a material that is none, or one that is not among the file's `names`.
 pub fn check_material_map(file: &Path, names: &[String], options: &ImportOptions) -> Result<()> {
     for (from, to) in &options.material_map {
         material::parse_spec(to)?;

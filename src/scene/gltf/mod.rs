@@ -66,7 +66,7 @@ pub use write::{export, to_glb};
 /// The bytes of a `.gltf` or `.glb` file.
 ///
 /// # Errors
-/// What is no regular file, or too large.
+/// Returns an error if the path is no regular file, or if the file is too large or cannot be read.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     input::read(path, "a .glb or .gltf file", MAX_BYTES)
 }
@@ -74,7 +74,7 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
 /// Reads a `.gltf` or `.glb` file.
 ///
 /// # Errors
-/// Anything that is wrong with the file, in one line with the place in it.
+/// Returns an error of one line, with the place in the file, for anything that is wrong with it.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let bytes = read_bytes(path)?;
     let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
@@ -85,7 +85,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
 /// looked for in `folder`, and are an error without one.
 ///
 /// # Errors
-/// As [`import`].
+/// Returns the errors of [`import`].
 pub fn import_bytes(
     bytes: &[u8],
     name: &Path,

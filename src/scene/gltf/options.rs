@@ -15,7 +15,7 @@ pub enum Up {
 }
 
 impl Up {
-    /// ISO axes from the file's.
+    /// Rotation from the file's axes to ISO axes.
     pub fn axes(self) -> DMat3 {
         match self {
             Up::Y => DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X),
@@ -27,17 +27,17 @@ impl Up {
 /// Which animations of a file move its nodes.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Animations {
-    /// In the order of the file, but those that move what an earlier one moves already.
+    /// All animations in the order of the file, except those that move what an earlier one moves already.
     #[default]
     All,
     /// Nodes stand where the file puts them.
     None,
-    /// Those of this name; without a name an animation has its number.
+    /// The animations of this name; without a name an animation has its number.
     Named(String),
 }
 
 impl Animations {
-    /// "all", "none" or a name.
+    /// Reads "all", "none" or the name of an animation.
     pub fn from_name(name: &str) -> Animations {
         match name {
             "all" => Animations::All,
@@ -60,7 +60,7 @@ pub struct ImportOptions {
     pub up_given: bool,
     /// Table name of the material for surfaces without one, or with one that nothing else explains.
     pub default_material: Option<String>,
-    /// (material of the file, table name).
+    /// Pairs (material of the file, material of the table).
     pub material_map: Vec<(String, String)>,
     /// How animations in the file are used.
     pub animations: Animations,
@@ -81,7 +81,7 @@ impl Default for ImportOptions {
 }
 
 impl ImportOptions {
-    /// Errors: a unit of no sensible length.
+    /// Returns an error for a unit of no sensible length.
     pub(in crate::scene) fn check_unit(&self) -> Result<()> {
         if self.unit_m.is_finite() && (1e-9..=1e6).contains(&self.unit_m) {
             return Ok(());
@@ -93,7 +93,7 @@ impl ImportOptions {
 /// Length in metres of "m", "cm", "mm", "in" or "ft".
 ///
 /// # Errors
-/// Another word.
+/// Returns an error if `name` is none of these.
 pub fn unit_m(name: &str) -> Result<f64> {
     const UNITS: [(&str, f64); 5] = [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254), ("ft", 0.3048)];
     UNITS.iter().find(|(n, _)| *n == name).map(|(_, m)| *m).ok_or_else(|| {
@@ -106,10 +106,10 @@ pub fn unit_m(name: &str) -> Result<f64> {
     })
 }
 
-/// "y" or "z".
+/// Reads the upward axis "y" or "z".
 ///
 /// # Errors
-/// Another word.
+/// Returns an error if `name` is neither.
 pub fn up(name: &str) -> Result<Up> {
     match name {
         "y" | "Y" => Ok(Up::Y),

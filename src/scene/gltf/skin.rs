@@ -30,7 +30,7 @@ pub(super) struct Part {
 struct Body {
     name: String,
     frame: Inherited,
-    /// From the file's world to the vertices of the part.
+    /// Transform from the file's world to the vertices of the part.
     inward: DAffine3,
     mesh: Mesh,
     /// (primitive, vertex) to vertex of the part.
@@ -39,7 +39,7 @@ struct Body {
 
 /// Where a vertex is and on whom it hangs.
 struct Blend {
-    /// From the mesh to the file's world.
+    /// Transform from the mesh to the file's world.
     to_world: DAffine3,
     /// (body, share), in all one.
     shares: Vec<(usize, f64)>,

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// to its side. Positions are rounded to single precision, poses are not.
 ///
 /// # Errors
-/// A scene that glTF cannot hold; what the disk says.
+/// Returns an error for a scene that glTF cannot hold, or if the file cannot be written.
 pub fn export(scene: &Scene, path: &Path) -> Result<()> {
     let bytes = to_glb(scene)?;
     for table in &scene.tables {
@@ -49,7 +49,7 @@ pub(super) fn table_name(table: &ScatteringTable) -> Result<&str> {
 /// their files. Motions are exact in `extras`, and for other programs an animation shows what moves.
 ///
 /// # Errors
-/// Numbers that are not finite, objects without triangles, more than 4 GiB.
+/// Returns an error for numbers that are not finite, objects without triangles, or more than 4 GiB.
 pub fn to_glb(scene: &Scene) -> Result<Vec<u8>> {
     let failed = |what: String| Error::Failed(format!("cannot write glTF: {what}"));
     let axes = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X).transpose();

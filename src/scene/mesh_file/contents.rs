@@ -33,7 +33,7 @@ pub(super) fn vector<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<DVe
     Some(DVec3::new(next()?, next()?, next()?))
 }
 
-/// Errors: more triangles or vertices than are read.
+/// Returns an error for more triangles or vertices than are read.
 pub(super) fn check_counts(file: &Path, triangles: usize, vertices: usize) -> Result<()> {
     for (count, most, what) in
         [(triangles, gltf::MAX_TRIANGLES, "triangles"), (vertices, gltf::MAX_VERTICES, "vertices")]

@@ -33,7 +33,7 @@ pub const READ: [&str; 4] = ["glb", "gltf", "stl", "obj"];
 /// Size of an object, m, that needs no unit.
 pub const OBJECT_M: RangeInclusive<f64> = 1e-3..=100.0;
 
-/// Of a whole scene.
+/// Size of a whole scene, m, that needs no unit.
 pub const SCENE_M: RangeInclusive<f64> = 1e-3..=1e5;
 
 /// Whether a text that may also name something else is meant as a file: it has a folder or an extension, or there is such a file.
@@ -87,8 +87,8 @@ fn ask(missing: &[(&str, &str, &str)], keys: bool) -> Option<(String, String)> {
 /// Reads a mesh file of any kind.
 ///
 /// # Errors
-/// Anything that is wrong with the file, in one line with the place in it; another kind of file; an STL or OBJ whose unit, up axis
-/// or material nobody has given.
+/// Returns an error of one line, with the place in the file, for anything that is wrong with it, for another kind of
+/// file, or for an STL or OBJ whose unit, up axis or material is not given.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let kind = extension(path);
     let read = match kind.as_str() {
@@ -116,10 +116,11 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     scene_of(contents, path, options)
 }
 
-/// As [`import`], of a file that holds things of `size_m` and not a landscape: exporters write millimetres where glTF has metres.
+/// Imports as [`import`] a file that holds things of `size_m` and not a landscape: exporters write millimetres where
+/// glTF has metres.
 ///
 /// # Errors
-/// Those of [`import`]; a size beyond that range in a unit that nobody has given.
+/// Returns the errors of [`import`], and an error if the size is beyond that range and the unit was not stated.
 pub fn import_sized(path: &Path, options: &ImportOptions, size_m: RangeInclusive<f64>) -> Result<Scene> {
     let scene = import(path, options)?;
     let is_mesh = |o: &Object| matches!(o.shape, Shape::Mesh(_));

@@ -52,7 +52,7 @@ struct Reader<'a> {
     name: String,
     part: Part,
     material: u32,
-    /// Of all parts that are complete.
+    /// Number of triangles in all parts that are complete.
     triangles: usize,
     vertices: usize,
     out: Contents,
@@ -61,7 +61,8 @@ struct Reader<'a> {
 /// One part for each `o`.
 ///
 /// # Errors
-/// Lines of no OBJ, freeform surfaces, numbers that are not finite, indices out of range, polygons that cross themselves.
+/// Returns an error for lines that are not OBJ, freeform surfaces, numbers that are not finite, indices out of range,
+/// or polygons that cross themselves.
 pub(super) fn read(bytes: &[u8], file: &Path) -> Result<Contents> {
     let text = String::from_utf8_lossy(bytes);
     let mut reader = Reader {
@@ -202,8 +203,8 @@ impl Reader<'_> {
     }
 }
 
-/// The triangles of a polygon by its corners, in its own winding; by cutting off ears in its mean plane unless it is convex.
-/// Errors: it crosses itself.
+/// Cuts a polygon given by its corners into triangles, in its own winding; by cutting off ears in its mean plane unless
+/// it is convex. Returns an error if it crosses itself.
 fn triangles_of(at: &[DVec3]) -> Result<Vec<[usize; 3]>, String> {
     let fan = || (1..at.len() - 1).map(|i| [0, i, i + 1]).collect();
     let n = at.len();

@@ -14,7 +14,8 @@ const FACET: usize = 50;
 /// One part for each solid. Facets share the vertices that are equal; their normals follow from their corners.
 ///
 /// # Errors
-/// A file that is cut off or longer than it says, vertices that are not finite, and whatever is no STL.
+/// Returns an error for a file that is not STL, is cut off or is longer than it says, or for vertices that are not
+/// finite.
 pub(super) fn read(bytes: &[u8], file: &Path) -> Result<Contents> {
     let bad = |problem: String| BadInput::new(problem).file(file);
     let declared =

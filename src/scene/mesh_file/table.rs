@@ -30,10 +30,10 @@ impl ImportTable<'_> {
         given.into_iter().flatten().chain(self.materials.values()).map(|a| &a.span).next()
     }
 
-    /// What the keys say.
+    /// The options that the keys state.
     ///
     /// # Errors
-    /// Values that are none of the allowed ones, with their place.
+    /// Returns an error with its place in the file if a value is none of those allowed.
     pub fn options(&self, doc: &Document<'_>) -> Result<ImportOptions> {
         let mut o = ImportOptions::default();
         let here = |at: &At<String>| {
@@ -63,10 +63,10 @@ impl ImportTable<'_> {
         Ok(o)
     }
 
-    /// The same of the keys beside a file's name.
+    /// The options that the keys beside a file's name give.
     ///
     /// # Errors
-    /// As [`ImportTable::options`]; keys that a file of this kind needs are missing.
+    /// Returns the errors of [`ImportTable::options`], and an error if a key that a file of this kind needs is missing.
     pub fn options_of(&self, doc: &Document<'_>, file: &At<String>) -> Result<ImportOptions> {
         let options = self.options(doc)?;
         check_stated(doc, &file.span, &file.value, &options)?;
@@ -77,7 +77,8 @@ impl ImportTable<'_> {
 /// Checks that what the file does not say is stated.
 ///
 /// # Errors
-/// The file of this name, which stands at `span`, states no unit, up axis or material, and neither do the options.
+/// Returns an error if the file of this name, which stands at `span`, states no unit, up axis or material, and neither
+/// do the options.
 pub fn check_stated(
     doc: &Document<'_>,
     span: &Range<usize>,

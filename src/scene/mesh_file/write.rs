@@ -21,7 +21,8 @@ pub struct Written {
 /// is glTF in metres. Objects stand where they are at time zero.
 ///
 /// # Errors
-/// A unit for glTF or one that is none; for STL and OBJ objects without a surface; those of [`gltf::to_glb`].
+/// Returns an error for a unit with glTF, an unknown unit, or objects without a surface for STL and OBJ, and the errors
+/// of [`gltf::to_glb`].
 pub fn write(scene: &Scene, path: &Path, unit: Option<&str>) -> Result<Written> {
     let kind = extension(path);
     if !["stl", "obj"].contains(&kind.as_str()) {

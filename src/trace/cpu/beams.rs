@@ -73,7 +73,7 @@ impl Polygon {
         self.corners().iter().fold(start, |(lo, hi), p| (lo.min(*p), hi.max(*p)))
     }
 
-    /// On which sides of `line` corners lie (negative, positive), and their distances.
+    /// Finds on which sides of `line` corners lie (negative, positive), and their distances.
     #[inline]
     fn sides(&self, line: &Line, eps: f64, d: &mut [f64; CAP]) -> (bool, bool) {
         let (mut low, mut high) = (false, false);
@@ -183,7 +183,8 @@ pub(super) struct Scratch {
 pub(super) struct Remainder {
     whole: Polygon,
     pub(super) polygons: Vec<Polygon>,
-    /// Of each polygon: a road behind a bicycle is seen in thousands of pieces, and most parts that are taken away meet few of them.
+    /// Bounds of each polygon: a road behind a bicycle is seen in thousands of pieces, and most parts that are taken
+    /// away meet few of them.
     bounds: Vec<(DVec2, DVec2)>,
 }
 
@@ -293,7 +294,7 @@ impl Remainder {
 struct Targets {
     /// Face, its facing, and the part of the beam that it covers.
     list: Vec<(u32, f64, Polygon)>,
-    /// Of those parts; none where there are too many of them to look through.
+    /// Bounds of those parts; empty where they are too many to look through.
     bounds: Vec<(DVec2, DVec2)>,
 }
 
@@ -469,9 +470,9 @@ pub struct Node {
     pub bounce: u8,
     /// The chain begins with a mirror of its second face (`Faces::mirrors`).
     pub imaged: bool,
-    /// That mirror is as good as endless (`Faces::is_endless`).
+    /// Whether that mirror is as good as endless (`Faces::is_endless`).
     pub endless: bool,
-    /// Of the wave that arrives.
+    /// Frame of the wave that arrives.
     pub frame: Frame,
     /// Unit normal on the lit side.
     pub normal: DVec3,
@@ -530,7 +531,7 @@ pub struct Clipped {
     pub nodes: Vec<Node>,
     /// Pieces of every bounce.
     pub every: Vec<Piece>,
-    /// Only where the beam leaves the target.
+    /// Pieces from which the beam leaves the target, alone.
     pub last: Vec<Piece>,
     /// What is lit by chains that begin with a mirror of their last face (`Faces::mirrors`), seen by the receiver or not.
     pub imaged: Vec<Piece>,
@@ -564,7 +565,7 @@ struct VisibleFaces {
     window: bool,
     ranges: Vec<(u32, u32)>,
     polygons: Vec<Polygon>,
-    /// Of each polygon: a road between many markers is seen in thousands of parts.
+    /// Bounds of each polygon: a road between many markers is seen in thousands of parts.
     bounds: Vec<(DVec2, DVec2)>,
     /// The face is seen whole.
     whole: Vec<bool>,

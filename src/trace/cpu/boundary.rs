@@ -8,11 +8,11 @@ use std::f64::consts::{PI, TAU};
 /// A part of the integral: `value` exp(-j k `length_m`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wave {
-    /// In the plane.
+    /// Place in the plane, m.
     pub place: DVec2,
-    /// Both ways.
+    /// Length of both ways, m.
     pub length_m: f64,
-    /// In square metres.
+    /// Value of this part of the integral, m².
     pub value: Complex64,
     /// The same part of the integral of exp(-j k L) times the gradient of L.
     pub flux: [Complex64; 2],
@@ -58,7 +58,7 @@ pub struct Plane {
 pub struct Path {
     /// Length, m.
     pub length: f64,
-    /// Its derivative along the plane's axes.
+    /// Derivative of the length along the plane's axes.
     pub slope: DVec2,
     /// xx, yy, xy
     pub bend: [f64; 3],
@@ -131,7 +131,8 @@ impl Plane {
         plane
     }
 
-    /// The same for a source and a receiver that go so far, in the plane and over it: a wave stands for the same places all the way.
+    /// The plane for a source and a receiver that go so far, in the plane and over it: a wave stands for the same
+    /// places all the way.
     pub fn drifting(self, drift_m: [(DVec2, f64); 2]) -> Plane {
         Plane { drift_m, ..self }
     }
@@ -171,7 +172,7 @@ impl Plane {
         out
     }
 
-    /// Of the kernel: an angle over this is an area.
+    /// Scale of the kernel: an angle divided by it is an area.
     fn measure(&self) -> f64 {
         self.k * self.determinant
     }
@@ -289,7 +290,7 @@ impl Plane {
 struct Side<'a> {
     plane: &'a Plane,
     along: DVec2,
-    /// From the place of mirror reflection to the side's line, along the outward normal.
+    /// Distance from the place of mirror reflection to the side's line, along the outward normal, m.
     offset: f64,
 }
 

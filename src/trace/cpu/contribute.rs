@@ -47,7 +47,7 @@ impl CVec {
 pub enum Receiver {
     /// Unit vector from the target towards a receiver at infinity.
     Far(DVec3),
-    /// At this place, m.
+    /// A receiver at this place, m.
     At(DVec3),
 }
 

@@ -17,8 +17,8 @@ use std::f64::consts::TAU;
 const WINDOW: [f64; 2] = [4.0, 24.0];
 /// A cell's weight may be off by so much from one that is linear over it.
 const LINEAR: f64 = 0.05;
-/// Of the quadratic phase that a cell of a flat face may have, what one of a curved facet may: the window ends amid cells, where no
-/// neighbour makes up for what one leaves out.
+/// Quadratic phase that a cell of a curved facet may have, as a share of that of a flat face: the window ends amid
+/// cells, where no neighbour makes up for what one leaves out.
 const FINER: f64 = 0.25;
 /// Weights below this are none.
 const LEAST: f64 = 1e-4;
@@ -47,7 +47,7 @@ pub(super) struct Curved<'a> {
 
 /// The surface over a place of the facet.
 pub(super) struct Spot {
-    /// In the world, m.
+    /// Place in the world, m.
     pub(super) place: DVec3,
     /// Unit normal on the lit side.
     pub(super) normal: DVec3,
@@ -84,7 +84,7 @@ fn window(phase: f64) -> f64 {
 
 /// What one echo stands for.
 pub(super) struct Inner {
-    /// On the face, m.
+    /// Place on the face, m.
     pub(super) place: DVec2,
     /// Its integral in m², with phases referred to the path by way of its place.
     pub(super) value: Complex64,

@@ -22,7 +22,7 @@ use std::f64::consts::{PI, TAU};
 const LARGEST: f64 = 0.3;
 /// Binary logarithm of the side of the smallest square, m.
 const FINEST: i32 = -10;
-/// Of the largest.
+/// Binary logarithm of the side of the largest square, m.
 const COARSEST: i32 = 20;
 /// Word of the random counter that tells these draws from those of the noise.
 const STREAM: u32 = 0x5eed_d1ff;

@@ -108,7 +108,7 @@ pub fn echoes(
     Echoes { beyond_reach, ..from_clipped(geometry, &clipped, pose, velocity_mps, options) }
 }
 
-/// The same from what beams have met.
+/// Computes echoes from what beams have met.
 pub fn from_clipped(
     geometry: &Geometry,
     clipped: &Clipped,
@@ -167,7 +167,7 @@ pub fn from_clipped(
 struct Region {
     /// One of the nodes; the others have the same images of the radar.
     node: u32,
-    /// On the face of that node.
+    /// Pieces on the face of that node.
     pieces: Vec<Polygon>,
 }
 
@@ -197,7 +197,8 @@ fn enclosed_m2(sides: &[[DVec2; 2]]) -> f64 {
     sides.iter().map(|[a, b]| 0.5 * (*a - *origin).perp_dot(*b - *origin)).sum()
 }
 
-/// Of each region of one plane that one chain of planes lights: what its pieces cover, and what its outline encloses, m².
+/// Areas of each region of one plane that one chain of planes lights: what its pieces cover, and what its outline
+/// encloses, m².
 pub fn region_areas_m2(geometry: &Geometry, clipped: &Clipped) -> Vec<[f64; 2]> {
     // Products as two numbers: pieces 10 m long and 1 um wide leave f64 no nine digits of their area.
     let exactly = |sides: &[[DVec2; 2]]| {

@@ -25,7 +25,7 @@ impl CVec {
     pub fn dot(&self, v: DVec3) -> Complex64 {
         Complex64::new(self.re.dot(v), self.im.dot(v))
     }
-    /// Without a conjugate.
+    /// Product of the two vectors without a conjugate.
     #[inline]
     pub fn times(&self, o: &CVec) -> Complex64 {
         Complex64::new(self.re.dot(o.re) - self.im.dot(o.im), self.re.dot(o.im) + self.im.dot(o.re))
@@ -91,9 +91,9 @@ impl Bounce {
         Bounce { normal, dir_in: dir, dir_out, field, reflected }
     }
 
-    /// [rx][tx] of what the facet's physical-optics currents radiate towards the unit vector `s`, seen by
-    /// the receive vectors `v` and `h`: eta J + M x s, of which only the part across `s` counts. Times
-    /// -j k A / 4 pi it is the scattered amplitude of an area A.
+    /// Matrix [rx][tx] of what the facet's physical-optics currents radiate towards the unit vector `s`, seen by the
+    /// receive vectors `v` and `h`: eta J + M x s, of which only the part across `s` counts. Times -j k A / 4 pi it is
+    /// the scattered amplitude of an area A.
     #[inline]
     pub fn radiated(&self, s: DVec3, v: DVec3, h: DVec3) -> Matrix2 {
         self.received(s, &[CVec::real(v), CVec::real(h)])

@@ -58,7 +58,7 @@ pub fn point_echoes(
     point_echoes_over(&planes, geometry, pose, velocity_mps, options)
 }
 
-/// The same with ways over these planes.
+/// Computes the echoes of points with ways over these planes also.
 pub fn point_echoes_over(
     mirrors: &[Reflecting],
     geometry: &Geometry,
@@ -93,16 +93,16 @@ pub fn point_echoes_over(
     points.chain(tables).collect()
 }
 
-/// From the radar to a target.
+/// A leg from the radar to a target.
 struct Leg<'a> {
-    /// From the radar, unit (world).
+    /// Direction from the radar, unit (world).
     out: DVec3,
-    /// To the first place, and all of it.
+    /// Length to the first place, and of the whole leg, m.
     first_range_m: f64,
     length_m: f64,
     /// Where it arrives.
     dir: DVec3,
-    /// Of V and H, there.
+    /// Fields there of V and H at the radar.
     field: [CVec; 2],
     /// The mirror and where it is met.
     by: Option<Mirror<'a>>,

@@ -38,7 +38,7 @@ const AIR: Medium = Medium { index: 1.0, decay_np_per_m: 0.0 };
 #[derive(Debug, Clone, PartialEq)]
 pub struct Media {
     cells: Vec<Option<Medium>>,
-    /// By surface.
+    /// Whether each surface is a sheet.
     sheets: Vec<bool>,
 }
 
@@ -53,7 +53,7 @@ pub enum Kind {
     Sheet,
 }
 
-/// n - j kappa of a dielectric, the root that decays.
+/// Refractive index n - j kappa of a dielectric, the root that decays.
 pub fn refractive_index(eps_r: Complex64) -> Complex64 {
     let n = eps_r.sqrt();
     if n.re < 0.0 { -n } else { n }
@@ -69,7 +69,7 @@ pub fn permittivity(faces: &Faces, surfaces: &[Surface], cell: u32) -> Complex64
 }
 
 impl Media {
-    /// None when everything is opaque.
+    /// The media that waves pass through; None when everything is opaque.
     pub fn of(faces: &Faces, surfaces: &[Surface], wavenumber: f64) -> Option<Media> {
         let mut sheets: Vec<bool> = surfaces.iter().map(|s| s.stack.backing == Backing::Air).collect();
         if faces.cells.is_empty() && !sheets.contains(&true) {
@@ -129,7 +129,7 @@ impl Decay {
 /// A plane wave in a medium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wave {
-    /// Its `lead_m` is an optical length.
+    /// Frame of the wave; its `lead_m` is an optical length.
     pub frame: Frame,
     /// [`NO_CELL`] is air.
     pub cell: u32,
@@ -189,11 +189,11 @@ impl Wave {
 pub struct Node {
     /// u32::MAX for the wave from the transmitter.
     pub parent: u32,
-    /// It is what the parent's face let through, not what that reflected.
+    /// Whether it is what the parent's face let through, not what that reflected.
     pub through: bool,
     /// Index of the face.
     pub face: u32,
-    /// Before it arrives here.
+    /// Number of reflections before the wave arrives here.
     pub reflections: u8,
     /// Faces passed since the last reflection.
     passed: u8,
@@ -239,7 +239,7 @@ pub struct Clipped {
     pub views: Vec<View>,
     /// Pieces of every bounce.
     pub every: Vec<Piece>,
-    /// Only where the reflected wave leaves the target, through what it may pass.
+    /// Pieces from which the reflected wave leaves the target, through what it may pass, alone.
     pub last: Vec<Piece>,
     /// Faces met by a wave that was not reflected yet, which radiate forwards.
     pub forward: Vec<Piece>,

@@ -119,7 +119,7 @@ impl Looks {
         Looks { up_to: weights }
     }
 
-    /// Of a place on the grid of cells.
+    /// Azimuth and elevation of a place on the grid of cells, rad.
     fn angles(i: f64, j: f64) -> (f64, f64) {
         let [na, ne] = STEPS;
         (TAU * (i / na as f64 - 0.5), (2.0 * j / ne as f64 - 1.0).clamp(-1.0, 1.0).asin())

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 /// What comes from outside the front end.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Inputs<'a> {
-    /// None without thermal noise.
+    /// Thermal noise; None without it.
     pub noise: Option<&'a Noise>,
     /// Signals of other radars.
     pub interference: &'a [Arrival],
@@ -30,7 +30,7 @@ pub struct Inputs<'a> {
     pub seed: u64,
     /// Number of the frame, which selects the random numbers.
     pub frame: u32,
-    /// Of the starts and phases of other radars, which are the same for all ramps of a frame.
+    /// Seed of the starts and phases of other radars, which are the same for all ramps of a frame.
     pub interference_seed: u64,
 }
 
@@ -39,7 +39,7 @@ pub struct Inputs<'a> {
 /// `Chain::echo_gain` already.
 ///
 /// # Errors
-/// A cube that does not fit the chain.
+/// Returns an error for a cube that does not fit the chain.
 pub fn apply<T: Precision + Real + noise::Precision>(
     cube: Cube<T>,
     margin: usize,
@@ -61,7 +61,7 @@ impl<'a> Runner<'a> {
     /// `samples`: of a row, with its margins.
     ///
     /// # Errors
-    /// A margin as long as the row, a sweep too slow for phase noise.
+    /// Returns an error for a margin as long as the row, or a sweep too slow for phase noise.
     pub fn new(chain: &'a Chain, samples: usize, margin: usize, with: Inputs<'a>) -> Result<Runner<'a>> {
         let oscillator = Oscillator::new(chain, samples, margin, with.seed, with.frame)?;
         Ok(Runner { chain, with, margin, oscillator })
@@ -70,7 +70,7 @@ impl<'a> Runner<'a> {
     /// Loops `first_loop..first_loop + cube.chirps` of the frame: the same samples as in one piece.
     ///
     /// # Errors
-    /// A margin as long as the row, or a sweep too slow for phase noise.
+    /// Returns an error for a margin as long as the row, or a sweep too slow for phase noise.
     pub fn block<T: Precision + Real + noise::Precision>(
         &self,
         mut cube: Cube<T>,

@@ -40,10 +40,10 @@ pub struct Oscillator<'a> {
 }
 
 impl<'a> Oscillator<'a> {
-    /// For rows of `row` samples with their margins.
+    /// Prepares the oscillator for rows of `row` samples with a margin of `margin` at either end.
     ///
     /// # Errors
-    /// A margin as long as the row, a sweep too slow for phase noise.
+    /// Returns an error for a margin as long as the row, or a sweep too slow for phase noise.
     pub fn new(chain: &'a Chain, row: usize, margin: usize, seed: u64, frame: u32) -> Result<Self> {
         let (s, timing) = (&chain.settings, &chain.timing);
         if row <= 2 * margin {
@@ -74,7 +74,7 @@ impl<'a> Oscillator<'a> {
     /// Loops from `first_loop` on, without the margins. The cube must fit the chain.
     ///
     /// # Errors
-    /// A margin as long as the row, or a sweep too slow for phase noise.
+    /// Returns an error for a margin as long as the row, or a sweep too slow for phase noise.
     pub fn block<T: Precision + Real>(&self, cube: Cube<T>, first_loop: usize) -> Result<Cube<T>> {
         let row = self.samples + 2 * self.margin;
         if cube.samples != row {
@@ -150,7 +150,7 @@ struct Grid {
     /// Lowest beat frequency of the band, in bins.
     low: i64,
     is_real: bool,
-    /// Of each place of the first grid's transform: its frequency in bins, its place in the second grid, and its
+    /// For each place of the first grid's transform: its frequency in bins, its place in the second grid, and its
     /// factor there.
     enter: Vec<(i64, usize, Complex64)>,
     /// e^{jπf²/S} on the second grid, in the order of its transform, for offsets; its inverse for beat
@@ -250,7 +250,7 @@ struct Scratch {
     delayed: Vec<Complex64>,
     /// e^{jφ} at the samples.
     own: Vec<Complex64>,
-    /// By how much each sample is late, s.
+    /// Delay of each sample, s.
     late_s: Vec<f64>,
     /// e^{−2πjfδ} of a late ramp.
     turn: Vec<Complex64>,
@@ -368,7 +368,7 @@ impl Job<'_> {
         }
     }
 
-    /// From the transform in `wide` to the samples in `sum`, each at its own instant: to second order in 2πf δ.
+    /// Computes the samples in `sum`, each at its own instant, from the transform in `wide`: to second order in 2πf δ.
     fn clock(&self, s: &mut Scratch) {
         let g = self.grid;
         if s.late_s.is_empty() {
@@ -394,7 +394,7 @@ impl Job<'_> {
     }
 }
 
-/// From 0 to 1 with three smooth derivatives at the ends.
+/// Rises from 0 to 1 with three smooth derivatives at the ends.
 fn smooth(u: f64) -> f64 {
     let s = (FRAC_PI_2 * u).sin();
     (FRAC_PI_2 * s * s).sin().powi(2)
