@@ -7,6 +7,7 @@ pub mod camera_fusion;
 pub mod curve;
 pub mod error;
 pub mod hd_map;
+pub mod limits;
 pub mod markers;
 mod matrix;
 mod numeric;

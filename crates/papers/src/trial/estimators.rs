@@ -8,52 +8,15 @@ use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye_lane::LaneEstimator;
 use catseye_lane::hd_map::estimator::{MapLanes as MapMethod, Options as MapOptions};
 use catseye_lane::hd_map::file;
-use catseye_lane::markers::{MarkerOptions, Markers, MarkersOptions};
+use catseye_lane::markers;
 use catseye_lane::range_doppler::{Options as RangeDopplerOptions, RangeDopplerLane};
 use catseye_lane::road_shape::RoadShapeEstimator;
 use catseye_lane::signature::estimator::{MapLanes, Signature, SignatureOptions};
 use catseye_lane::signature::map::{MapSettings, Pose, ScanPoint, SignatureMap};
-use catseye_lane::track::TrackOptions;
 use catseye_lane::uwb::{Centre, MarkedLane, RangeAxis, RangeGate, Side, UwbLanes};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::path::PathBuf;
-
-/// Options of the method markers (Feng 2019).
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct MarkersJson {
-    /// Spacings of neighbours in a row, one for each kind of row, m. Default 2.
-    pub spacing_m: Vec<f64>,
-    /// Largest difference of a distance from the spacing, m. Default 0.2.
-    pub tolerance_m: f64,
-    /// Range within which points lie in the ground clutter, m. Default 5.
-    pub nearest_m: f64,
-    /// Error of range rates beyond their standard deviations, m/s: a quarter of a Doppler cell. Default
-    /// 0.005.
-    pub rate_error_mps: f64,
-    /// Height of the radar above the road, m. Default 0.15.
-    pub radar_height_m: f64,
-    /// Distance of the radar ahead of the rear axle, m. Default 3.6.
-    pub radar_ahead_m: f64,
-    /// Whether lines are tracked from look to look. Default true.
-    pub track: bool,
-}
-
-impl Default for MarkersJson {
-    fn default() -> Self {
-        let o = MarkerOptions::default();
-        MarkersJson {
-            spacing_m: vec![o.spacing_m],
-            tolerance_m: o.tolerance_m,
-            nearest_m: o.nearest_m,
-            rate_error_mps: o.rate_error_mps,
-            radar_height_m: o.radar_height_m,
-            radar_ahead_m: 3.6,
-            track: true,
-        }
-    }
-}
 
 /// Options of the method uwb (Kim).
 #[derive(Debug, Clone, Deserialize)]
@@ -172,26 +135,7 @@ pub fn estimator(method: Method, options: Option<&str>) -> Result<Box<dyn LaneEs
     let text = options.unwrap_or("{}");
     let bad = |why: &dyn ToString| wrong(method, why.to_string());
     Ok(match method {
-        Method::Markers => {
-            let o: MarkersJson = read(method, text)?;
-            if o.spacing_m.is_empty() || o.spacing_m.iter().any(|d| !(0.3..=50.0).contains(d)) {
-                return Err(wrong(method, "spacing_m needs metres between 0.3 and 50, one number or more"));
-            }
-            let of = |spacing_m: &f64| MarkerOptions {
-                spacing_m: *spacing_m,
-                tolerance_m: o.tolerance_m.min(0.45 * spacing_m),
-                nearest_m: o.nearest_m,
-                rate_error_mps: o.rate_error_mps,
-                radar_height_m: o.radar_height_m,
-                ..MarkerOptions::default()
-            };
-            Box::new(Markers::new(MarkersOptions {
-                patterns: o.spacing_m.iter().map(of).collect(),
-                track: o.track.then(TrackOptions::default),
-                radar_ahead_m: o.radar_ahead_m,
-                rcs: None,
-            }))
-        }
+        Method::Markers => markers::from_json(text)?,
         Method::RangeDoppler => {
             let o: RangeDopplerOptions = read(method, text)?;
             Box::new(RangeDopplerLane::new(o).map_err(|e| bad(&e))?)

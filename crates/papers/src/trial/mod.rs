@@ -13,7 +13,6 @@ pub mod estimators;
 pub mod hd_map;
 mod kit;
 mod lane_table;
-mod limits;
 pub mod markers;
 mod method;
 mod pictures;
