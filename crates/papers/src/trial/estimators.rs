@@ -2,15 +2,14 @@
 //! `catseye.LaneEstimator` in Python.
 
 use crate::trial::method::Method;
+use crate::trial::uwb;
 use crate::trial::uwb::{ImpulseRadar, Rule, tune};
-use crate::trial::{camera_fusion, road_shape, uwb};
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye_lane::LaneEstimator;
 use catseye_lane::hd_map::estimator::{MapLanes as MapMethod, Options as MapOptions};
 use catseye_lane::hd_map::file;
 use catseye_lane::markers;
 use catseye_lane::range_doppler::{Options as RangeDopplerOptions, RangeDopplerLane};
-use catseye_lane::road_shape::RoadShapeEstimator;
 use catseye_lane::signature::estimator::{MapLanes, Signature, SignatureOptions};
 use catseye_lane::signature::map::{MapSettings, Pose, ScanPoint, SignatureMap};
 use catseye_lane::uwb::{Centre, MarkedLane, RangeAxis, RangeGate, Side, UwbLanes};
@@ -140,16 +139,8 @@ pub fn estimator(method: Method, options: Option<&str>) -> Result<Box<dyn LaneEs
             let o: RangeDopplerOptions = read(method, text)?;
             Box::new(RangeDopplerLane::new(o).map_err(|e| bad(&e))?)
         }
-        Method::RoadShape => {
-            let o: road_shape::Settings = read(method, text)?;
-            o.check()?;
-            Box::new(RoadShapeEstimator::new(o.options(None)).map_err(|e| bad(&e))?)
-        }
-        Method::CameraFusion => {
-            let o: camera_fusion::Settings = read(method, text)?;
-            o.check()?;
-            Box::new(o.estimator()?)
-        }
+        Method::RoadShape => catseye_lane::road_shape::from_json(text)?,
+        Method::CameraFusion => catseye_lane::camera_fusion::from_json(text)?,
         Method::HdMap => {
             let o: HdMapJson = read(method, text)?;
             let options = MapOptions {

@@ -2,8 +2,8 @@
 //! 1 and 2), and the cost of tracking the subspace compared with decomposition (Miyake, Table I).
 
 use crate::trial::kit::*;
+use crate::trial::road_shape::Settings;
 use crate::trial::road_shape::input::chosen;
-use crate::trial::road_shape::settings::Settings;
 use catseye::dsp::doa_bisvd::costs;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 

@@ -2,7 +2,7 @@
 
 use crate::trial::kit::*;
 use crate::trial::road_shape::pictures::KeptImage;
-use crate::trial::road_shape::settings::{Settings, Source};
+use crate::trial::road_shape::{Settings, Source};
 use catseye_lane::road_shape::image::{Imager, suits};
 use catseye_lane::road_shape::{Ego, RadarMount};
 
