@@ -12,6 +12,7 @@ pub mod markers;
 mod matrix;
 mod numeric;
 pub mod range_doppler;
+pub mod registry;
 pub mod road_shape;
 mod robust;
 pub mod score;
@@ -23,6 +24,7 @@ pub mod uwb;
 
 use curve::Fitted;
 pub use error::LaneError;
+pub use registry::Registry;
 use serde::{Deserialize, Serialize};
 
 /// A value with its standard deviation.

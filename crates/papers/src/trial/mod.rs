@@ -9,7 +9,6 @@ pub mod compared_drive;
 mod context;
 pub mod drive;
 mod edges;
-pub mod estimators;
 pub mod hd_map;
 mod kit;
 mod lane_table;
