@@ -14,8 +14,11 @@ use crate::{camera_fusion, hd_map, markers, range_doppler, road_shape, signature
 use catseye::base::error::{BadInput, Result};
 use std::fmt;
 
+/// An estimator of any method.
+pub type BoxedEstimator = Box<dyn LaneEstimator + Send>;
+
 /// Function that makes an estimator from its options as JSON text.
-pub type Maker = dyn Fn(&str) -> Result<Box<dyn LaneEstimator + Send>> + Send + Sync;
+pub type Maker = dyn Fn(&str) -> Result<BoxedEstimator> + Send + Sync;
 
 /// Lane methods by name, in the order in which they were registered.
 pub struct Registry {
@@ -30,17 +33,19 @@ impl Registry {
 
     /// Makes a registry with the methods of this crate, by their names on the command line.
     pub fn of_methods() -> Registry {
-        let own: [(&str, fn(&str) -> Result<Box<dyn LaneEstimator + Send>>); 7] = [
-            (uwb::estimator::METHOD, uwb::from_json),
-            (markers::METHOD, markers::from_json),
-            (range_doppler::estimator::METHOD, range_doppler::from_json),
-            (signature::estimator::METHOD, signature::from_json),
-            (road_shape::estimator::METHOD, road_shape::from_json),
-            (hd_map::estimator::MapLanes::METHOD, hd_map::from_json),
-            (camera_fusion::METHOD, camera_fusion::from_json),
-        ];
-        let methods = own.into_iter().map(|(name, maker)| (name.into(), Box::new(maker) as Box<Maker>));
-        Registry { methods: methods.collect() }
+        type Function = fn(&str) -> Result<BoxedEstimator>;
+        let of = |name: &str, function: Function| (name.into(), Box::new(function) as Box<Maker>);
+        Registry {
+            methods: vec![
+                of(uwb::estimator::METHOD, uwb::from_json),
+                of(markers::METHOD, markers::from_json),
+                of(range_doppler::estimator::METHOD, range_doppler::from_json),
+                of(signature::estimator::METHOD, signature::from_json),
+                of(road_shape::estimator::METHOD, road_shape::from_json),
+                of(hd_map::estimator::MapLanes::METHOD, hd_map::from_json),
+                of(camera_fusion::METHOD, camera_fusion::from_json),
+            ],
+        }
     }
 
     /// Adds a method. `maker` is called with the options as JSON text, `{}` where there are none.
@@ -50,7 +55,7 @@ impl Registry {
     pub fn register(
         &mut self,
         name: &str,
-        maker: impl Fn(&str) -> Result<Box<dyn LaneEstimator + Send>> + Send + Sync + 'static,
+        maker: impl Fn(&str) -> Result<BoxedEstimator> + Send + Sync + 'static,
     ) -> Result<()> {
         if name.is_empty() || self.names().any(|n| n == name) {
             let bad = BadInput::new("is no free name of a lane method").key("method").value(name);
@@ -72,7 +77,7 @@ impl Registry {
     /// # Errors
     /// Returns an error for an unknown name, and for options that are unknown, missing (uwb, hd-map and
     /// signature need some) or outside their ranges.
-    pub fn make(&self, name: &str, options: Option<&str>) -> Result<Box<dyn LaneEstimator + Send>> {
+    pub fn make(&self, name: &str, options: Option<&str>) -> Result<BoxedEstimator> {
         match self.methods.iter().find(|m| m.0 == name) {
             Some((_, maker)) => maker(options.unwrap_or("{}")),
             None => {
@@ -125,7 +130,7 @@ mod tests {
         }
     }
 
-    fn silent(options: &str) -> Result<Box<dyn LaneEstimator + Send>> {
+    fn silent(options: &str) -> Result<BoxedEstimator> {
         let options: SilentOptions = limits::read_json("silent", options)?;
         Ok(Box::new(Silent { why: options.why }))
     }
