@@ -1,10 +1,10 @@
 //! The camera of a vehicle on a drive, with its images by frame and light.
 
 use crate::trial::camera::{Light, View};
-use crate::trial::camera_fusion::{Condition, Settings};
 use crate::trial::kit::*;
 use catseye::geom::Geometry;
 use catseye_lane::camera_fusion::Image;
+use catseye_lane::camera_fusion::{CameraFusionOptions as Settings, Condition};
 
 /// A camera whose pitch varies from frame to frame.
 pub struct VehicleCamera {

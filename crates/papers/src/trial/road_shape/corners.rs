@@ -2,9 +2,9 @@
 //! 1 and 2), and the cost of tracking the subspace compared with decomposition (Miyake, Table I).
 
 use crate::trial::kit::*;
-use crate::trial::road_shape::Settings;
 use crate::trial::road_shape::input::chosen;
 use catseye::dsp::doa_bisvd::costs;
+use catseye_lane::road_shape::RoadShapeOptions as Settings;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 
 /// Data of one run: for each method and frame the directions found, rad, and the true ones of each frame.
