@@ -6,8 +6,8 @@ use crate::work::{Afterwards, run_to};
 use crate::{arrays, engine};
 use catseye::base::error::BadInput;
 use catseye::base::frames::{Pose, Sensor, Vehicle};
-use catseye_lane::{LaneEstimator as Estimator, LanePoint, LaneTrack, Measured, SensorInput};
-use catseye_papers::trial::{self, Method, RunOptions, estimators};
+use catseye_lane::{LaneEstimator as Estimator, LanePoint, LaneTrack, Measured, Registry, SensorInput};
+use catseye_papers::trial::{self, Method, RunOptions};
 use glam::DVec3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -112,11 +112,10 @@ impl LaneEstimator {
     #[new]
     #[pyo3(signature = (method, options = None))]
     fn new(py: Python<'_>, method: &str, options: Option<&Bound<'_, PyAny>>) -> PyResult<LaneEstimator> {
-        let method = Method::named(method).or_raise(py)?;
         let text: Option<String> =
             options.map(|o| py.import("json")?.call_method1("dumps", (o,))?.extract()).transpose()?;
-        let inner = estimators::estimator(method, text.as_deref()).or_raise(py)?;
-        Ok(LaneEstimator { method: method.name(), inner: Mutex::new(inner) })
+        let inner = Registry::of_methods().make(method, text.as_deref()).or_raise(py)?;
+        Ok(LaneEstimator { method: inner.method(), inner: Mutex::new(inner) })
     }
 
     #[getter]

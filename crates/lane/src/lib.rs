@@ -7,10 +7,12 @@ pub mod camera_fusion;
 pub mod curve;
 pub mod error;
 pub mod hd_map;
+pub mod limits;
 pub mod markers;
 mod matrix;
 mod numeric;
 pub mod range_doppler;
+pub mod registry;
 pub mod road_shape;
 mod robust;
 pub mod score;
@@ -22,6 +24,7 @@ pub mod uwb;
 
 use curve::Fitted;
 pub use error::LaneError;
+pub use registry::Registry;
 use serde::{Deserialize, Serialize};
 
 /// A value with its standard deviation.

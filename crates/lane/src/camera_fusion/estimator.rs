@@ -18,7 +18,7 @@ use glam::DVec2;
 use std::collections::BTreeMap;
 
 /// The method's name, as on the command line.
-const METHOD: &str = "camera-fusion";
+pub const METHOD: &str = "camera-fusion";
 /// Largest distance of a line's pieces from its points, m.
 const PIECE_M: f64 = 0.1;
 /// Least number of points of a path.
@@ -37,9 +37,9 @@ const CURVATURE_RATE: f64 = 2e-4;
 /// Least speed away from the vehicle for a track to count as a car driving ahead, m/s.
 const LEAST_AWAY_MPS: f64 = 0.5;
 
-/// Settings of [`CameraFusion`].
+/// What [`CameraFusion`] works with, as [`super::CameraFusionOptions`] makes it of a camera and a radar.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FusionOptions {
+pub struct FusionSetup {
     /// The camera that takes the pictures.
     pub camera: Camera,
     /// Distances ahead of the near and the far side of the trapezoid on the ground, m.
@@ -75,11 +75,11 @@ pub struct FusionOptions {
     pub seed: u64,
 }
 
-impl FusionOptions {
-    /// Options with the document's network (15 units), a trapezoid from 6 to 35 m ahead, and a radar in the
+impl FusionSetup {
+    /// Setup with the document's network (15 units), a trapezoid from 6 to 35 m ahead, and a radar in the
     /// front bumper.
-    pub fn new(camera: Camera) -> FusionOptions {
-        FusionOptions {
+    pub fn new(camera: Camera) -> FusionSetup {
+        FusionSetup {
             camera,
             seen_m: [6.0, 35.0],
             half_width_m: 6.0,
@@ -152,7 +152,7 @@ pub struct Insight {
 /// camera's last lane does, as in the document.
 #[derive(Debug, Clone)]
 pub struct CameraFusion {
-    options: FusionOptions,
+    options: FusionSetup,
     pnn: Pnn,
     trapezoid: Trapezoid,
     ego: Vec<EgoSample>,
@@ -174,7 +174,7 @@ impl CameraFusion {
     /// # Errors
     /// Returns an error if an option is outside its range, the trapezoid lies outside the picture, or the
     /// training bends do not suffice.
-    pub fn new(options: FusionOptions) -> Result<CameraFusion, LaneError> {
+    pub fn new(options: FusionSetup) -> Result<CameraFusion, LaneError> {
         let [near_m, far_m] = options.seen_m;
         let trapezoid = Trapezoid::of_ground(&options.camera, near_m, far_m, options.half_width_m)?;
         let rows = trapezoid.bottom_v_px.min(options.camera.height_px as f64) - trapezoid.top_v_px.max(0.0);
@@ -624,7 +624,7 @@ mod tests {
     use super::*;
 
     fn fusion(body: Option<Body>) -> CameraFusion {
-        CameraFusion::new(FusionOptions { body, ..FusionOptions::new(camera()) }).unwrap()
+        CameraFusion::new(FusionSetup { body, ..FusionSetup::new(camera()) }).unwrap()
     }
 
     /// A car on a road, two seconds at 12 m/s: it returns from `right_m` of its middle.

@@ -16,6 +16,7 @@ mod edges;
 mod estimator;
 mod matching;
 mod near;
+mod options;
 mod pnn;
 mod recognise;
 mod reconstruct;
@@ -27,9 +28,10 @@ mod targets;
 pub use camera::{Camera, Image, Trapezoid};
 pub use curve::{Arc, BSpline, FitComparison, Parabola, compare_fits, fit_parabola};
 pub use edges::{Edge, EdgeSettings, Edges, HoughLine, HoughSettings, edges, hough_lines};
-pub use estimator::{CameraFusion, FusionOptions, Insight, LeadPath};
+pub use estimator::{CameraFusion, FusionSetup, Insight, LeadPath, METHOD};
 pub use matching::{LaneMatch, MatchSettings, match_lane, r_squared};
 pub use near::{NearLane, NearLine, NearSettings, find_near_lane};
+pub use options::{CameraFusionOptions, CameraTable, Condition, from_json};
 pub use pnn::{Bend, BendSettings, Choice, Pnn, generate_bends};
 pub use recognise::{
     Blinding, CameraView, Part, RecogniseInput, RecogniseSettings, Recogniser, Recognition, Sources,

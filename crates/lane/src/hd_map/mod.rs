@@ -18,12 +18,14 @@ pub mod file;
 pub mod geodesy;
 pub mod map;
 pub mod of_road;
+pub mod options;
 #[cfg(test)]
 mod tests;
 
 pub use edge::EdgeRule;
 pub use geodesy::{RadarFrame, RadarPose, Wgs84};
 pub use map::{Carriageway, HdMap, Lane, LaneKind, Width};
+pub use options::{HdMapOptions, from_json};
 
 use crate::error::{self, LaneError};
 use crate::numeric::erf;

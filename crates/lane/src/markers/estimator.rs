@@ -1,6 +1,6 @@
 //! The marker method behind the interface of all lane estimators: markers of one look, followed over looks.
 
-use super::{METHOD, MarkerOptions, Scan, Steps, estimate_all};
+use super::{METHOD, MarkerPattern, Scan, Steps, estimate_all};
 use crate::track::{EgoStep, LineTracker, TrackOptions};
 use crate::{LaneEstimate, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye::base::error::{BadInput, Result};
@@ -65,12 +65,12 @@ fn between(axis: &[f64], x: f64) -> (usize, f64) {
     }
 }
 
-/// Options of [`Markers`].
+/// What [`Markers`] looks for, as [`super::MarkersOptions`] makes it of a radar and a road.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MarkersOptions {
+pub struct MarkerSearch {
     /// Patterns of markers, one for each spacing that is sought; the first gives all settings other than the
     /// spacing.
-    pub patterns: Vec<MarkerOptions>,
+    pub patterns: Vec<MarkerPattern>,
     /// Options of the tracker; None to treat each look by itself.
     pub track: Option<TrackOptions>,
     /// Distance of the radar ahead of the axle that does not slip sideways, m: it gives the yaw rate where
@@ -80,10 +80,10 @@ pub struct MarkersOptions {
     pub rcs: Option<MarkerRcs>,
 }
 
-impl Default for MarkersOptions {
+impl Default for MarkerSearch {
     fn default() -> Self {
-        MarkersOptions {
-            patterns: vec![MarkerOptions::default()],
+        MarkerSearch {
+            patterns: vec![MarkerPattern::default()],
             track: Some(TrackOptions::default()),
             radar_ahead_m: 3.6,
             rcs: None,
@@ -94,7 +94,7 @@ impl Default for MarkersOptions {
 /// Estimates lanes from rows of markers.
 #[derive(Debug, Clone)]
 pub struct Markers {
-    options: MarkersOptions,
+    search: MarkerSearch,
     tracker: Option<LineTracker>,
     /// Intermediate results of the last look.
     pub steps: Steps,
@@ -106,27 +106,27 @@ pub struct Markers {
 
 impl Markers {
     /// Makes an estimator that has seen nothing yet.
-    pub fn new(options: MarkersOptions) -> Markers {
+    pub fn new(search: MarkerSearch) -> Markers {
         Markers {
-            tracker: options.track.map(LineTracker::new),
-            options,
+            tracker: search.track.map(LineTracker::new),
+            search,
             steps: Steps::default(),
             by_itself: None,
             last: None,
         }
     }
 
-    /// The options that the estimator was made with.
-    pub fn options(&self) -> &MarkersOptions {
-        &self.options
+    /// What the estimator looks for.
+    pub fn search(&self) -> &MarkerSearch {
+        &self.search
     }
 
     /// Level that is expected of a marker at a point of a row with that direction, dBsm. Markers face back
     /// along their row. None without a cross section or pattern.
     pub fn expected_dbsm(&self, p: &LanePoint, row_rad: f64) -> Option<f64> {
-        let height = self.options.patterns.first()?.radar_height_m;
+        let height = self.search.patterns.first()?.radar_height_m;
         let elevation = (height / p.range_m.max(height).max(1e-3)).min(1.0).asin();
-        Some(self.options.rcs.as_ref()?.dbsm(p.azimuth_rad - row_rad, elevation))
+        Some(self.search.rcs.as_ref()?.dbsm(p.azimuth_rad - row_rad, elevation))
     }
 
     /// The vehicle's motion: from the bus, and from points at rest where the bus is silent.
@@ -135,7 +135,7 @@ impl Markers {
         let [x, y] = motion.velocity_mps;
         let std = |k: usize| motion.covariance[k][k].max(0.0).sqrt();
         let by_points = || {
-            let ahead = self.options.radar_ahead_m;
+            let ahead = self.search.radar_ahead_m;
             (ahead.abs() > 0.5).then(|| Measured { value: y / ahead, std: std(1) / ahead.abs() })
         };
         let unknown = Measured { value: 0.0, std: 0.2 };
@@ -169,9 +169,9 @@ impl LaneEstimator for Markers {
             time_s: input.time_s,
             points: input.points,
             speed_mps: input.speed_mps,
-            expected_rcs_dbsm: if self.options.rcs.is_some() { Some(&expected) } else { None },
+            expected_rcs_dbsm: if self.search.rcs.is_some() { Some(&expected) } else { None },
         };
-        let (estimate, steps) = estimate_all(&scan, &self.options.patterns);
+        let (estimate, steps) = estimate_all(&scan, &self.search.patterns);
         self.steps = steps;
         self.by_itself = Some(estimate.clone());
         let now = self.ego(input);

@@ -7,7 +7,7 @@
 //! Letters 11, 331, 1990; all sets in place of random ones).
 
 use super::pattern::{Site, turn};
-use super::scan::MarkerOptions;
+use super::scan::MarkerPattern;
 use glam::DVec2;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -109,7 +109,7 @@ struct Cell {
 }
 
 /// Finds rows among the points, the one with most points first; each point belongs to one row at most.
-pub fn rows(points: &[Site], options: &MarkerOptions) -> Vec<Found> {
+pub fn rows(points: &[Site], options: &MarkerPattern) -> Vec<Found> {
     let mut free: Vec<usize> = (0..points.len()).collect();
     let mut out = Vec::new();
     while free.len() >= options.path_least && out.len() < MOST_ROWS {
@@ -120,7 +120,7 @@ pub fn rows(points: &[Site], options: &MarkerOptions) -> Vec<Found> {
     out
 }
 
-fn best(points: &[Site], free: &[usize], options: &MarkerOptions) -> Option<Found> {
+fn best(points: &[Site], free: &[usize], options: &MarkerPattern) -> Option<Found> {
     let beside = beside(points, free, options);
     let mut found: Option<(usize, Found)> = None;
     for curve in candidates(points, free, &beside) {
@@ -135,7 +135,7 @@ fn best(points: &[Site], free: &[usize], options: &MarkerOptions) -> Option<Foun
 }
 
 /// For each free point (by its index in `free`) those a whole number of spacings away.
-fn beside(points: &[Site], free: &[usize], options: &MarkerOptions) -> Vec<Vec<usize>> {
+fn beside(points: &[Site], free: &[usize], options: &MarkerPattern) -> Vec<Vec<usize>> {
     let off = |a: &Site, b: &Site| {
         let step = b.at_m - a.at_m;
         let steps = step.length() / options.spacing_m;
@@ -264,7 +264,7 @@ fn parabola(a: DVec2, b: DVec2, c: DVec2, angle_rad: f64) -> Option<(DVec2, f64)
 
 /// The free points on a curve that stand at the spacing along it: at each place the nearest point, and of the
 /// stretches between gaps the longest.
-fn members(points: &[Site], free: &[usize], curve: &Curve, options: &MarkerOptions) -> Vec<usize> {
+fn members(points: &[Site], free: &[usize], curve: &Curve, options: &MarkerPattern) -> Vec<usize> {
     let d = options.spacing_m;
     let mut on: Vec<(f64, f64, usize, f64)> = free
         .iter()
@@ -328,8 +328,8 @@ mod tests {
     use super::super::exact;
     use super::*;
 
-    fn options() -> MarkerOptions {
-        MarkerOptions::default()
+    fn options() -> MarkerPattern {
+        MarkerPattern::default()
     }
 
     /// Every other marker is there: no two stand at the spacing, so no path has a step.

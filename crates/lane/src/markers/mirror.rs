@@ -2,7 +2,7 @@
 //! what stands along it.
 
 use super::pattern::Site;
-use super::scan::{MarkerOptions, Scan, stations};
+use super::scan::{MarkerPattern, Scan, stations};
 use crate::Line;
 use crate::curve::Clothoid;
 use crate::numeric::median;
@@ -61,7 +61,7 @@ pub(super) fn without_images(
     scan: &Scan<'_>,
     rest: &[usize],
     lines: Vec<Line>,
-    patterns: &[MarkerOptions],
+    patterns: &[MarkerPattern],
 ) -> Vec<Line> {
     let place = |i: usize| DVec2::from_array(scan.points[i].at_m);
     let image_of = |image: &Line, row: &Line| {

@@ -5,6 +5,7 @@
 pub mod estimator;
 pub mod hough;
 mod mirror;
+mod options;
 mod pattern;
 mod rest;
 mod row;
@@ -12,10 +13,11 @@ mod scan;
 #[cfg(test)]
 mod tests;
 
-pub use estimator::{Markers, MarkersOptions};
+pub use estimator::{MarkerSearch, Markers};
+pub use options::{MarkersOptions, from_json};
 pub use pattern::{Site, dis_cluster, exact, paths, spaced};
 pub use rest::{RadarMotion, at_rest, motion_from_rest, speed_from_rest};
-pub use scan::{ExpectedRcs, MarkerOptions, Scan};
+pub use scan::{ExpectedRcs, MarkerPattern, Scan};
 use scan::{REACH_M, stations};
 
 use super::curve::Clothoid;
@@ -46,13 +48,13 @@ pub struct Steps {
 }
 
 /// Estimates lines and lane from one scan.
-pub fn estimate(scan: &Scan<'_>, options: &MarkerOptions) -> LaneEstimate {
+pub fn estimate(scan: &Scan<'_>, options: &MarkerPattern) -> LaneEstimate {
     estimate_all(scan, std::slice::from_ref(options)).0
 }
 
 /// Estimates as [`estimate`] does, for rows of several spacings; the patterns may differ only in the spacing.
 /// Also returns the intermediate results of the first pattern.
-pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerOptions]) -> (LaneEstimate, Steps) {
+pub fn estimate_all(scan: &Scan<'_>, patterns: &[MarkerPattern]) -> (LaneEstimate, Steps) {
     let given = scan.points.len();
     let mut steps = Steps::default();
     let none = |why| LaneEstimate::none(METHOD, scan.time_s, given, why);
@@ -113,7 +115,7 @@ const SKIRT_RAD: f64 = 0.03;
 
 /// Removes points in the sidelobes of stronger ones: where a cell beside an echo's peak holds another echo
 /// too, a method that finds two directions in it repeats the echo, weaker and less certain.
-fn suppress_sidelobes(scan: &Scan<'_>, of: &[usize], options: &MarkerOptions) -> Vec<usize> {
+fn suppress_sidelobes(scan: &Scan<'_>, of: &[usize], options: &MarkerPattern) -> Vec<usize> {
     let skirt = |i: usize, j: usize| {
         let (p, q) = (&scan.points[i], &scan.points[j]);
         q.rcs_dbsm - p.rcs_dbsm > SKIRT_DB
@@ -130,7 +132,7 @@ fn rows(
     scan: &Scan<'_>,
     rest: &[usize],
     far: &[usize],
-    options: &MarkerOptions,
+    options: &MarkerPattern,
     steps: Option<&mut Steps>,
 ) -> Vec<Line> {
     let places: Vec<Site> = far.iter().map(|i| Site::of(&scan.points[*i])).collect();
@@ -210,7 +212,7 @@ const ONE_CELL_M: f64 = 0.2;
 
 /// Removes lines whose points are unresolved pairs: where two other lines have, or would have when extended,
 /// a marker each at the point's range, one on each side of it, the point is both of them.
-fn without_between(scan: &Scan<'_>, lines: Vec<Line>, patterns: &[MarkerOptions]) -> Vec<Line> {
+fn without_between(scan: &Scan<'_>, lines: Vec<Line>, patterns: &[MarkerPattern]) -> Vec<Line> {
     // Each line extended ahead, and its markers' positions.
     let ahead: Vec<(Clothoid, Vec<DVec2>)> = lines
         .iter()

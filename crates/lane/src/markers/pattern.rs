@@ -1,6 +1,6 @@
 //! Points at a known spacing: groups by distance, less what is denser, and paths of little turn through them.
 
-use super::scan::MarkerOptions;
+use super::scan::MarkerPattern;
 use crate::LanePoint;
 use glam::DVec2;
 
@@ -88,7 +88,7 @@ pub fn dis_cluster(points: &[Site], d_ps: f64, d_pt: f64, least: usize) -> Vec<V
 
 /// Points at the spacing that are not among denser ones: {p1} - {p1} ∩ {p2}, and of these the ones still at
 /// the spacing (Feng 2019, eq. 5.2, 5.3). Indices in the points' order.
-pub fn spaced(points: &[Site], options: &MarkerOptions) -> Vec<usize> {
+pub fn spaced(points: &[Site], options: &MarkerPattern) -> Vec<usize> {
     let (d_ps, d_pt) = (options.spacing_m, options.tolerance_m);
     let first = dis_cluster(points, d_ps, d_pt, options.least);
     let half = 0.5 * (d_ps - d_pt);
@@ -111,7 +111,7 @@ const MOST_STEPS: usize = 20_000;
 /// Paths through points with steps at the spacing and little change of direction (Feng 2019, section 5.1.4):
 /// the longest first, each point in at most one path, three points or more. Ends are joined over gaps of
 /// whole spacings.
-pub fn paths(points: &[Site], options: &MarkerOptions) -> Vec<Vec<usize>> {
+pub fn paths(points: &[Site], options: &MarkerPattern) -> Vec<Vec<usize>> {
     let (d_ps, d_pt) = (options.spacing_m, options.tolerance_m);
     let mut beside: Vec<Vec<usize>> = vec![Vec::new(); points.len()];
     for (i, j) in edges(points, d_ps - d_pt, d_ps + d_pt) {
@@ -160,7 +160,7 @@ fn longest(
     beside: &[Vec<usize>],
     free: &[bool],
     begin: [usize; 2],
-    options: &MarkerOptions,
+    options: &MarkerPattern,
 ) -> Vec<usize> {
     let mut best = begin.to_vec();
     let mut path = best.clone();
@@ -211,7 +211,7 @@ fn longest(
 }
 
 /// Joins paths whose ends face each other over a gap of two to `gap` spacings.
-fn join(points: &[Site], mut paths: Vec<Vec<usize>>, options: &MarkerOptions) -> Vec<Vec<usize>> {
+fn join(points: &[Site], mut paths: Vec<Vec<usize>>, options: &MarkerPattern) -> Vec<Vec<usize>> {
     loop {
         let mut best: Option<(f64, usize, usize, bool, bool)> = None;
         for a in 0..paths.len() {

@@ -1,7 +1,7 @@
 //! Stationary points: the radar's own velocity from the points, and the points that agree with it (Feng 2019,
 //! section 5.1.1).
 
-use super::scan::MarkerOptions;
+use super::scan::MarkerPattern;
 use crate::{LanePoint, Measured};
 use catseye::detect::ego_motion::{EgoModel, EgoSettings, Radial, ego_motion};
 use glam::{DMat2, DVec2};
@@ -78,7 +78,7 @@ const SIDEWAYS_MPS: f64 = 1.0;
 const ROUNDS: usize = 8;
 
 /// Range rate as it would be level with the radar: markers lie on the road, `radar_height_m` below it.
-fn level_rate_mps(p: &LanePoint, options: &MarkerOptions) -> f64 {
+fn level_rate_mps(p: &LanePoint, options: &MarkerPattern) -> f64 {
     let sine = (options.radar_height_m / p.range_m.max(options.radar_height_m).max(1e-3)).min(0.9);
     p.range_rate_mps / (1.0 - sine * sine).sqrt()
 }
@@ -89,7 +89,7 @@ fn level_rate_mps(p: &LanePoint, options: &MarkerOptions) -> f64 {
 pub fn motion_from_rest(
     points: &[LanePoint],
     speed: Option<Measured>,
-    options: &MarkerOptions,
+    options: &MarkerPattern,
 ) -> Option<RadarMotion> {
     let radials: Vec<Radial> = points
         .iter()
@@ -125,7 +125,7 @@ fn refined(
     points: &[LanePoint],
     start: RadarMotion,
     speed: Option<Measured>,
-    options: &MarkerOptions,
+    options: &MarkerPattern,
 ) -> Option<RadarMotion> {
     let mut now = start;
     for _ in 0..ROUNDS {
@@ -175,7 +175,7 @@ const ONE_CELL_M: f64 = 0.5;
 ///
 /// Where left and right markers fall into one cell and the array does not resolve them, the point appears
 /// between them with the range rate of their true angle: such points look like moving ones.
-pub fn at_rest(points: &[LanePoint], motion: &RadarMotion, options: &MarkerOptions) -> Vec<bool> {
+pub fn at_rest(points: &[LanePoint], motion: &RadarMotion, options: &MarkerPattern) -> Vec<bool> {
     // Expected closing speed, and its tolerance.
     let due: Vec<(f64, f64)> = points
         .iter()

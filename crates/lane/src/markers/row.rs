@@ -2,7 +2,7 @@
 //! hidden.
 
 use super::pattern::Site;
-use super::scan::{MarkerOptions, Scan};
+use super::scan::{MarkerPattern, Scan};
 use crate::curve::{Fitted, Shape, fit, fit_simplest};
 use crate::numeric::median;
 use crate::robust::{WEIGHINGS, at_first, robust, weighed};
@@ -48,7 +48,7 @@ fn growing(scan: &Scan<'_>, members: &[usize], shape: Option<Shape>) -> Option<F
 /// Members of a path that lie on one curve, and the curve. The fit starts from a few consecutive ones, those
 /// next to the radar first as the most certain, and goes on outwards: far markers of two unresolved rows
 /// appear between the rows, and a path may lead from a row to them.
-fn agreeing(scan: &Scan<'_>, path: &[usize], options: &MarkerOptions) -> Option<(Vec<usize>, Fitted)> {
+fn agreeing(scan: &Scan<'_>, path: &[usize], options: &MarkerPattern) -> Option<(Vec<usize>, Fitted)> {
     let n = path.len();
     let seed = options.path_least.min(n).max(3);
     let place = |i: usize| DVec2::from_array(scan.points[i].at_m);
@@ -114,7 +114,7 @@ pub(super) fn line(
     scan: &Scan<'_>,
     rest: &[usize],
     mut members: Vec<usize>,
-    options: &MarkerOptions,
+    options: &MarkerPattern,
 ) -> Option<Line> {
     // Order the members away from the radar.
     let range = |i: usize| scan.points[i].range_m;
@@ -193,7 +193,7 @@ const ROUNDS: usize = 12;
 const STEPS_ON: f64 = 2.5;
 
 /// Share of the markers between the first and the last of these places that are there.
-fn fullness(at_m: &[f64], options: &MarkerOptions) -> f64 {
+fn fullness(at_m: &[f64], options: &MarkerPattern) -> f64 {
     let (first, last) =
         at_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), s| (a.min(*s), b.max(*s)));
     (at_m.len() as f64 / (((last - first) / options.spacing_m).round() + 1.0)).min(1.0)
@@ -207,7 +207,7 @@ fn phase_m(at_m: &[f64], spacing_m: f64) -> f64 {
 
 /// Whether hardly anything, or something of another kind, stands at every other place: posts at twice the
 /// spacing, with stray points between them.
-fn every_second(at_m: &[f64], levels: &[f64], options: &MarkerOptions) -> bool {
+fn every_second(at_m: &[f64], levels: &[f64], options: &MarkerPattern) -> bool {
     let phase = phase_m(at_m, options.spacing_m);
     let place = |s: f64| ((s - phase) / options.spacing_m).round().rem_euclid(2.0);
     let of = |odd: f64| -> Vec<f64> {
@@ -237,7 +237,7 @@ fn hidden(
     members: &[usize],
     fitted: &Fitted,
     steps_on: f64,
-    options: &MarkerOptions,
+    options: &MarkerPattern,
 ) -> Vec<usize> {
     let d_ps = options.spacing_m;
     // In a bend the next marker stands on the curve, not on its tangent.

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 /// Pattern of the markers and tolerances of the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MarkerOptions {
+pub struct MarkerPattern {
     /// Spacing of the markers along the row, d_ps, m.
     pub spacing_m: f64,
     /// Largest difference of neighbours' distances from the spacing, d_pt, m.
@@ -38,10 +38,10 @@ pub struct MarkerOptions {
     pub hough: bool,
 }
 
-impl Default for MarkerOptions {
+impl Default for MarkerPattern {
     /// The document's: 2 m, 0.2 m, 4 and 5 points, 10 degrees, 5 m, radar at 0.15 m with Doppler cells of 0.02 m/s.
     fn default() -> Self {
-        MarkerOptions {
+        MarkerPattern {
             spacing_m: 2.0,
             tolerance_m: 0.2,
             least: 4,
@@ -81,7 +81,7 @@ pub(super) const REACH_M: f64 = 40.0;
 
 /// Stations along a line and beyond its end at which it has markers, m: at the spacing that its members fit
 /// best.
-pub(super) fn stations(scan: &Scan<'_>, line: &Line, patterns: &[MarkerOptions]) -> Vec<f64> {
+pub(super) fn stations(scan: &Scan<'_>, line: &Line, patterns: &[MarkerPattern]) -> Vec<f64> {
     let curve = &line.fitted.curve;
     let at: Vec<f64> =
         line.members.iter().map(|i| curve.foot(DVec2::from_array(scan.points[*i].at_m)).s_m).collect();

@@ -74,7 +74,7 @@ fn dense_points_are_no_markers() {
     let grass = dis_cluster(&exact(&points), 2.0, 0.2, 4).iter().map(Vec::len).sum::<usize>();
     assert!(grass > 100, "{grass}");
     let points = exact(&points);
-    assert_eq!(spaced(&points, &MarkerOptions::default()), (0..8).collect::<Vec<_>>());
+    assert_eq!(spaced(&points, &MarkerPattern::default()), (0..8).collect::<Vec<_>>());
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn a_straight_lane_is_found_with_its_width() {
     for seed in 1..40 {
         let mut dice = Dice(seed * 77);
         let points = lane(&mut dice);
-        let e = estimate(&scan(&points), &MarkerOptions::default());
+        let e = estimate(&scan(&points), &MarkerPattern::default());
         assert_eq!((e.lines.len(), e.no_lane), (2, None), "seed {seed}");
         assert!(e.provenance.used >= 22, "{}", e.provenance.used);
         let (w, o) = (e.width_m.unwrap(), e.offset_m.unwrap());
@@ -103,8 +103,8 @@ fn markers_beside_a_car_come_back() {
         points.push(point(DVec2::new(15.0 + 0.3 * f64::from(k), 2.1 + 0.1 * dice.roll()), 0.0, &mut dice));
     }
     let places: Vec<Site> = points.iter().map(Site::of).collect();
-    let kept = spaced(&places, &MarkerOptions::default()).iter().filter(|i| **i < 24).count();
-    let e = estimate(&scan(&points), &MarkerOptions::default());
+    let kept = spaced(&places, &MarkerPattern::default()).iter().filter(|i| **i < 24).count();
+    let e = estimate(&scan(&points), &MarkerPattern::default());
     let used: Vec<usize> = e.lines.iter().flat_map(|l| l.members.clone()).collect();
     let back = used.iter().filter(|i| **i < 24).count();
     assert!(kept <= 22 && back >= 23, "{kept} {back}");
@@ -118,7 +118,7 @@ fn what_moves_is_no_marker() {
     points.truncate(12);
     // A convoy at the markers' spacing.
     points.extend((0..8).map(|k| point(DVec2::new(8.0 + 2.0 * f64::from(k), 4.0), 3.0, &mut dice)));
-    let e = estimate(&scan(&points), &MarkerOptions::default());
+    let e = estimate(&scan(&points), &MarkerPattern::default());
     assert_eq!(e.lines.len(), 1);
     assert!(e.lines[0].members.iter().all(|i| *i < 12) && e.width_m.is_none());
 }
@@ -137,7 +137,7 @@ fn bends_are_followed() {
             })
             .collect();
         let speed_mps = Some(Measured { value: SPEED, std: 0.01 });
-        let e = estimate(&Scan { speed_mps, ..scan(&points) }, &MarkerOptions::default());
+        let e = estimate(&Scan { speed_mps, ..scan(&points) }, &MarkerPattern::default());
         assert_eq!(e.lines.len(), 1, "{radius} {:?}", e.no_lane);
         let f = &e.lines[0].fitted;
         let got = f.curve.curvature_per_m;
@@ -150,7 +150,7 @@ fn bends_are_followed() {
 /// The inner row of a semicircle of 10 m: five markers 1.5 m apart hardly show their bend.
 #[test]
 fn the_inner_row_of_a_narrow_bend_is_found() {
-    let options = MarkerOptions { spacing_m: 1.5, ..MarkerOptions::default() };
+    let options = MarkerPattern { spacing_m: 1.5, ..MarkerPattern::default() };
     for seed in 1..9 {
         let mut dice = Dice(seed);
         let on_bend = |k: i32| DVec2::from_angle(1.5 * f64::from(k) / 10.1 - 0.25 * TAU) * 10.1;
@@ -174,7 +174,7 @@ fn missing_and_extra_points() {
             let at = DVec2::new(6.0 + 22.0 * dice.roll(), 8.0 * dice.roll() - 4.0);
             points.push(point(at, 0.0, &mut dice));
         }
-        let e = estimate(&scan(&points), &MarkerOptions::default());
+        let e = estimate(&scan(&points), &MarkerPattern::default());
         runs += 1;
         lines += usize::from(e.lines.len() == 2);
         within += usize::from(e.width_m.is_some_and(|w| (w.value - 3.0).abs() < 0.3));
@@ -195,14 +195,14 @@ fn levels_tell_markers_from_stones() {
     points[5].rcs_dbsm += 15.0;
     let expected = |p: &LanePoint, _: f64| -10.0 - 0.3 * p.range_m;
     let e =
-        estimate(&Scan { expected_rcs_dbsm: Some(&expected), ..scan(&points) }, &MarkerOptions::default());
+        estimate(&Scan { expected_rcs_dbsm: Some(&expected), ..scan(&points) }, &MarkerPattern::default());
     assert_eq!(e.lines.len(), 1);
     assert!(!e.lines[0].members.contains(&5) && e.lines[0].members.len() == 11, "{:?}", e.lines[0].members);
 }
 
 #[test]
 fn hostile_scans_have_a_reason() {
-    let options = MarkerOptions::default();
+    let options = MarkerPattern::default();
     let mut dice = Dice(1);
     let one = point(DVec2::new(10.0, 1.0), 0.0, &mut dice);
     let speed_mps = Some(Measured { value: SPEED, std: 0.01 });
@@ -227,7 +227,7 @@ fn hostile_scans_have_a_reason() {
 #[test]
 fn hough_finds_rows_that_paths_miss() {
     let found = |hough: bool| {
-        let options = MarkerOptions { hough, ..MarkerOptions::default() };
+        let options = MarkerPattern { hough, ..MarkerPattern::default() };
         let mut markers = 0;
         for seed in 1..60 {
             let mut dice = Dice(seed * 7919);
@@ -260,7 +260,7 @@ fn pairs_in_one_cell_do_not_stand_between() {
         ..points[3]
     };
     points.push(pair);
-    let options = MarkerOptions::default();
+    let options = MarkerPattern::default();
     let motion = motion_from_rest(&points, None, &options).unwrap();
     assert!((motion.velocity_mps[0] - SPEED).abs() < 2e-3, "{motion:?}");
     let stands = at_rest(&points, &motion, &options);
@@ -295,7 +295,7 @@ fn with_wall(dice: &mut Dice, wall: bool) -> Vec<LanePoint> {
 /// not.
 #[test]
 fn images_in_a_wall_are_no_rows() {
-    let options = MarkerOptions::default();
+    let options = MarkerPattern::default();
     let lefts = |points: &[LanePoint]| -> Vec<i32> {
         let e = estimate(&scan(points), &options);
         e.lines
@@ -361,7 +361,7 @@ fn posts_at_twice_the_spacing_are_no_row() {
     }
     let speed_mps = Some(Measured { value: SPEED, std: 0.01 });
     let found = |points: &[LanePoint]| {
-        estimate(&Scan { speed_mps, ..scan(points) }, &MarkerOptions::default()).lines.len()
+        estimate(&Scan { speed_mps, ..scan(points) }, &MarkerPattern::default()).lines.len()
     };
     assert_eq!(found(&posts), 0);
     // Of one level it is a row.
@@ -385,7 +385,7 @@ fn near_and_far_markers_are_members() {
         .collect();
     let points: Vec<LanePoint> = at.iter().map(|x| point(DVec2::new(*x, 1.5), 0.0, &mut dice)).collect();
     let speed_mps = Some(Measured { value: SPEED, std: 0.01 });
-    let e = estimate(&Scan { speed_mps, ..scan(&points) }, &MarkerOptions::default());
+    let e = estimate(&Scan { speed_mps, ..scan(&points) }, &MarkerPattern::default());
     assert_eq!(e.lines.len(), 1);
     let members = &e.lines[0].members;
     assert!(members.contains(&0) && members.contains(&1) && members.contains(&13), "{members:?}");

@@ -5,6 +5,7 @@ use super::{
 };
 use crate::curve::{Clothoid, Fitted, Shape};
 use crate::error::{self, LaneError};
+use crate::limits;
 use crate::numeric::bilinear;
 use crate::standing::radar_velocity_mps;
 use crate::{LaneEstimate, LaneEstimator, LanePoint, Line, Measured, SensorInput};
@@ -12,7 +13,8 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
-const METHOD: &str = "range-doppler";
+/// The method's name, as on the command line.
+pub const METHOD: &str = "range-doppler";
 /// Oldest age of a last look that tells where to search, s.
 const OLDEST_S: f64 = 1.0;
 /// Largest decrease of the share of explained cells before the whole range is searched again.
@@ -61,6 +63,34 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// Checks the options.
+    ///
+    /// # Errors
+    /// Returns an error for the first option that lies outside its range.
+    pub fn check(&self) -> Result<(), LaneError> {
+        self.lane.check()?;
+        let good = |v: f64| v.is_finite() && v >= 0.0;
+        error::settings(&[
+            ("radar_at_m", self.radar_at_m.iter().all(|v| v.abs() <= 20.0)),
+            ("frame_time_s", good(self.frame_time_s) && self.frame_time_s <= 10.0),
+            ("min_snr_db", self.min_snr_db.is_finite()),
+            ("least_range_std_m", good(self.least_range_std_m)),
+            ("least_range_rate_std_mps", good(self.least_range_rate_std_mps)),
+            ("search_every", self.search_every > 0),
+        ])
+    }
+}
+
+/// Makes the estimator from options as JSON.
+///
+/// # Errors
+/// Returns an error for options that are unknown or outside their ranges.
+pub fn from_json(options: &str) -> catseye::base::error::Result<Box<dyn LaneEstimator + Send>> {
+    let options: Options = limits::read_json(METHOD, options)?;
+    Ok(Box::new(RangeDopplerLane::new(options).map_err(|e| limits::refused(METHOD, e))?))
+}
+
 /// The result of one look, with more detail than a [`LaneEstimate`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaneLook {
@@ -92,18 +122,7 @@ impl RangeDopplerLane {
     /// # Errors
     /// Returns an error for the first option that lies outside its range.
     pub fn new(options: Options) -> Result<RangeDopplerLane, LaneError> {
-        options.lane.check()?;
-        let o = &options;
-        let good = |v: f64| v.is_finite() && v >= 0.0;
-        let rules = [
-            ("radar_at_m", o.radar_at_m.iter().all(|v| v.abs() <= 20.0)),
-            ("frame_time_s", good(o.frame_time_s) && o.frame_time_s <= 10.0),
-            ("min_snr_db", o.min_snr_db.is_finite()),
-            ("least_range_std_m", good(o.least_range_std_m)),
-            ("least_range_rate_std_mps", good(o.least_range_rate_std_mps)),
-            ("search_every", o.search_every > 0),
-        ];
-        error::settings(&rules)?;
+        options.check()?;
         Ok(RangeDopplerLane { options, last: None })
     }
 

@@ -25,7 +25,7 @@ mod search;
 
 pub use cells::{Cell, Parameter, speed_from_edge};
 use cells::{too_slow, usable};
-pub use estimator::{LaneLook, Options, RangeDopplerLane};
+pub use estimator::{LaneLook, Options, RangeDopplerLane, from_json};
 use fit::Fit;
 use lane::*;
 pub use lane::{Along, CurveStart, LaneFromMap, LaneSettings, OtherLane, Sign, Speed, VALUES};

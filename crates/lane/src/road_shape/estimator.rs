@@ -11,9 +11,9 @@ use glam::DVec2;
 /// The method's name, as on the command line.
 pub const METHOD: &str = "road-shape";
 
-/// Options of [`RoadShapeEstimator`].
+/// What [`RoadShapeEstimator`] works with, as [`super::RoadShapeOptions`] makes it for a radar.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct RoadShapeOptions {
+pub struct RoadShapeSetup {
     /// Settings of gate, vote, fit and filter. The mounting in them is not used: points bring their position
     /// in the vehicle's frame with them.
     pub tracker: TrackerSettings,
@@ -27,7 +27,7 @@ pub struct RoadShapeOptions {
 /// vehicle.
 #[derive(Debug, Clone)]
 pub struct RoadShapeEstimator {
-    options: RoadShapeOptions,
+    options: RoadShapeSetup,
     tracker: RoadTracker,
     last_s: Option<f64>,
     /// Distance ahead up to which points support each edge, m.
@@ -67,7 +67,7 @@ impl RoadShapeEstimator {
     ///
     /// # Errors
     /// Returns an error for the first option or setting outside its range.
-    pub fn new(options: RoadShapeOptions) -> crate::error::Result<RoadShapeEstimator> {
+    pub fn new(options: RoadShapeSetup) -> crate::error::Result<RoadShapeEstimator> {
         crate::error::not_negative("own_speed_share", options.own_speed_share)?;
         let tracker = RoadTracker::new(&options.tracker)?;
         Ok(RoadShapeEstimator { options, tracker, last_s: None, reach_m: [0.0; 2], latest: None })

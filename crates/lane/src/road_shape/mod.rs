@@ -15,6 +15,7 @@ pub mod estimator;
 pub mod fit;
 pub mod hough;
 pub mod image;
+pub mod options;
 pub mod points;
 #[cfg(test)]
 #[path = "tests/synthetic.rs"]
@@ -24,9 +25,10 @@ mod tests;
 pub mod tracker;
 
 pub use clothoid::{ClothoidFilter, ClothoidSettings, EdgeMeasurement, Update};
-pub use estimator::{RoadShapeEstimator, RoadShapeOptions};
+pub use estimator::{RoadShapeEstimator, RoadShapeSetup};
 pub use fit::{Curve, EdgeFit, FitSettings, fit_edge, fit_parallel};
 pub use hough::{EdgePeak, HoughSettings, RoadWidth, VoteMap};
+pub use options::{RoadShapeOptions, from_json};
 pub use points::{
     Ego, Peak, RadarMount, StaticGate, StaticPoint, StaticScan, ego_speed, expected_range_rate_mps,
     static_points,

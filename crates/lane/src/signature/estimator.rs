@@ -107,9 +107,9 @@ pub struct MapLanes {
     pub lanes: Vec<MapLane>,
 }
 
-/// Options of [`Signature`].
+/// What [`Signature`] works with besides its map.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SignatureOptions {
+pub struct SignatureSetup {
     /// Test for stationary points.
     pub at_rest: StaticTest,
     /// Settings of the first search and of every search after the position is lost.
@@ -140,10 +140,10 @@ pub struct SignatureOptions {
     pub rows: Vec<RowOptions>,
 }
 
-impl Default for SignatureOptions {
+impl Default for SignatureSetup {
     fn default() -> Self {
         let search = LocateSettings { near_m: 3.0, floor_std_m: 0.05, ..LocateSettings::default() };
-        SignatureOptions {
+        SignatureSetup {
             at_rest: StaticTest::default(),
             search,
             beside_m: 2.0,
@@ -181,7 +181,7 @@ pub struct MapPosition {
 pub struct Signature {
     map: SignatureMap,
     lanes: MapLanes,
-    options: SignatureOptions,
+    options: SignatureSetup,
     last: Option<MapPosition>,
     failed: u32,
     time_s: Option<f64>,
@@ -194,11 +194,7 @@ impl Signature {
     ///
     /// # Errors
     /// Returns an error for the first option or setting outside its range.
-    pub fn new(
-        map: SignatureMap,
-        lanes: MapLanes,
-        options: SignatureOptions,
-    ) -> Result<Signature, LaneError> {
+    pub fn new(map: SignatureMap, lanes: MapLanes, options: SignatureSetup) -> Result<Signature, LaneError> {
         let reach = options.reach_m;
         let rules: [(&'static str, bool); 8] = [
             ("map_std", options.map_std.iter().all(|s| (0.0..=100.0).contains(s))),

@@ -12,4 +12,7 @@ pub mod codewords;
 pub mod estimator;
 pub mod locate;
 pub mod map;
+pub mod options;
 pub mod row;
+
+pub use options::{MappedScan, SignatureOptions, from_json};

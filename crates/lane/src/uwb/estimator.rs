@@ -66,9 +66,9 @@ impl Background {
     }
 }
 
-/// Options of one radar for [`UwbLanes`].
+/// What [`UwbLanes`] works with for one radar, as [`super::Tuning`] makes it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct UwbOptions {
+pub struct UwbSetup {
     /// Range axis of the samples of [`SensorInput::pulse`].
     pub axis: RangeAxis,
     /// Ranges over which echoes are summed.
@@ -87,7 +87,7 @@ pub struct UwbOptions {
     pub lane_width_m: Option<f64>,
 }
 
-impl UwbOptions {
+impl UwbSetup {
     fn check(&self) -> Result<(), LaneError> {
         RangeGate::new(self.gate.min_m, self.gate.max_m)?;
         checked("standard deviation of the offset", self.offset_std_m, self.offset_std_m > 0.0, "above 0 m")?;
@@ -326,13 +326,13 @@ impl PassHistory {
 /// A radar and the state from its scans so far.
 #[derive(Debug, Clone)]
 struct Radar {
-    options: UwbOptions,
+    options: UwbSetup,
     uwb: Uwb,
     story: PassHistory,
 }
 
 impl Radar {
-    fn new(options: UwbOptions) -> Result<Radar, LaneError> {
+    fn new(options: UwbSetup) -> Result<Radar, LaneError> {
         options.check()?;
         Ok(Radar { uwb: Uwb::new(options.config.clone())?, options, story: PassHistory::default() })
     }
@@ -354,7 +354,7 @@ impl UwbLanes {
     ///
     /// # Errors
     /// Returns an error for the first option that is out of range or contradicts another.
-    pub fn new(options: UwbOptions) -> Result<UwbLanes, LaneError> {
+    pub fn new(options: UwbSetup) -> Result<UwbLanes, LaneError> {
         let lane_width_m = options.lane_width_m;
         Ok(UwbLanes { radars: vec![Radar::new(options)?], lane_width_m, event: None })
     }
@@ -364,13 +364,13 @@ impl UwbLanes {
     /// # Errors
     /// Returns an error for an option out of range or in contradiction to another, for a right radar that is
     /// left of the left one, or for a missing lane width.
-    pub fn pair(left: UwbOptions, right: UwbOptions) -> Result<UwbLanes, LaneError> {
+    pub fn pair(left: UwbSetup, right: UwbSetup) -> Result<UwbLanes, LaneError> {
         let width_m = left.lane_width_m.or(right.lane_width_m);
         let width_m = width_m.ok_or(LaneError::Missing { what: "lane width" })?;
         let span_m = left.at_m[1] - right.at_m[1];
         let radars = vec![
-            Radar::new(UwbOptions { side: Side::Left, ..left })?,
-            Radar::new(UwbOptions { side: Side::Right, ..right })?,
+            Radar::new(UwbSetup { side: Side::Left, ..left })?,
+            Radar::new(UwbSetup { side: Side::Right, ..right })?,
         ];
         checked(
             "distance between the radars",
@@ -481,7 +481,7 @@ mod tests {
             offset: OffsetSource::Range { height_m: 1.32 },
             ..UwbConfig::new(8.0, 3.0, &threshold).unwrap()
         };
-        UwbLanes::new(UwbOptions {
+        UwbLanes::new(UwbSetup {
             axis: RangeAxis { start_m: 1.0, step_m: 0.01 },
             gate: RangeGate::new(1.3, 2.0).unwrap(),
             background: None,

@@ -17,22 +17,26 @@ pub mod estimator;
 mod gate;
 mod odometer;
 mod offset;
+pub mod options;
 mod stats;
 mod threshold;
 mod track;
+mod tuning;
 
 #[cfg(test)]
 mod tests;
 
 pub use crate::side::Side;
 pub use centre::Centre;
-pub use estimator::{Background, UwbLanes, UwbOptions};
+pub use estimator::{Background, UwbLanes, UwbSetup};
 pub use gate::{GateEcho, MarkedLane, RangeAxis, RangeGate};
 pub use odometer::{MarkerOdometer, OdometerReading};
 pub use offset::{OffsetCurve, OffsetTrend, offset_from_range_m};
+pub use options::{UwbOptions, from_json};
 pub use stats::{RunScore, SpacingErrors, score_run, spacing_errors};
 pub use threshold::{Histogram, Threshold, ThresholdMethod, exceedance_rate};
 pub use track::{
     Departure, Event, EventKind, LaneEstimate, MarkerPass, MarkerReport, OffsetSource, Spacing, Uwb,
     UwbConfig, Verdict,
 };
+pub use tuning::{Tuned, Tuning};

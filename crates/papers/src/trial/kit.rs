@@ -2,8 +2,6 @@
 
 pub use crate::trial::context::TrialContext;
 pub use crate::trial::drive::{Drive, Level, lane_point, mount, own_alone, point_radar};
-pub(super) use crate::trial::limits;
-pub use crate::trial::limits::LEAVE_OUT;
 pub use crate::trial::pictures::{DOT, Draw, FOUND, OTHER, SEEN, TRUE, lanes_chart};
 pub use crate::trial::ready::{LaneMethod, ReadyMethod, chirp_radar, needed, no_radar};
 pub use crate::trial::report::{Row, Rows, Sheet, Step, Trial, common_rows, fixed};
@@ -20,6 +18,8 @@ pub use catseye::scene::radar::Radar;
 pub use catseye::scene::scenario::{Scenario, SceneSource};
 pub use catseye::scene::waveform::Waveform;
 pub use catseye::simulate::Frame;
+pub use catseye_lane::limits;
+pub use catseye_lane::limits::LEAVE_OUT;
 pub use catseye_lane::score::TrueLanes;
 pub use catseye_lane::{LaneError, LaneEstimate, LaneEstimator, LanePoint, Measured, SensorInput};
 pub use catseye_plot::{

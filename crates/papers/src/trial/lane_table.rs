@@ -40,7 +40,7 @@ impl LaneTable {
         let table: LaneTable = settings(path)?;
         let LaneTable { uwb, markers, range_doppler, signature, .. } = &table;
         let LaneTable { road_shape, hd_map, camera_fusion, .. } = &table;
-        let first = [uwb.check(), markers.check(), range_doppler.check(), signature.check()];
+        let first = [uwb.check(), markers.check_in_scenario(), range_doppler.check(), signature.check()];
         let rest = [road_shape.check(), hd_map.check(), camera_fusion.check()];
         first.into_iter().chain(rest).collect::<Result<()>>().map_err(|e| match e {
             Error::Input(b) => BadInput { file: b.file.clone().or(Some(path.into())), ..*b }.into(),

@@ -7,7 +7,7 @@ use catseye::road::site::Site;
 use catseye::scene::scenario::{Ego, EgoPlan, Scenario};
 use catseye_lane::body::Body;
 use catseye_lane::camera_fusion::{
-    Camera, CameraFusion, FusionOptions, Image, NearSettings, Trapezoid, edges, find_near_lane, hough_lines,
+    Camera, CameraFusion, FusionSetup, Image, NearSettings, Trapezoid, edges, find_near_lane, hough_lines,
 };
 use catseye_lane::{LaneError, LaneEstimator, LaneTrack, Measured, SensorInput};
 use catseye_papers::trial::camera::{Light, View};
@@ -217,7 +217,7 @@ fn toml_of(text: &str) -> Result<Settings, String> {
 }
 
 fn estimator() -> CameraFusion {
-    CameraFusion::new(FusionOptions::new(CameraTable::default().camera())).unwrap()
+    CameraFusion::new(FusionSetup::new(CameraTable::default().camera())).unwrap()
 }
 
 fn grey(value: f32) -> Image {
@@ -290,7 +290,7 @@ fn hostile_looks() {
 #[test]
 fn tracks_alone_give_a_lane() {
     let camera = CameraTable::default().camera();
-    let mut e = CameraFusion::new(FusionOptions { body: None, ..FusionOptions::new(camera) }).unwrap();
+    let mut e = CameraFusion::new(FusionSetup { body: None, ..FusionSetup::new(camera) }).unwrap();
     let mut last = None;
     for k in 0..40 {
         let t = 0.1 * f64::from(k);
@@ -318,18 +318,18 @@ fn tracks_alone_give_a_lane() {
 #[test]
 fn options_that_cannot_be() {
     let camera = CameraTable::default().camera();
-    let o = FusionOptions::new(camera.clone());
+    let o = FusionSetup::new(camera.clone());
     for bad in [
-        FusionOptions { period_s: f64::NAN, ..o.clone() },
-        FusionOptions { seen_m: [30.0, 5.0], ..o.clone() },
-        FusionOptions { half_width_m: 0.0, ..o.clone() },
-        FusionOptions { units: 3, ..o.clone() },
-        FusionOptions { pitch_std_rad: -1.0, ..o.clone() },
-        FusionOptions { axis_std_rad: f64::NAN, ..o.clone() },
-        FusionOptions { radar_at_m: glam::DVec2::NAN, ..o.clone() },
-        FusionOptions { body: Some(Body { width_m: 0.0, ..Body::CAR }), ..o.clone() },
-        FusionOptions { least_way_m: f64::INFINITY, ..o.clone() },
-        FusionOptions { camera: Camera { pitch_rad: -0.8, ..camera }, ..o },
+        FusionSetup { period_s: f64::NAN, ..o.clone() },
+        FusionSetup { seen_m: [30.0, 5.0], ..o.clone() },
+        FusionSetup { half_width_m: 0.0, ..o.clone() },
+        FusionSetup { units: 3, ..o.clone() },
+        FusionSetup { pitch_std_rad: -1.0, ..o.clone() },
+        FusionSetup { axis_std_rad: f64::NAN, ..o.clone() },
+        FusionSetup { radar_at_m: glam::DVec2::NAN, ..o.clone() },
+        FusionSetup { body: Some(Body { width_m: 0.0, ..Body::CAR }), ..o.clone() },
+        FusionSetup { least_way_m: f64::INFINITY, ..o.clone() },
+        FusionSetup { camera: Camera { pitch_rad: -0.8, ..camera }, ..o },
     ] {
         assert!(CameraFusion::new(bad).is_err());
     }

@@ -2,7 +2,7 @@
 
 use catseye::engine::{Engine, Precision};
 use catseye::scene::scenario::Scenario;
-use catseye_lane::markers::{MarkerOptions, Markers, MarkersOptions};
+use catseye_lane::markers::{MarkerPattern, MarkerSearch, Markers};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::markers::Settings;
 use catseye_papers::trial::{LaneMethod, Trial, TrialContext};
@@ -119,7 +119,7 @@ fn look(points: &[LanePoint], time_s: f64) -> SensorInput<'_> {
 
 #[test]
 fn hostile_looks_have_a_reason_and_no_lane() {
-    let fresh = || Markers::new(MarkersOptions::default());
+    let fresh = || Markers::new(MarkerSearch::default());
     let why = |l: &SensorInput<'_>| {
         let e = fresh().estimate(l);
         assert!(e.no_lane.is_none() != e.lines.is_empty());
@@ -149,7 +149,7 @@ fn hostile_looks_have_a_reason_and_no_lane() {
     let rubbish = LanePoint { std_m: [-1.0, 1e9], range_m: -3.0, rcs_dbsm: f64::NAN, ..one };
     fresh().estimate(&look(&[rubbish; 30], f64::NAN));
     // Without a pattern to look for.
-    let none = Markers::new(MarkersOptions { patterns: Vec::new(), ..MarkersOptions::default() })
+    let none = Markers::new(MarkerSearch { patterns: Vec::new(), ..MarkerSearch::default() })
         .estimate(&look(&rows(6.0), 0.0));
     assert!(matches!(none.no_lane, Some(LaneError::NotGiven { .. })));
 }
@@ -157,7 +157,7 @@ fn hostile_looks_have_a_reason_and_no_lane() {
 /// Lines go on for a while when a look fails, and not for long; time that runs back starts anew.
 #[test]
 fn lines_are_followed_over_looks_that_fail() {
-    let mut m = Markers::new(MarkersOptions::default());
+    let mut m = Markers::new(MarkerSearch::default());
     for k in 0..4 {
         let t = 0.1 * f64::from(k);
         let e = m.estimate(&look(&rows(9.0 - 10.0 * t), t));
@@ -180,8 +180,8 @@ fn two_spacings_at_once() {
     let at = |k: usize, d: f64| 6.0 + d * k as f64;
     let points: Vec<LanePoint> =
         (0..12).map(|k| point(at(k, 1.5), 1.75)).chain((0..9).map(|k| point(at(k, 2.0), -1.75))).collect();
-    let of = |spacing_m: f64| MarkerOptions { spacing_m, ..MarkerOptions::default() };
-    let both = MarkersOptions { patterns: vec![of(1.5), of(2.0)], ..MarkersOptions::default() };
+    let of = |spacing_m: f64| MarkerPattern { spacing_m, ..MarkerPattern::default() };
+    let both = MarkerSearch { patterns: vec![of(1.5), of(2.0)], ..MarkerSearch::default() };
     let e = Markers::new(both).estimate(&look(&points, 0.0));
     assert_eq!(e.lines.len(), 2, "{:?}", e.no_lane);
     assert!((e.width_m.unwrap().value - 3.5).abs() < 0.05);

@@ -4,7 +4,7 @@ use catseye::base::rng::Draws;
 use catseye::engine::{Engine, Precision};
 use catseye::scene::scenario::Scenario;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
-use catseye_lane::road_shape::{RoadShapeEstimator, RoadShapeOptions};
+use catseye_lane::road_shape::{RoadShapeEstimator, RoadShapeSetup};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
 use catseye_papers::trial::road_shape::{Settings, Task};
 use catseye_papers::trial::{LaneMethod, Trial, TrialContext};
@@ -174,7 +174,7 @@ fn settings_name_what_is_wrong() {
 }
 
 fn estimator() -> RoadShapeEstimator {
-    RoadShapeEstimator::new(RoadShapeOptions::default()).unwrap()
+    RoadShapeEstimator::new(RoadShapeSetup::default()).unwrap()
 }
 
 /// A point at rest as a vehicle of 20 m/s sees it.

@@ -5,7 +5,7 @@ use catseye::engine::{Engine, Precision};
 use catseye::scene::scenario::{Ego, EgoPlan, Scenario};
 use catseye_lane::curve::Clothoid;
 use catseye_lane::signature::codewords::{Alphabet, Code, Zone};
-use catseye_lane::signature::estimator::{MapLane, MapLanes, Signature, SignatureOptions, scan_point};
+use catseye_lane::signature::estimator::{MapLane, MapLanes, Signature, SignatureSetup, scan_point};
 use catseye_lane::signature::map::{MapSettings, Pose, SignatureMap};
 use catseye_lane::signature::row::{RowOptions, RowReader};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
@@ -206,7 +206,7 @@ fn estimator() -> Signature {
     map.prune(3, 0.3);
     let lines_m = vec![vec![[-50.0, -1.75], [200.0, -1.75]], vec![[-50.0, 1.75], [200.0, 1.75]]];
     let lanes = MapLanes { lines_m, std_m: 0.02, lanes: vec![MapLane { number: 1, right: 0, left: 1 }] };
-    let mut options = SignatureOptions::default();
+    let mut options = SignatureSetup::default();
     options.at_rest.radar_m = RADAR.to_array();
     Signature::new(map, lanes, options).unwrap()
 }
@@ -297,7 +297,7 @@ fn hostile_looks_give_no_lane() {
         .collect();
     assert!(matches!(e.estimate(&look(&far, 0.0)).no_lane, Some(LaneError::Refused { .. })));
     let empty = SignatureMap::new(MapSettings::default()).unwrap();
-    let mut e = Signature::new(empty, MapLanes::default(), SignatureOptions::default()).unwrap();
+    let mut e = Signature::new(empty, MapLanes::default(), SignatureSetup::default()).unwrap();
     assert!(matches!(e.estimate(&look(&good, 0.0)).no_lane, Some(LaneError::NotGiven { .. })));
     // Times that are none, or go back.
     let mut e = estimator();

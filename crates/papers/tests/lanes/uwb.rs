@@ -6,7 +6,7 @@ use catseye::road::site::Site;
 use catseye::scene::scenario::Scenario;
 use catseye_lane::uwb::{
     Background, Centre, EventKind, OffsetSource, RangeAxis, RangeGate, Side, Threshold, Uwb, UwbConfig,
-    UwbLanes, UwbOptions,
+    UwbLanes, UwbSetup,
 };
 use catseye_lane::{LaneError, LaneEstimate, LaneEstimator, Measured, SensorInput};
 use catseye_papers::trial::uwb::Settings;
@@ -32,7 +32,7 @@ fn scan(echoes: &[(f64, f64)]) -> Vec<f64> {
     (0..300).map(|i| echoes.iter().map(|e| one(at(i), *e)).sum()).collect()
 }
 
-fn options(side: Side) -> UwbOptions {
+fn options(side: Side) -> UwbSetup {
     let gate = RangeGate::new(HEIGHT_M, 3.2).unwrap();
     let bare = gate.echo(&scan(&[(0.1, 2.5)]), &axis()).unwrap().energy;
     let threshold = Threshold::maximum(&[bare, 1.5 * bare]).unwrap();
@@ -41,7 +41,7 @@ fn options(side: Side) -> UwbOptions {
         ..UwbConfig::new(8.0, 3.0, &threshold).unwrap()
     };
     let y = if side == Side::Left { 0.95 } else { -0.95 };
-    UwbOptions {
+    UwbSetup {
         axis: axis(),
         gate,
         background: None,
@@ -160,9 +160,9 @@ fn hostile_looks_are_refused_with_their_reason_and_leave_the_state() {
     let mut uwb = UwbLanes::new(options(Side::Right)).unwrap();
     assert!(why(&uwb.estimate(&look(0, &good))).contains("no plates"));
     // Settings that contradict each other are refused, too.
-    let wrong = UwbOptions { offset_std_m: f64::NAN, ..options(Side::Right) };
+    let wrong = UwbSetup { offset_std_m: f64::NAN, ..options(Side::Right) };
     assert!(UwbLanes::new(wrong).is_err());
-    let wrong = UwbOptions { gate: RangeGate { min_m: 3.0, max_m: 1.0 }, ..options(Side::Right) };
+    let wrong = UwbSetup { gate: RangeGate { min_m: 3.0, max_m: 1.0 }, ..options(Side::Right) };
     assert!(UwbLanes::new(wrong).is_err());
 }
 

@@ -1,8 +1,8 @@
 //! Compares the results of the document's steps with the true lane.
 
-use crate::trial::camera_fusion::settings::Settings;
 use crate::trial::kit::*;
 use crate::trial::report::number;
+use catseye_lane::camera_fusion::CameraFusionOptions as Settings;
 use catseye_lane::camera_fusion::{Insight, Part, RoadModel, compare_fits, tell_lanes_apart};
 use std::collections::BTreeMap;
 

@@ -4,7 +4,6 @@
 
 mod judge;
 mod pictures;
-mod settings;
 mod vehicle_camera;
 
 use crate::trial::camera_fusion::judge::Judged;
@@ -15,7 +14,7 @@ use crate::trial::ready::Sense;
 use crate::trial::report::{has_lane, percent_of_runs, rms_of_runs, usual_refusal};
 use crate::trial::sensors::{KeptPoint, TrackFollower, kept_points};
 use catseye_lane::camera_fusion::{BendSettings, CameraFusion, Pnn, RoadModel, generate_bends};
-pub use settings::{CameraTable, Condition, Settings};
+pub use catseye_lane::camera_fusion::{CameraFusionOptions as Settings, CameraTable, Condition};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -204,7 +203,7 @@ impl Looks for FusedDrive<'_> {
 fn networks(settings: &Settings) -> (Vec<f64>, Option<Sheet>) {
     let mut right = Vec::new();
     let mut sheet = None;
-    let bends = settings.options().bends;
+    let bends = settings.setup().bends;
     for seed in 0..NETWORKS {
         let training = generate_bends(&bends, settings.network_units as usize, 2 * seed);
         let Ok(pnn) = Pnn::train(&training) else { continue };

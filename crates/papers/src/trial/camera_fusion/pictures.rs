@@ -1,9 +1,9 @@
 //! The document's figures: the picture with its trapezoid and lines (1, 11, 13), the lane on the ground (2, 12, 14), the fits to a way
 //! (4), recognition step by step (15, 16); and what each sensor sees by day, by night, in fog and against the sun.
 
-use crate::trial::camera_fusion::settings::{Condition, Settings};
 use crate::trial::kit::*;
 use catseye_lane::camera_fusion::{Camera, Image, Insight, Part, Trapezoid, compare_fits};
+use catseye_lane::camera_fusion::{CameraFusionOptions as Settings, Condition};
 
 /// The sensors that an estimator uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

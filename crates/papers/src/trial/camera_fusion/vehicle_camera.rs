@@ -1,10 +1,10 @@
 //! The camera of a vehicle on a drive, with its images by frame and light.
 
-use crate::trial::camera::View;
-use crate::trial::camera_fusion::settings::{Condition, Settings};
+use crate::trial::camera::{Light, View};
 use crate::trial::kit::*;
 use catseye::geom::Geometry;
 use catseye_lane::camera_fusion::Image;
+use catseye_lane::camera_fusion::{CameraFusionOptions as Settings, Condition};
 
 /// A camera whose pitch varies from frame to frame.
 pub struct VehicleCamera {
@@ -48,8 +48,18 @@ impl VehicleCamera {
             return Ok(image.clone());
         }
         let noise = self.seed.wrapping_mul(1000).wrapping_add(u64::from(index));
-        let image = view.lit(geometry, &self.settings.light(condition), noise)?;
+        let image = view.lit(geometry, &light(&self.settings, condition), noise)?;
         self.lit.push((condition, image.clone()));
         Ok(image)
+    }
+}
+
+/// The light of a condition.
+fn light(settings: &Settings, condition: Condition) -> Light {
+    match condition {
+        Condition::Clear => Light::CLEAR,
+        Condition::Night => Light::night(),
+        Condition::Fog => Light::fog(settings.fog_visibility_m),
+        Condition::Glare => Light::glare(settings.glare_elevation_deg.to_radians(), settings.glare_stray),
     }
 }

@@ -4,6 +4,7 @@ use crate::trial::kit::*;
 use catseye::road::traffic::VEHICLES;
 use catseye::scene::toml_file::At;
 pub use catseye_lane::hd_map::accuracy::SceneKind as Kind;
+use catseye_lane::hd_map::options::pose_limits;
 use catseye_lane::hd_map::{Across, RadarPose, Wgs84};
 
 const METHOD: &str = "hd_map";
@@ -119,6 +120,7 @@ impl Settings {
     /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
         let ([latitude, longitude, height], nearest) = (self.origin, self.near_m + 10.0);
+        let [place, azimuth] = pose_limits(self.place_std_m, self.azimuth_std_deg);
         limits::check(
             METHOD,
             &[
@@ -128,8 +130,8 @@ impl Settings {
                 ("north_deg", self.north_deg, -360.0, 360.0, LEAVE_OUT),
                 ("map_std_m", self.map_std_m, 0.0, 5.0, LEAVE_OUT),
                 ("map_spacing_m", self.map_spacing_m, 0.5, 1000.0, LEAVE_OUT),
-                ("place_std_m", self.place_std_m, 0.0, 100.0, LEAVE_OUT),
-                ("azimuth_std_deg", self.azimuth_std_deg, 0.0, 90.0, LEAVE_OUT),
+                place,
+                azimuth,
                 ("echo_height_m", self.echo_height_m, 0.0, 10.0, LEAVE_OUT),
                 ("fastest_mps", self.fastest_mps, 1.0, 200.0, LEAVE_OUT),
                 ("slowest_mps", self.slowest_mps, 0.1, 20.0, LEAVE_OUT),

@@ -3,15 +3,14 @@
 mod level;
 mod looks;
 mod pictures;
-mod settings;
 mod tally;
 
 use crate::trial::kit::*;
 use crate::trial::markers::looks::{Kept, MarkerLook, excess_db, of_runs, tally_within};
 use crate::trial::markers::tally::{Tally, View, markers_in_view, tally, truth_in_view};
 use catseye::scene::radar::AngleMethod;
-use catseye_lane::markers::{MarkerOptions, Markers, MarkersOptions};
-pub use settings::Settings;
+pub use catseye_lane::markers::MarkersOptions as Settings;
+use catseye_lane::markers::{MarkerPattern, MarkerSearch, Markers};
 
 /// Angular distance from the edge of the grid within which points are left out, rad.
 const EDGE_RAD: f64 = 0.01;
@@ -20,7 +19,7 @@ const NO_LEVEL_DBSM: f64 = -300.0;
 
 impl LaneMethod for Settings {
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
-        self.check()?;
+        self.check_in_scenario()?;
         let scenario = given.scenario;
         let found = point_radar(&scenario.radars);
         let allowed = "a radar that gives points: fmcw, stepped or coded, with two channels or more";
@@ -33,11 +32,11 @@ impl LaneMethod for Settings {
             return Err(bad.remedy("add [[rx]] to the radar").into());
         }
         let site = Site::new(&given.scenario_of(0))?;
-        let patterns = self.patterns(radar, site.road.as_ref())?;
+        let search = self.search_with(radar, site.road.as_ref())?;
         let levels = level::of_first_row(given, &site, radar)?;
         // The levels are shown whether they are checked or not.
-        let shown = MarkersOptions { rcs: levels, ..self.options(radar, patterns) };
-        let options = MarkersOptions { rcs: shown.rcs.clone().filter(|_| self.levels), ..shown.clone() };
+        let shown = MarkerSearch { rcs: levels, ..search };
+        let options = MarkerSearch { rcs: shown.rcs.clone().filter(|_| self.levels), ..shown.clone() };
         let view = View::of(radar, self.reach_m, self.nearest_m);
         let mut seen: Vec<MarkerLook> = Vec::new();
         for run in 0..given.runs {
@@ -83,9 +82,9 @@ impl LaneMethod for Settings {
     ) -> Result<Vec<(String, ReadyMethod)>> {
         let which = chirp_radar(given, "markers")?;
         let radar = drive.radar(which);
-        let patterns = self.patterns(radar, drive.site.road.as_ref())?;
+        let search = self.search_with(radar, drive.site.road.as_ref())?;
         let rcs = if self.levels { level::of_first_row(given, drive.site, radar)? } else { None };
-        let options = MarkersOptions { rcs, ..self.options(radar, patterns) };
+        let options = MarkerSearch { rcs, ..search };
         Ok(ReadyMethod::of_points(Markers::new(options), which).alone())
     }
 }
@@ -157,7 +156,7 @@ fn pictured<'a>(seen: &'a [MarkerLook], settings: &Settings) -> Option<&'a Marke
 }
 
 /// The document's values beside those of the trial.
-fn rows(out: &mut Vec<Row>, seen: &[MarkerLook], options: &MarkersOptions) {
+fn rows(out: &mut Vec<Row>, seen: &[MarkerLook], options: &MarkerSearch) {
     let before = out.len();
     let rms_of =
         |of: &dyn Fn(&MarkerLook) -> Option<f64>| of_runs(seen, |run| rms(run.iter().filter_map(|s| of(s))));
@@ -232,7 +231,7 @@ fn rows(out: &mut Vec<Row>, seen: &[MarkerLook], options: &MarkersOptions) {
     out.retain(|r| index.next() < Some(before) || r.ours.is_some());
 }
 
-fn looks_sheet(seen: &[MarkerLook], options: &MarkersOptions) -> Sheet {
+fn looks_sheet(seen: &[MarkerLook], options: &MarkerSearch) -> Sheet {
     let columns = "run frame time_s points at_rest grouped dense left paths rows_by_hough lines markers detected found \
                    members right speed_mps true_speed_mps yaw_rate_deg_per_s true_yaw_rate_deg_per_s";
     let mut sheet = Sheet::new("looks", columns);
@@ -269,7 +268,7 @@ fn by_range(seen: &[MarkerLook], settings: &Settings, view: &View) -> Sheet {
 }
 
 /// Recall and precision when points are removed and added after the chain.
-fn robustness(seen: &[MarkerLook], options: &MarkersOptions, settings: &Settings, view: &View) -> Sheet {
+fn robustness(seen: &[MarkerLook], options: &MarkerSearch, settings: &Settings, view: &View) -> Sheet {
     let columns = "missing_share extra_points hough recall precision looks_with_two_lines";
     let mut sheet = Sheet::new("robustness", columns).noted(
         "# Points were taken away at random and points at rest strewn over 5 to 40 m ahead, 10 m to each side, after the chain.",
@@ -281,8 +280,8 @@ fn robustness(seen: &[MarkerLook], options: &MarkersOptions, settings: &Settings
     }
     for (missing, extra) in cases {
         for hough in [false, true] {
-            let patterns = options.patterns.iter().map(|o| MarkerOptions { hough, ..*o });
-            let alone = MarkersOptions { patterns: patterns.collect(), track: None, ..options.clone() };
+            let patterns = options.patterns.iter().map(|o| MarkerPattern { hough, ..*o });
+            let alone = MarkerSearch { patterns: patterns.collect(), track: None, ..options.clone() };
             let (mut sum, mut two) = (Tally::default(), 0);
             for s in seen {
                 let points = injected(s, missing, extra);
@@ -327,7 +326,7 @@ fn injected(s: &MarkerLook, missing: f64, extra: u32) -> Vec<LanePoint> {
     points
 }
 
-fn notes(options: &MarkersOptions, settings: &Settings, radar: &Radar) -> Vec<String> {
+fn notes(options: &MarkerSearch, settings: &Settings, radar: &Radar) -> Vec<String> {
     let spacings: Vec<String> = options.patterns.iter().map(|p| format!("{} m", p.spacing_m)).collect();
     let mut out = vec![format!(
         "Rows are looked for at spacings of {} with a tolerance of {} m; lines and markers count from {} to {} m in the radar's view.",

@@ -4,7 +4,7 @@ use crate::trial::kit::*;
 use crate::trial::markers::looks::{MarkerLook, excess_db, tally_within};
 use crate::trial::markers::tally::{View, truth_in_view};
 use catseye::base::units::dbm_from_w;
-use catseye_lane::markers::{Markers, MarkersOptions};
+use catseye_lane::markers::{MarkerSearch, Markers};
 use catseye_plot::class_name;
 
 /// Colours of classes and lines that colour-blind readers can distinguish (Okabe and Ito 2008).
@@ -20,7 +20,7 @@ pub(super) fn pictures(
     (drive, which): (&Drive<'_>, usize),
     look: &MarkerLook,
     seen: &[MarkerLook],
-    options: &MarkersOptions,
+    options: &MarkerSearch,
     view: &View,
 ) -> Result<Vec<(String, Picture)>> {
     let titled = |title: &str| format!("{title}, {:.2} s", look.time_s());
@@ -161,7 +161,7 @@ fn speed(map: &NearMap, look: &MarkerLook) -> Option<Chart> {
 }
 
 /// Pairs of these points at the spacing of any pattern.
-fn edges(look: &MarkerLook, of: &[usize], options: &MarkersOptions) -> Vec<[[f64; 2]; 2]> {
+fn edges(look: &MarkerLook, of: &[usize], options: &MarkerSearch) -> Vec<[[f64; 2]; 2]> {
     let at = places(look, of.iter().copied());
     let mut out = Vec::new();
     for (k, a) in at.iter().enumerate() {
@@ -216,7 +216,7 @@ fn hough(look: &MarkerLook) -> Chart {
 }
 
 /// Fig. 5.4b: edges, paths, and the lines that came of them.
-fn paths(look: &MarkerLook, view: &View, options: &MarkersOptions) -> Chart {
+fn paths(look: &MarkerLook, view: &View, options: &MarkerSearch) -> Chart {
     let mut chart = plane(&format!("Paths and lines, {:.2} s", look.time_s()), view);
     markers(&mut chart, look);
     let green = Pen::solid(OTHER, 1.0);
@@ -241,7 +241,7 @@ fn paths(look: &MarkerLook, view: &View, options: &MarkersOptions) -> Chart {
 }
 
 /// Fig. 5.4d: levels seen and expected over distance.
-fn levels(look: &MarkerLook, options: &MarkersOptions) -> Option<Chart> {
+fn levels(look: &MarkerLook, options: &MarkerSearch) -> Option<Chart> {
     let lines = excess_db(look, &Markers::new(options.clone()));
     let (lo, hi) = finite_range(lines.iter().flatten().flat_map(|(_, a, b)| [*a, *b]))?;
     let far = lines.iter().flatten().map(|l| l.0).fold(0.0, f64::max);

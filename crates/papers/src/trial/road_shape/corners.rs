@@ -3,8 +3,8 @@
 
 use crate::trial::kit::*;
 use crate::trial::road_shape::input::chosen;
-use crate::trial::road_shape::settings::Settings;
 use catseye::dsp::doa_bisvd::costs;
+use catseye_lane::road_shape::RoadShapeOptions as Settings;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 
 /// Data of one run: for each method and frame the directions found, rad, and the true ones of each frame.

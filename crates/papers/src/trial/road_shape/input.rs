@@ -2,8 +2,8 @@
 
 use crate::trial::kit::*;
 use crate::trial::road_shape::pictures::KeptImage;
-use crate::trial::road_shape::settings::{Settings, Source};
 use catseye_lane::road_shape::image::{Imager, suits};
+use catseye_lane::road_shape::options::{RoadShapeOptions as Settings, Source};
 use catseye_lane::road_shape::{Ego, RadarMount};
 
 /// Makes the points of successive radar images.

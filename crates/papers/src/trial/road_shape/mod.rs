@@ -5,7 +5,6 @@
 mod corners;
 mod input;
 mod pictures;
-mod settings;
 
 use crate::trial::edges::{Edges, NearEdges};
 use crate::trial::kit::*;
@@ -13,8 +12,8 @@ use crate::trial::ready::Finds;
 use crate::trial::report::mean_of_runs;
 use crate::trial::road_shape::input::{ImagePoints, chosen, kept_whole};
 use crate::trial::road_shape::pictures::{KeptImage, Tracked};
+pub use catseye_lane::road_shape::options::{RoadShapeOptions as Settings, Source, Task};
 use catseye_lane::road_shape::{EdgeStatus, HoughSettings, RoadShape, Side, VoteMap};
-pub use settings::{Settings, Source, Task};
 
 const METHOD: &str = "road-shape";
 
@@ -170,7 +169,7 @@ fn drives(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
         let (which, by_image) = chosen(&site.scenario.radars, settings)?;
         let kept = given.kept(&format!("run{run}"), || seen(given, run, settings, &drive, shown))?;
         let mut estimator = settings.estimator(drive.radar(which), by_image)?;
-        let hough = settings.options(None).tracker.hough;
+        let hough = settings.setup(None).tracker.hough;
         let edges = Edges::of(&site.scene, site.road.as_ref());
         nothing |= edges.is_empty();
         let mut bus = bus_of(site.scenario.seed, settings);

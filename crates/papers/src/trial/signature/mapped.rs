@@ -6,7 +6,7 @@ use catseye::road::plan::Source;
 use catseye::scene::Object;
 use catseye::scene::scenario::OnRoad;
 use catseye_lane::signature::estimator::{
-    MapLane, MapLanes, Signature, SignatureOptions, StaticTest, scan_point,
+    MapLane, MapLanes, Signature, SignatureSetup, StaticTest, scan_point,
 };
 use catseye_lane::signature::locate::LocateSettings;
 use catseye_lane::signature::map::{MapSettings, Pose, ScanPoint, SignatureMap};
@@ -230,14 +230,14 @@ pub fn map_drive(
 
 /// Makes the estimator for a drive on a mapped road.
 pub fn estimator_on(s: &Settings, drive: &Drive<'_>, which: usize, mapped: &Mapped) -> Result<Signature> {
-    let base = SignatureOptions::default();
+    let base = SignatureSetup::default();
     let ranged = |l: LocateSettings| LocateSettings {
         near_m: s.range_m[0],
         far_m: s.range_m[1],
         half_view_rad: HALF_VIEW_RAD,
         ..l
     };
-    let options = SignatureOptions {
+    let options = SignatureSetup {
         at_rest: at_rest(drive, which),
         search: ranged(base.search),
         track: ranged(base.track),

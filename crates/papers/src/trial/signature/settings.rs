@@ -2,6 +2,7 @@
 
 use crate::trial::kit::*;
 use catseye_lane::signature::codewords::{Alphabet, Code, ReadSettings};
+use catseye_lane::signature::options::least_hits;
 use catseye_lane::signature::row::{RowOptions, RowReader};
 
 /// Code of a row of markers.
@@ -118,7 +119,7 @@ impl Default for Settings {
             vary_offset_m: 0.0,
             lines_std_m: 0.03,
             range_m: [3.0, 40.0],
-            least_hits: 3,
+            least_hits: least_hits(),
             reach_m: 30.0,
             worse: 0.1,
             row: Vec::new(),

@@ -13,17 +13,15 @@ mod tuning;
 
 use crate::trial::kit::*;
 use crate::trial::ready::SPEED_STD_MPS;
-use crate::trial::uwb::drives::{Drives, Passed, Scans, Scenery, covers_of, markers_of};
+use crate::trial::uwb::drives::{Drives, ImpulseRadar, Passed, Scans, Scenery, covers_of, markers_of};
 use crate::trial::uwb::runs::{Run, RunResult, Slow, UwbResults};
 use crate::trial::uwb::tuning::{Tuned, energy, estimator, failed, rules, tune_all, wide};
 use catseye::scene::scenario::Frames;
 use catseye_lane::PulseScan;
 use catseye_lane::uwb;
 use catseye_lane::uwb::Uwb;
-pub(super) use drives::ImpulseRadar;
 pub use settings::{Asphalt, Settings, StandsFor};
 use std::collections::VecDeque;
-pub(super) use tuning::{Rule, tune};
 
 /// Number of scans of the road without markers that set the threshold in a comparison: fewer than in a trial
 /// of the method.

@@ -2,7 +2,7 @@
 
 use crate::trial::kit::*;
 use catseye::scene::toml_file::At;
-use catseye_lane::uwb::Centre;
+use catseye_lane::uwb::{Centre, options};
 
 /// Kim's scenario that this one represents; the document's values are printed beside ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -110,10 +110,10 @@ impl Default for Settings {
     fn default() -> Self {
         Settings {
             stands_for: None,
-            spacing_m: 8.0,
-            plate_length_m: 3.0,
-            lane_width_m: 3.5,
-            car_width_m: 1.9,
+            spacing_m: options::spacing_m(),
+            plate_length_m: options::plate_length_m(),
+            lane_width_m: options::lane_width_m(),
+            car_width_m: options::car_width_m(),
             gate_m: None,
             gate_margin_m: 0.0,
             take_background: true,
@@ -132,7 +132,7 @@ impl Default for Settings {
             speed_range_kmh: None,
             speed_std_mps: 0.1,
             speed_step_kmh: 1.0,
-            offset_std_m: 0.1,
+            offset_std_m: options::OFFSET_STD_M,
             asphalt: Asphalt::default(),
             scan_interval_s: None,
             run_up_m: None,
@@ -157,7 +157,9 @@ impl Settings {
     /// Returns an error for the first value outside its range, or if the road without markers is given twice.
     pub fn check(&self) -> Result<()> {
         let s = self;
-        let (longest, half) = (0.95 * s.spacing_m, 0.5 * s.spacing_m);
+        let lane = options::lane_limits(s.spacing_m, s.plate_length_m, s.lane_width_m, s.car_width_m);
+        limits::check("uwb", &lane)?;
+        let half = 0.5 * s.spacing_m;
         let speed = s.speed_range_kmh.unwrap_or([20.0, 30.0]);
         let [near, far] = s.gate_m.unwrap_or([1.0, 2.0]);
         let least_quiet = if s.false_alarm_probability.is_some() { 200.0 } else { 20.0 };
@@ -169,10 +171,6 @@ impl Settings {
         limits::check(
             "uwb",
             &[
-                ("spacing_m", s.spacing_m, 0.5, 1000.0, "give metres from plate to plate, as in 8"),
-                ("plate_length_m", s.plate_length_m, 0.05, longest, "plates are shorter than their spacing"),
-                ("lane_width_m", s.lane_width_m, 1.0, 10.0, "give metres, as in 3.5"),
-                ("car_width_m", s.car_width_m, 0.3, s.lane_width_m, "a car is no wider than its lane"),
                 ("gate_margin_m", s.gate_margin_m, 0.0, 5.0, "give metres; c / 2B is the length of a pulse"),
                 ("gate_m[0]", near, 0.0, 100.0, "give metres from the radar"),
                 ("gate_m[1]", far, near + 0.01, 100.0, "the gate ends behind its beginning"),

@@ -3,7 +3,8 @@
 use crate::trial::kit::*;
 use crate::trial::uwb::drives::{ImpulseRadar, Scans};
 use crate::trial::uwb::settings::Settings;
-use catseye_lane::uwb::{self, Background, Centre, OffsetSource, Threshold, UwbConfig, UwbLanes, UwbOptions};
+use catseye_lane::uwb::{self, Centre, UwbLanes, UwbSetup};
+pub use catseye_lane::uwb::{Tuned, Tuning};
 
 /// A rule by which scans become passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,14 +15,6 @@ pub struct Rule {
     pub centre: Centre,
 }
 
-/// Options of one radar under one rule.
-pub struct Tuned {
-    pub options: UwbOptions,
-    pub threshold: Threshold,
-    /// Energies of the bare road.
-    pub bare: Vec<f64>,
-}
-
 pub fn failed(what: &str, reason: LaneError) -> Error {
     Error::Failed(format!("{what}: {reason}"))
 }
@@ -30,7 +23,7 @@ pub fn wide(scan: &[f32]) -> Vec<f64> {
     scan.iter().map(|v| f64::from(*v)).collect()
 }
 
-pub fn energy(options: &UwbOptions, scan: &[f32]) -> Result<uwb::GateEcho> {
+pub fn energy(options: &UwbSetup, scan: &[f32]) -> Result<uwb::GateEcho> {
     options.echo(&wide(scan)).map_err(|why: LaneError| Error::Failed(format!("a scan's energy: {why}")))
 }
 
@@ -54,62 +47,30 @@ pub fn tune_all(
 ) -> Result<Vec<Tuned>> {
     let one = |(i, radar): (usize, &ImpulseRadar)| {
         let scans: Vec<Vec<f64>> = quiet.iter().map(|s| wide(&s[i])).collect();
-        tune(settings, rule, radar, &scans).map_err(|(what, r)| failed(what, r))
+        tuning(settings, rule, radar).tune(&scans).map_err(|(what, r)| failed(what, r))
     };
     radars.iter().enumerate().map(one).collect()
 }
 
-/// Tunes a radar under a rule, with its threshold from scans of the bare road.
-///
-/// # Errors
-/// Returns the name of what cannot be made, with the reason.
-pub fn tune(
-    settings: &Settings,
-    rule: &Rule,
-    radar: &ImpulseRadar,
-    quiet: &[Vec<f64>],
-) -> Result<Tuned, (&'static str, LaneError)> {
-    let of = |what: &'static str| move |r: LaneError| (what, r);
-    let background = match rule.take_background {
-        true => Some(Background::of(quiet.iter().map(Vec::as_slice)).map_err(of("background"))?),
-        false => None,
-    };
-    // For the energies alone, until the threshold is known.
-    let floor = Threshold::maximum(&[0.0, 1.0]).map_err(of("threshold"))?;
-    let config = |t: &Threshold| {
-        UwbConfig::new(settings.spacing_m, settings.plate_length_m, t).map(|c| UwbConfig {
-            max_spacing_error_m: settings.largest_error_m(),
-            least_distance_m: c.least_distance_m.min(settings.spacing_m - settings.largest_error_m()),
-            centre: rule.centre,
-            confirm_spacings: settings.confirm_spacings as usize,
-            misses_to_warn: settings.misses_to_warn as usize,
-            // With the mirror reflection in the scan the strongest echo is always that.
-            offset: match rule.take_background {
-                true => OffsetSource::Range { height_m: radar.height_m },
-                false => OffsetSource::None,
-            },
-            ..c
-        })
-    };
-    let mut options = UwbOptions {
+/// What is known of a radar before the bare road has been seen, under a rule.
+fn tuning(settings: &Settings, rule: &Rule, radar: &ImpulseRadar) -> Tuning {
+    Tuning {
         axis: radar.axis,
         gate: radar.gate,
-        background,
-        config: config(&floor).map_err(of("lane.uwb"))?,
         side: radar.side,
+        height_m: radar.height_m,
         at_m: radar.at_m,
+        spacing_m: settings.spacing_m,
+        plate_length_m: settings.plate_length_m,
+        lane_width_m: settings.lane_width_m,
+        take_background: rule.take_background,
+        centre: rule.centre,
+        largest_error_m: settings.largest_error_m(),
+        confirm_spacings: settings.confirm_spacings as usize,
+        misses_to_warn: settings.misses_to_warn as usize,
+        false_alarm_probability: settings.false_alarm_probability,
         offset_std_m: settings.offset_std_m,
-        lane_width_m: Some(settings.lane_width_m),
-    };
-    let bare = quiet.iter().map(|s| options.echo(s).map(|e| e.energy));
-    let bare = bare.collect::<Result<Vec<f64>, _>>().map_err(of("a scan's energy"))?;
-    let threshold = match settings.false_alarm_probability {
-        None => Threshold::maximum(&bare),
-        Some(p) => Threshold::extreme_value(&bare, p),
-    };
-    let threshold = threshold.map_err(of("threshold"))?;
-    options.config = config(&threshold).map_err(of("lane.uwb"))?;
-    Ok(Tuned { options, threshold, bare })
+    }
 }
 
 /// Makes the estimator of the steps: one radar, or a left and a right one.

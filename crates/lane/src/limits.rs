@@ -1,6 +1,8 @@
-//! Ranges of the numbers in the tables below `[lane]`.
+//! Options of the lane methods as text: reading them from JSON, and the ranges of their numbers.
 
-use catseye::base::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Error, Result, json_in_words};
+use serde::de::DeserializeOwned;
+use std::fmt;
 
 /// Key below the method's table, value, least and largest allowed value, and what to write instead.
 pub type Limit<'a> = (&'a str, f64, f64, f64, &'a str);
@@ -25,4 +27,19 @@ pub fn check(method: &str, limits: &[Limit<'_>]) -> Result<()> {
 /// Makes the error for a value of `lane.METHOD` outside its range.
 pub fn wrong(method: &str, key: &str, value: impl ToString) -> BadInput {
     BadInput::new("is out of range").key(format!("lane.{method}.{key}")).value(value.to_string())
+}
+
+/// Reads the options of a method from JSON.
+///
+/// # Errors
+/// Returns an error for text that is not JSON, and for keys that are unknown or missing or hold another kind
+/// of value than they need.
+pub fn read_json<T: DeserializeOwned>(method: &str, options: &str) -> Result<T> {
+    serde_json::from_str(options).map_err(|e| refused(method, json_in_words(&e)))
+}
+
+/// Makes the error for options that a method refuses, with the reason in words.
+pub fn refused(method: &str, why: impl fmt::Display) -> Error {
+    let key = format!("options of '{method}'");
+    BadInput::new(why.to_string()).key(key).remedy("see docs/lanes.md").into()
 }

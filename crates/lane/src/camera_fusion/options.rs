@@ -1,9 +1,17 @@
-//! The table `[lane.camera_fusion]`.
+//! Options of the method camera-fusion: the table `[lane.camera_fusion]` of a scenario, and the same keys in
+//! JSON and in Python.
 
-use crate::trial::camera::Light;
-use crate::trial::kit::*;
-use catseye_lane::body::Body;
-use catseye_lane::camera_fusion::{Camera, CameraFusion, FusionOptions, RecogniseSettings};
+use super::camera::Camera;
+use super::estimator::{CameraFusion, FusionSetup, METHOD};
+use super::recognise::RecogniseSettings;
+use crate::LaneEstimator;
+use crate::body::Body;
+use crate::limits;
+use catseye::base::error::{BadInput, Result};
+use catseye::scene::radar::Radar;
+use glam::{DVec2, DVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Light conditions of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -77,12 +85,14 @@ impl CameraTable {
     }
 }
 
-const METHOD: &str = "camera_fusion";
+/// The method's name in the keys of its table.
+const TABLE: &str = "camera_fusion";
 
 /// Settings of `catseye lane` for the method camera-fusion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Settings {
+#[schemars(rename = "Settings")]
+pub struct CameraFusionOptions {
     /// The camera.
     pub camera: CameraTable,
     /// Light conditions. Estimates of the first make the table; all are compared, with each sensor alone and
@@ -123,9 +133,9 @@ pub struct Settings {
     pub glare_stray: f64,
 }
 
-impl Default for Settings {
+impl Default for CameraFusionOptions {
     fn default() -> Self {
-        Settings {
+        CameraFusionOptions {
             camera: CameraTable::default(),
             conditions: vec![Condition::Clear, Condition::Night, Condition::Fog, Condition::Glare],
             seen_m: [6.0, 35.0],
@@ -147,8 +157,8 @@ impl Default for Settings {
     }
 }
 
-impl Settings {
-    /// Checks the settings.
+impl CameraFusionOptions {
+    /// Checks the options.
     ///
     /// # Errors
     /// Returns an error for the first value outside its range.
@@ -157,7 +167,7 @@ impl Settings {
         let [width, height] = [c.width_px, c.height_px].map(f64::from);
         let [x, y, z] = c.position_m;
         limits::check(
-            METHOD,
+            TABLE,
             &[
                 ("camera.width_px", width, 64.0, 4096.0, "as in 640"),
                 ("camera.height_px", height, 64.0, 4096.0, "as in 640"),
@@ -184,12 +194,12 @@ impl Settings {
         )?;
         for (key, [a, b]) in [("seen_m", self.seen_m), ("range_m", self.range_m)] {
             if !(0.0 < a && a < b && b <= 300.0) {
-                let bad = limits::wrong(METHOD, key, format!("[{a}, {b}]")).remedy("as in [6, 35]");
+                let bad = limits::wrong(TABLE, key, format!("[{a}, {b}]")).remedy("as in [6, 35]");
                 return Err(bad.allowed("0 < near < far <= 300 m").into());
             }
         }
         if self.conditions.is_empty() {
-            return Err(limits::wrong(METHOD, "conditions", "[]")
+            return Err(limits::wrong(TABLE, "conditions", "[]")
                 .allowed("one or more of clear, night, fog, glare")
                 .remedy("as in [\"clear\", \"night\", \"fog\", \"glare\"]")
                 .into());
@@ -197,19 +207,9 @@ impl Settings {
         Ok(())
     }
 
-    /// The light of a condition.
-    pub fn light(&self, condition: Condition) -> Light {
-        match condition {
-            Condition::Clear => Light::CLEAR,
-            Condition::Night => Light::night(),
-            Condition::Fog => Light::fog(self.fog_visibility_m),
-            Condition::Glare => Light::glare(self.glare_elevation_deg.to_radians(), self.glare_stray),
-        }
-    }
-
-    /// The estimator's options.
-    pub fn options(&self) -> FusionOptions {
-        FusionOptions {
+    /// What the estimator works with.
+    pub fn setup(&self) -> FusionSetup {
+        FusionSetup {
             seen_m: self.seen_m,
             half_width_m: self.half_width_m,
             recognise: RecogniseSettings { lane_width_m: self.lane_width_m, ..RecogniseSettings::default() },
@@ -217,7 +217,7 @@ impl Settings {
             pitch_std_rad: self.pitch_std_deg.to_radians(),
             units: self.network_units as usize,
             body: self.to_middle.then_some(Body::CAR),
-            ..FusionOptions::new(self.camera.camera())
+            ..FusionSetup::new(self.camera.camera())
         }
     }
 
@@ -226,7 +226,7 @@ impl Settings {
     /// # Errors
     /// Returns the errors of [`Self::estimator_with`].
     pub fn estimator(&self) -> Result<CameraFusion> {
-        made(self.options())
+        made(self.setup())
     }
 
     /// Makes the estimator for a radar.
@@ -235,13 +235,25 @@ impl Settings {
     /// Returns an error if the camera's image does not hold the trapezoid or an option is invalid.
     pub fn estimator_with(&self, radar: &Radar) -> Result<CameraFusion> {
         let radar_at_m = radar.mounting.translation_m.truncate();
-        made(FusionOptions { radar_at_m, ..self.options() })
+        made(FusionSetup { radar_at_m, ..self.setup() })
     }
 }
 
-fn made(options: FusionOptions) -> Result<CameraFusion> {
-    CameraFusion::new(options).map_err(|e| {
+fn made(setup: FusionSetup) -> Result<CameraFusion> {
+    CameraFusion::new(setup).map_err(|e| {
         let remedy = "let camera and seen_m agree, so that the trapezoid lies in the picture";
         BadInput::new(e.to_string()).key("lane.camera_fusion").remedy(remedy).into()
     })
+}
+
+/// Makes the estimator from options as JSON, with a radar in the front bumper. The keys of a trial
+/// (`conditions`, `range_m` and the like) are allowed and have no effect on it.
+///
+/// # Errors
+/// Returns an error for options that are unknown or outside their ranges, or if the camera's image does not
+/// hold the trapezoid.
+pub fn from_json(options: &str) -> Result<Box<dyn LaneEstimator + Send>> {
+    let options: CameraFusionOptions = limits::read_json(METHOD, options)?;
+    options.check()?;
+    Ok(Box::new(options.estimator()?))
 }

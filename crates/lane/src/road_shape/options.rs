@@ -1,8 +1,16 @@
-//! The table `[lane.road_shape]`.
+//! Options of the method road-shape: the table `[lane.road_shape]` of a scenario, and the same keys in JSON
+//! and in Python.
 
-use crate::trial::kit::*;
-use catseye_lane::road_shape::image::{Angles, ImageSettings};
-use catseye_lane::road_shape::{Curve, RoadShapeEstimator, RoadShapeOptions, TrackerSettings};
+use super::estimator::{METHOD, RoadShapeEstimator, RoadShapeSetup};
+use super::fit::Curve;
+use super::image::{Angles, ImageSettings};
+use super::tracker::TrackerSettings;
+use crate::LaneEstimator;
+use crate::limits::{self, LEAVE_OUT};
+use catseye::base::error::{BadInput, Result};
+use catseye::scene::radar::Radar;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Source of the points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -30,7 +38,8 @@ pub enum Task {
 /// The table `[lane.road_shape]` of a scenario.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct Settings {
+#[schemars(rename = "Settings")]
+pub struct RoadShapeOptions {
     /// Task of the trial. Default edges.
     pub task: Task,
     /// Source of the points. Default auto.
@@ -84,9 +93,9 @@ pub struct Settings {
     pub placement_std_m: f64,
 }
 
-impl Default for Settings {
+impl Default for RoadShapeOptions {
     fn default() -> Self {
-        Settings {
+        RoadShapeOptions {
             task: Task::Edges,
             source: Source::Auto,
             angles: Angles::BiSvd,
@@ -115,8 +124,8 @@ impl Default for Settings {
     }
 }
 
-impl Settings {
-    /// Checks the settings.
+impl RoadShapeOptions {
+    /// Checks the options.
     ///
     /// # Errors
     /// Returns an error for the first value outside its range.
@@ -154,7 +163,7 @@ impl Settings {
     pub fn estimator(&self, radar: &Radar, by_image: bool) -> Result<RoadShapeEstimator> {
         // One slope tells range rates up to its folds only.
         let fold = (!by_image && radar.waveform.parts() < 2).then(|| 2.0 * radar.max_velocity_mps());
-        RoadShapeEstimator::new(self.options(fold))
+        RoadShapeEstimator::new(self.setup(fold))
             .map_err(|r| BadInput::new(r.to_string()).key("lane.road_shape").into())
     }
 
@@ -172,8 +181,8 @@ impl Settings {
         }
     }
 
-    /// Options of the estimator; `fold_mps` as in [`catseye_lane::road_shape::StaticGate`].
-    pub fn options(&self, fold_mps: Option<f64>) -> RoadShapeOptions {
+    /// What the estimator works with; `fold_mps` as in [`super::StaticGate`].
+    pub fn setup(&self, fold_mps: Option<f64>) -> RoadShapeSetup {
         let mut tracker = TrackerSettings {
             parallel: self.parallel,
             confirm_scans: self.confirm_scans,
@@ -188,6 +197,18 @@ impl Settings {
         tracker.fit.c1_walk = self.c1_walk;
         tracker.filter.c1_walk = self.c1_walk;
         tracker.filter.b_walk = self.b_walk;
-        RoadShapeOptions { tracker, own_speed_share: 0.0 }
+        RoadShapeSetup { tracker, own_speed_share: 0.0 }
     }
+}
+
+/// Makes the estimator from options as JSON. The keys of a trial (`from_m`, `picture_frame` and the like) are
+/// allowed and have no effect on it.
+///
+/// # Errors
+/// Returns an error for options that are unknown or outside their ranges, or that contradict each other.
+pub fn from_json(options: &str) -> Result<Box<dyn LaneEstimator + Send>> {
+    let options: RoadShapeOptions = limits::read_json(METHOD, options)?;
+    options.check()?;
+    let estimator = RoadShapeEstimator::new(options.setup(None));
+    Ok(Box::new(estimator.map_err(|e| limits::refused(METHOD, e))?))
 }
