@@ -167,7 +167,7 @@ impl Engine {
     }
 
     /// [`Engine::cube`] and [`Engine::maps`]. The usual radar's frame is one submission on the gpu engine, from echoes to
-    /// detected cells. `seconds` is told how long synthesis and processing took; of one submission all counts as the first.
+    /// detected cells. The samples come back where they are `wanted`. `seconds` is told how long synthesis and processing took; of one submission all counts as the first.
     ///
     /// # Errors
     /// Returns the errors of [`Engine::cube`] and [`Engine::maps`].
@@ -177,9 +177,10 @@ impl Engine {
         echoes: &Echoes,
         interference: &[Arrival],
         (seed, frame): (u64, u32),
+        wanted: bool,
         control: Control<'_>,
         seconds: &mut dyn FnMut(f64, f64),
-    ) -> Result<(AnyCube, SynthesisStats, Vec<RangeDoppler<f64>>)> {
+    ) -> Result<(Option<AnyCube>, SynthesisStats, Vec<RangeDoppler<f64>>)> {
         let start = Instant::now();
         let p = &radar.processing;
         if let Engine::Gpu(gpu) = self
@@ -187,7 +188,7 @@ impl Engine {
             && let Some((mut recorder, device, seen)) =
                 self.on_device(radar, echoes, interference, seed, frame)?
         {
-            let pending = device.read(&mut recorder);
+            let pending = wanted.then(|| device.read(&mut recorder));
             if p.remove_static {
                 dsp::zero_doppler::record(&mut recorder, &device, &AtRest::of(radar));
             }
@@ -196,13 +197,14 @@ impl Engine {
             let recorded = dsp::device::record(recorder, gpu, &device, &transform, &p.cfar)?;
             let (_, found, mut done) = recorded.submit_with()?;
             seconds(start.elapsed().as_secs_f64(), 0.0);
-            return Ok((AnyCube::F32(device.take(&mut done, pending)), seen, vec![found.widened()]));
+            let cube = pending.map(|pending| AnyCube::F32(device.take(&mut done, pending)));
+            return Ok((cube, seen, vec![found.widened()]));
         }
         let (cube, seen) = self.cube(radar, echoes, interference, seed, frame, control)?;
         let synthesis = start.elapsed().as_secs_f64();
         let maps = self.maps(radar, &cube)?;
         seconds(synthesis, start.elapsed().as_secs_f64() - synthesis);
-        Ok((cube, seen, maps))
+        Ok((wanted.then_some(cube), seen, maps))
     }
 
     /// [`Engine::range_doppler`] of each ramp.

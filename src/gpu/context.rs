@@ -1,9 +1,10 @@
 //! Adapters and the opened device.
 
+use super::arena::{Arena, GpuCounts, lock};
 use super::kernel::{Kernel, Pipeline, build_pipeline};
 use crate::base::error::{BadInput, Error, Result};
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// One adapter as the driver describes it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -159,17 +160,13 @@ pub struct Gpu {
     poison: bool,
     pipelines: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
     sink: Arc<Mutex<Sink>>,
+    pub(super) arena: Arc<Arena>,
 }
 
 impl std::fmt::Debug for Gpu {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Gpu").field("report", &self.report).finish_non_exhaustive()
     }
-}
-
-// A panic elsewhere leaves these maps and lists whole.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Gpu {
@@ -204,12 +201,18 @@ impl Gpu {
             poison: cfg!(any(test, debug_assertions)),
             pipelines: Mutex::default(),
             sink,
+            arena: Arc::default(),
         })
     }
 
     /// The adapter as the driver describes it.
     pub fn report(&self) -> &AdapterReport {
         &self.report
+    }
+
+    /// What all submissions did so far.
+    pub fn counts(&self) -> GpuCounts {
+        self.arena.counters.now()
     }
 
     /// Bytes that one storage binding may hold. A stage with more data works in chunks.

@@ -492,7 +492,8 @@ fn frames_agree_with_f64() {
         let mut radar = radar(multiplex, "iq", 240, processing);
         radar.tx.truncate(transmitters);
         let run = |engine: &Engine| {
-            let frame = engine.frame(&radar, &list, &[], (5, 1), Control::default(), &mut |_, _| ()).unwrap();
+            let frame =
+                engine.frame(&radar, &list, &[], (5, 1), false, Control::default(), &mut |_, _| ()).unwrap();
             frame.2[0].clone()
         };
         let (got, want) = (run(&gpu), run(&truth));

@@ -555,8 +555,8 @@ fn the_gpu_agrees_with_f64() {
     let all = echoes(&[(6.0, 0.0), (5.0, -0.8), (8.5, 0.3)]);
     let run = |engine: &Engine, radar: &Radar| {
         let (cube, _, maps) =
-            engine.frame(radar, &all, &[], (5, 1), Control::default(), &mut |_, _| ()).unwrap();
-        let cube = match cube {
+            engine.frame(radar, &all, &[], (5, 1), true, Control::default(), &mut |_, _| ()).unwrap();
+        let cube = match cube.unwrap() {
             AnyCube::F32(c) => c.to_f64(),
             AnyCube::F64(c) => c,
         };

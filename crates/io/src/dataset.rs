@@ -2,7 +2,7 @@
 //! their frames.
 
 use super::drawn_scene::DrawnScene;
-use super::recipe::Recipe;
+use super::recipe::{Keep, Recipe};
 use super::store::{Layout, ShardFile};
 use super::tally::Tally;
 use catseye::base::control::Control;
@@ -169,6 +169,15 @@ pub fn drawn_scene(recipe: &Recipe, scene: u32) -> Result<DrawnScene> {
         }
         e => e,
     })
+}
+
+/// A scene made ready for its frames, which have their samples if the dataset keeps them.
+///
+/// # Errors
+/// Returns the errors of [`Prepared::new`].
+pub fn prepared(keep: Keep, site: &DrawnScene) -> Result<Prepared<'_>> {
+    let prepared = Prepared::new(&site.scenario, &site.scene)?;
+    Ok(if keep.adc { prepared } else { prepared.without_cubes() })
 }
 
 /// Simulates a frame of all radars.

@@ -4,7 +4,9 @@
 //! interruptions.
 
 use super::board::{Board, Claim, Queue};
-use super::dataset::{DATASET, DatasetFile, Device, Marker, SHARDS, drawn_scene, frames_of, write_json};
+use super::dataset::{
+    DATASET, DatasetFile, Device, Marker, SHARDS, drawn_scene, frames_of, prepared, write_json,
+};
 use super::datasheet;
 use super::drawn_scene::DrawnScene;
 use super::hold::Hold;
@@ -17,7 +19,7 @@ use catseye::base::control::Control;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::engine::Engine;
 use catseye::formats::stage::{self, MANIFEST};
-use catseye::simulate::{Depths, Prepared, remarks};
+use catseye::simulate::{Depths, remarks};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -316,7 +318,7 @@ pub fn estimate(engine: &Engine, recipe: &Recipe) -> Result<Estimate> {
     let make = |k: u32| -> Result<Record> {
         let scene = (u64::from(k) * u64::from(recipe.scenes) / u64::from(tried)) as u32;
         let site = drawn_scene(recipe, scene)?;
-        let prepared = Prepared::new(&site.scenario, &site.scene)?;
+        let prepared = prepared(recipe.keep, &site)?;
         let frames = frames_of(engine, &site, &prepared, 0, Control::default())?;
         radars.store(frames.len() as u64, Ordering::Relaxed);
         rows::record(recipe, &site, u64::from(k), frames)
@@ -561,7 +563,7 @@ fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layo
         return Layout::open(dir);
     }
     let site = drawn_scene(recipe, 0)?;
-    let prepared = Prepared::new(&site.scenario, &site.scene)?;
+    let prepared = prepared(recipe.keep, &site)?;
     let record = rows::record(recipe, &site, 0, frames_of(engine, &site, &prepared, 0, Control::default())?)?;
     Ok(layout_of(recipe, &site, &record))
 }
@@ -681,7 +683,7 @@ impl Run<'_> {
             .entry(claim.scene)
             .or_default()
             .clone();
-        let prepared = Prepared::new(&site.scenario, &site.scene)?.sharing(&depths);
+        let prepared = prepared(self.recipe.keep, &site)?.sharing(&depths);
         let control = Control { progress: None, cancel: Some(self.cancel) };
         for index in claim.frames.clone() {
             let of_scene = u64::from(self.recipe.frames_per_scene);

@@ -93,7 +93,7 @@ fn one_run(given: &TrialContext<'_>, run: u32, settings: &Settings, shown: u32) 
         out.truth_rad.push(truth);
         for (k, imager) in imagers.iter_mut().enumerate() {
             let with = run == 0 && index == shown;
-            let [image, _] = imager.look(given.engine, &frame.cube, with)?;
+            let [image, _] = imager.look(given.engine, frame.samples()?, with)?;
             let row = (0..image.row_w.len()).max_by(|a, b| image.row_w[*a].total_cmp(&image.row_w[*b]));
             let Some(row) = row else { continue };
             let mut found: Vec<f64> = image.sources[row].iter().map(|s| s.azimuth_rad).collect();
@@ -109,7 +109,7 @@ fn one_run(given: &TrialContext<'_>, run: u32, settings: &Settings, shown: u32) 
             }
             if k == 0 && index == 0 {
                 // As the document counts: the whole line, one snapshot.
-                let all = imager.snapshots(&frame.cube, 0)?;
+                let all = imager.snapshots(frame.samples()?, 0)?;
                 let n = radar.rx.len();
                 let each = radar.chirps * n;
                 let c = costs(&all[row * each..(row + 1) * each], n, settings.sources, settings.forgetting)?;

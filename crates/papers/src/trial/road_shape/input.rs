@@ -23,7 +23,7 @@ impl ImagePoints {
         with: bool,
     ) -> Result<(Vec<LanePoint>, Option<KeptImage>)> {
         let radar = drive.radar(frame.radar);
-        let images = self.0.look(drive.engine(), &frame.cube, with)?;
+        let images = self.0.look(drive.engine(), frame.samples()?, with)?;
         let (at, yaw_rad) = mount(radar);
         let ego = Ego {
             speed_mps: speed.value,
