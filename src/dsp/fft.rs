@@ -26,7 +26,7 @@ impl Method {
     /// The faster one for this length. On a CPU's driver workgroup memory is memory like any other, and
     /// each barrier costs a change of context.
     pub fn of(gpu: &Gpu, length: usize) -> Method {
-        if fits_workgroup(length) && gpu.report().is_hardware { Method::Workgroup } else { Method::Passes }
+        if fits_workgroup(length) && gpu.is_hardware() { Method::Workgroup } else { Method::Passes }
     }
 }
 
@@ -87,7 +87,7 @@ impl Axis {
         window: &[f64],
     ) -> Axis {
         if method == Method::Passes {
-            let hardware = gpu.report().is_hardware;
+            let hardware = gpu.is_hardware();
             return Axis::Passes(Passes::new(recorder, hardware, length, window));
         }
         let weights: Vec<f32> = window.iter().map(|w| *w as f32).collect();
@@ -95,7 +95,7 @@ impl Axis {
             length,
             weights: recorder.upload("window", &weights),
             twiddles: recorder.upload("twiddles", &twiddles(length)),
-            hardware: gpu.report().is_hardware,
+            hardware: gpu.is_hardware(),
         }
     }
 

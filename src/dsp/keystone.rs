@@ -101,7 +101,7 @@ impl Warp {
         let length = (t.doppler_rows() + t.chirps - 1).next_power_of_two();
         let fits = (gpu.max_binding_bytes() as usize / size_of::<Complex32>()).min(MOST.max(length)) / length;
         // A CPU's driver wants what lies between passes in the cache.
-        let lines = if gpu.report().is_hardware { fits } else { fits.min((CACHE / length).max(64)) };
+        let lines = if gpu.is_hardware() { fits } else { fits.min((CACHE / length).max(64)) };
         if lines == 0 {
             return Err(BadInput::new(
                 "the keystone transform of one sample does not fit into a buffer of this adapter",

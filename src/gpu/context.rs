@@ -158,6 +158,8 @@ pub struct Gpu {
     report: AdapterReport,
     binding_limit: u64,
     poison: bool,
+    /// Whether a software driver takes the ways that hardware takes.
+    pretends: bool,
     pipelines: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
     sink: Arc<Mutex<Sink>>,
     pub(super) arena: Arc<Arena>,
@@ -199,6 +201,7 @@ impl Gpu {
             limits,
             report: report.clone(),
             poison: cfg!(any(test, debug_assertions)),
+            pretends: false,
             pipelines: Mutex::default(),
             sink,
             arena: Arc::default(),
@@ -223,6 +226,18 @@ impl Gpu {
     /// Pretends that the adapter's limit is smaller, to test chunking.
     pub fn with_binding_limit(mut self, bytes: u64) -> Gpu {
         self.binding_limit = self.binding_limit.min(bytes);
+        self
+    }
+
+    /// Whether kernels are chosen and sized as for hardware.
+    pub fn is_hardware(&self) -> bool {
+        self.report.is_hardware || self.pretends
+    }
+
+    /// Takes the ways that only hardware takes (larger tiles, more threads, memory of workgroups), on a software driver too, so that tests
+    /// without a GPU reach them.
+    pub fn with_pretended_hardware(mut self) -> Gpu {
+        self.pretends = true;
         self
     }
 

@@ -10,7 +10,7 @@ use catseye::dsp::multiplex::decode;
 use catseye::dsp::transform::{self, Keystone};
 use catseye::dsp::{Cell, RangeDoppler, device, fft, keystone, peaks, power, spectrum, stream, zero_doppler};
 use catseye::engine::{AnyCube, Engine, Precision};
-use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
+use catseye::gpu::compare::{check_close, opened_for_tests, test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::{Cfar, CfarKind, Radar, Sampling};
 use catseye::scene::radar_toml::parse;
@@ -415,7 +415,7 @@ fn a_walking_target_stays_in_its_cell() {
     let cube = cube_of(&radar, &targets, 0.05);
     let mut plain = radar.clone();
     plain.processing.keystone = false;
-    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(opened_for_tests()));
     for (engine, cube) in
         [(&gpu, AnyCube::F32(cube.to_f32())), (&Engine::Cpu(Precision::F64), AnyCube::F64(cube.clone()))]
     {
@@ -447,7 +447,7 @@ fn a_walking_target_stays_in_its_cell() {
 /// The empty band tells the fold, with and without the keystone transform.
 #[test]
 fn the_empty_band_unfolds_on_the_gpu() {
-    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(opened_for_tests()));
     for processing in ["", "range_migration = \"keystone\"", "remove_static = true"] {
         let radar = radar(DDM, "iq", 240, processing);
         let cell = radar.range_bin_m();
@@ -472,7 +472,7 @@ fn the_empty_band_unfolds_on_the_gpu() {
 /// Whole frames, of which those of transmitters in turn, and of a single one in bands, are one submission.
 #[test]
 fn frames_agree_with_f64() {
-    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(opened_for_tests()));
     let truth = Engine::Cpu(Precision::F64);
     let echo = |i: f64, range: f64, rate: f64| {
         let u = DVec3::new(1.0, 0.2 * i - 0.2, 0.0).normalize();

@@ -3,7 +3,7 @@
 use catseye::base::control::Control;
 use catseye::engine::{Engine, Precision};
 use catseye::gpu::GpuCounts;
-use catseye::gpu::compare::test_device_name;
+use catseye::gpu::compare::opened_for_tests;
 use catseye::road::site::Site;
 use catseye::scene::scenario;
 use catseye::simulate::{Frame, Prepared};
@@ -19,7 +19,7 @@ fn a_steady_frame_allocates_nothing() {
                 [ego]\nposition_m = [2, -1.75, 0]\nspeed_mps = 12\n[trace]\nbounces = 2\nfacets = 0";
     let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/s.toml");
     let site = Site::new(&scenario::parse(&place, text).unwrap()).unwrap();
-    let engine = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let engine = Engine::Gpu(Box::new(opened_for_tests()));
     let Engine::Gpu(gpu) = &engine else { panic!("a device was named") };
     let all = Prepared::new(&site.scenario, &site.scene).unwrap();
     let made = |prepared: &Prepared<'_>, index: u32| -> (Frame, GpuCounts) {
