@@ -10,7 +10,7 @@ use catseye::dsp::multiplex::decode;
 use catseye::dsp::transform::{self, Keystone};
 use catseye::dsp::{Cell, RangeDoppler, device, fft, keystone, peaks, power, spectrum, stream, zero_doppler};
 use catseye::engine::{AnyCube, Engine, Precision};
-use catseye::gpu::compare::{check_close, opened_for_tests, test_device_name, test_gpu};
+use catseye::gpu::compare::{check_close, opened_for_tests, test_gpu};
 use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::{Cfar, CfarKind, Radar, Sampling};
 use catseye::scene::radar_toml::parse;
@@ -302,7 +302,7 @@ fn chunks_change_no_bit() {
             // One channel's rows take 64 KiB, the map of DDM 20 KiB, of TDM 64.
             let least = radar.doppler_rows() as u64 * 128 * 4;
             for limit in [300 << 10, 150 << 10, least + 100] {
-                let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap();
+                let gpu = opened_for_tests();
                 let gpu = gpu.with_poisoned_buffers().with_binding_limit(limit);
                 let (chunks, got) = device::process(&gpu, &cube, &radar).unwrap();
                 println!("{multiplex:?} {processing:?} {limit}: {} chunks", chunks.chunks());

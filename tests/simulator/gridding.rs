@@ -12,7 +12,7 @@ use catseye::adc::synthesis::{PhasePolynomial, Plan, Set, point_echo};
 use catseye::base::control::Control;
 use catseye::base::frames::{Pose, direction_from_angles};
 use catseye::base::units::C0;
-use catseye::gpu::compare::{test_device_name, test_gpu};
+use catseye::gpu::compare::{opened_for_tests, test_device_name, test_gpu};
 use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
 use catseye::scene::radar_toml;
@@ -741,7 +741,7 @@ fn gpu_pieces_are_the_whole() {
     let grid = g.blocks * g.lines * 256 * 8;
     println!("{methods:?}: {grid} bytes");
     for bytes in [(5 * grid / 2) as u64, 150_000.max(grid as u64 + 100)] {
-        let small = Gpu::open(Want::Named(&test_device_name())).unwrap();
+        let small = opened_for_tests();
         let small = small.with_poisoned_buffers().with_binding_limit(bytes);
         let (pieces, methods, _) = on_gpu(&small, &radar, &all, &costs);
         assert!(methods.still != Method::Direct && methods.moving != Method::Direct, "{methods:?}");

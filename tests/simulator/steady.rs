@@ -1,7 +1,7 @@
 //! What a frame like the one before it asks of the device.
 
 use catseye::base::control::Control;
-use catseye::engine::{Engine, Precision};
+use catseye::engine::Engine;
 use catseye::gpu::GpuCounts;
 use catseye::gpu::compare::opened_for_tests;
 use catseye::road::site::Site;
