@@ -5,7 +5,7 @@ use catseye::adc::cpu::gridding::{COSTS, add, synthesise_with};
 use catseye::adc::cpu::synthesis::synthesise;
 use catseye::adc::grid_device::{DEVICE_COSTS, record_with};
 use catseye::adc::grid_echoes::GridEchoes;
-use catseye::adc::gridding::{Bell, Bells, Costs, ECHOES_KEPT, Layout, Line, TAPS, Warp};
+use catseye::adc::gridding::{Bell, Bells, Costs, ECHOES_KEPT, GridLayout, Line, TAPS, Warp};
 use catseye::adc::methods::{Method, Methods};
 use catseye::adc::schedule::{Shape, Term, groups};
 use catseye::adc::synthesis::{PhasePolynomial, Plan, Set, point_echo};
@@ -460,7 +460,7 @@ fn two_chirps_keep_a_bend() {
         t.polynomial.b2 = 1e-3 * t.polynomial.a2;
     }
     let warp = Warp { b1: Line { slope: 1e-3, offset: 0.0 }, ..Warp::default() };
-    let layout = Layout::moving((chirps, samples), 2, [-1.6, 1.6], warp, &Bells::new(samples, &COSTS));
+    let layout = GridLayout::moving((chirps, samples), 2, [-1.6, 1.6], warp, &Bells::new(samples, &COSTS));
     let mut cube = Cube::zeros(chirps, 1, samples);
     add(Sampling::Iq, &layout, &columns(&all, &(0..40).collect::<Vec<u32>>()), &mut cube);
     let (worst, peak) = polynomial_error(&cube, &all);

@@ -22,4 +22,4 @@ pub mod view;
 
 pub use file::StudyFile;
 pub use outcome::Outcome;
-pub use spec::{Quantity, Study, Sweep};
+pub use spec::{Quantity, Study, StudySweep};
