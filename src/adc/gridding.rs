@@ -353,7 +353,7 @@ impl GridLayout {
     }
 
     /// Finds where a sum in single precision has to be put aside: before these echoes of the first channel, so that in
-    /// no square of [`TAPS`] cells by lines more than what [`PORTION`] equal echoes make adds up in between. The last
+    /// no square of [`TAPS`] cells by lines more than what 512 equal echoes (`PORTION`) make adds up in between. The last
     /// entry is the number of echoes.
     pub fn portions(&self, echoes: &GridEchoes) -> Vec<usize> {
         let mut cuts = Vec::new();
