@@ -8,6 +8,8 @@ pub mod reach;
 pub mod solver;
 pub mod sweep;
 
+pub use chain::MadeFrame;
+
 use crate::adc::{self, Cube};
 use crate::base::error::{BadInput, Error, Result};
 use crate::base::matrix;

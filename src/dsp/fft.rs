@@ -1,7 +1,7 @@
 //! Range and Doppler transforms: sizes, windows, and the host side of the kernel for what a workgroup holds
 //! (CONVENTIONS eq. 14); other lengths go by passes over global memory (eq. 86).
 
-use super::fft_pass::{Layout, Passes, Scratch, twiddles};
+use super::fft_pass::{PassLayout, Passes, Scratch, twiddles};
 use crate::gpu::{Access, AnyBuffer, Buffer, Gpu, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use num_complex::Complex32;
@@ -112,7 +112,7 @@ impl Axis {
         scratch: &mut Scratch,
         from: &dyn AnyBuffer,
         to: &dyn AnyBuffer,
-        layout: Layout,
+        layout: PassLayout,
     ) {
         let (length, weights, twiddles, hardware) = match self {
             Axis::Passes(passes) => return passes.record(recorder, scratch, from, to, layout),

@@ -2,7 +2,7 @@
 //! the host side of the kernel, which takes the place of the Doppler transform in [`super::fft`].
 
 use super::fft::{Axis, Method, Piece, fits_workgroup};
-use super::fft_pass::{CACHE, Layout, Scratch, grid};
+use super::fft_pass::{CACHE, PassLayout, Scratch, grid};
 use super::transform::{Keystone, Transform};
 use crate::base::error::{BadInput, Result};
 use crate::gpu::{Access, AnyBuffer, Buffer, Gpu, Kernel, Recorder, Tolerance};
@@ -208,7 +208,7 @@ impl Warp {
         to: &Buffer<Complex32>,
     ) {
         let step = lines as u32;
-        let layout = Layout {
+        let layout = PassLayout {
             lines,
             in_line: 1,
             in_step: step,

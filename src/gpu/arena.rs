@@ -220,7 +220,7 @@ mod tests {
     fn classes_hold_their_bytes_and_little_more() {
         for bytes in (0..4000).chain([1 << 20, (1 << 20) + 1, 12_582_912, (1 << 31) - 4]) {
             let size = size_class(bytes, u64::MAX);
-            assert!(size >= bytes && size % 4 == 0, "{bytes}: {size}");
+            assert!(size >= bytes && size.is_multiple_of(4), "{bytes}: {size}");
             assert!(size <= (bytes + bytes / CLASSES + 4).max(SMALLEST), "{bytes}: {size}");
             assert_eq!(size_class(size, u64::MAX), size);
         }

@@ -13,7 +13,7 @@ use crate::base::units::{power_from_db, wavenumber};
 use crate::detect::points::Point;
 use crate::detect::{Bodies, label, locate};
 use crate::dsp::RangeDoppler;
-use crate::engine::{AnyCube, Engine};
+use crate::engine::{AnyCube, Engine, MadeFrame};
 use crate::geom::{Facets, Geometry, RigidScene, curved, remarks as of_scene};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
@@ -403,17 +403,9 @@ impl<'a> Prepared<'a> {
         let mut stages = Stages { geometry_s: seconds[0], trace_s: seconds[1], ..Default::default() };
         engine.check_memory(radar, echoes.list.len())?;
         let interference = arrivals(scenario, scene, which, time_s)?;
-        let (cube, front_end, mut maps) = engine.frame(
-            radar,
-            &echoes,
-            &interference,
-            (seed, index),
-            self.cubes,
-            control,
-            &mut |synthesis, processing| {
-                (stages.synthesis_s, stages.processing_s) = (synthesis, processing);
-            },
-        )?;
+        let made = engine.frame(radar, &echoes, &interference, (seed, index), self.cubes, control)?;
+        let MadeFrame { cube, front_end, mut maps, seconds } = made;
+        [stages.synthesis_s, stages.processing_s] = seconds;
         let mut clock = Clock::start();
         let bodies = Bodies::new(scene, time_s, &pose);
         let own = pose.inverse().direction(velocity_mps);

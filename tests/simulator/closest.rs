@@ -1,8 +1,8 @@
 //! Closest hits of both engines against every triangle in f64, and against each other.
 
 use catseye::base::rng::philox4x32_10;
+use catseye::gpu::Gpu;
 use catseye::gpu::compare::{opened_for_tests, test_gpu};
-use catseye::gpu::{Gpu, Want};
 use catseye::trace::closest::{self as gpu, Find, Hit, NO_PATCH, NO_TRIANGLE, Ray, Tree};
 use catseye::trace::cpu::closest as cpu;
 use glam::{DVec3, Vec3, Vec3A};

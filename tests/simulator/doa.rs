@@ -21,7 +21,6 @@ use catseye::dsp::doa_manifold::{Manifold, Matrix};
 use catseye::dsp::doa_order::{Criterion, source_number};
 use catseye::dsp::doa_spectrum::{self, Forms, Steering};
 use catseye::gpu::compare::{check_close, opened_for_tests, test_gpu};
-use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml;
 use catseye::trace::Echoes;

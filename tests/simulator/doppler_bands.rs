@@ -10,8 +10,8 @@ use catseye::dsp::multiplex::decode;
 use catseye::dsp::transform::{self, Keystone};
 use catseye::dsp::{Cell, RangeDoppler, device, fft, keystone, peaks, power, spectrum, stream, zero_doppler};
 use catseye::engine::{AnyCube, Engine, Precision};
+use catseye::gpu::Gpu;
 use catseye::gpu::compare::{check_close, opened_for_tests, test_gpu};
-use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::{Cfar, CfarKind, Radar, Sampling};
 use catseye::scene::radar_toml::parse;
 use catseye::trace::Echoes;
@@ -492,9 +492,8 @@ fn frames_agree_with_f64() {
         let mut radar = radar(multiplex, "iq", 240, processing);
         radar.tx.truncate(transmitters);
         let run = |engine: &Engine| {
-            let frame =
-                engine.frame(&radar, &list, &[], (5, 1), false, Control::default(), &mut |_, _| ()).unwrap();
-            frame.2[0].clone()
+            let made = engine.frame(&radar, &list, &[], (5, 1), false, Control::default()).unwrap();
+            made.maps[0].clone()
         };
         let (got, want) = (run(&gpu), run(&truth));
         let d: f64 = got.map.data.iter().zip(&want.map.data).map(|(a, b)| (a - b).powi(2)).sum();

@@ -10,7 +10,6 @@ use catseye::dsp::{
     keystone, peaks, power, spectrum, stream, transform, zero_doppler,
 };
 use catseye::gpu::compare::{check_close, opened_for_tests, test_gpu};
-use catseye::gpu::{Gpu, Want};
 use catseye::scene::radar::*;
 use catseye::scene::waveform::{Multiplex, Waveform};
 use glam::DVec3;

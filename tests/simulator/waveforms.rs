@@ -554,13 +554,12 @@ fn the_gpu_agrees_with_f64() {
     let truth = Engine::Cpu(Precision::F64);
     let all = echoes(&[(6.0, 0.0), (5.0, -0.8), (8.5, 0.3)]);
     let run = |engine: &Engine, radar: &Radar| {
-        let (cube, _, maps) =
-            engine.frame(radar, &all, &[], (5, 1), true, Control::default(), &mut |_, _| ()).unwrap();
-        let cube = match cube.unwrap() {
+        let made = engine.frame(radar, &all, &[], (5, 1), true, Control::default()).unwrap();
+        let cube = match made.cube.unwrap() {
             AnyCube::F32(c) => c.to_f64(),
             AnyCube::F64(c) => c,
         };
-        (cube.data, maps)
+        (cube.data, made.maps)
     };
     let mut static_removed = stepped();
     static_removed.processing.remove_static = true;

@@ -10,7 +10,7 @@ use catseye::road::site::Site;
 use catseye::road::w3::RADAR_HEIGHT_M;
 use catseye::scene::scenario::{self, Scenario};
 use catseye::simulate::{Frame, Prepared};
-use catseye_io::store::{Array, Column, Compression, Data, Format, Layout, Record, Table};
+use catseye_io::store::{Array, Column, Compression, Data, DatasetLayout, Format, Record, Table};
 use glam::{DQuat, DVec3};
 use std::path::Path;
 use std::sync::mpsc::sync_channel;
@@ -57,7 +57,7 @@ pub(super) fn w5(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
     let of = |index| prepared.frame(engine, 0, index, Control::default());
     let first = record(0, sheet.part("steady_frame", || of(0))?)?;
     let steady = sheet.outcome.stages.last().map_or(f64::NAN, |s| s.seconds);
-    let layout = Layout {
+    let layout = DatasetLayout {
         format: Format::Frames,
         compression: Compression::None,
         frames: frames.into(),

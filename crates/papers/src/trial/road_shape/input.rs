@@ -3,14 +3,14 @@
 use crate::trial::kit::*;
 use crate::trial::road_shape::pictures::KeptImage;
 use catseye_lane::road_shape::image::{Imager, suits};
-use catseye_lane::road_shape::options::{RoadShapeOptions as Settings, Source};
+use catseye_lane::road_shape::options::{RoadShapeOptions, Source};
 use catseye_lane::road_shape::{Ego, RadarMount};
 
 /// Makes the points of successive radar images.
 pub struct ImagePoints(Imager);
 
 impl ImagePoints {
-    pub fn new(radar: &Radar, settings: &Settings) -> Result<ImagePoints> {
+    pub fn new(radar: &Radar, settings: &RoadShapeOptions) -> Result<ImagePoints> {
         Ok(ImagePoints(Imager::new(radar, &settings.image())?))
     }
 
@@ -38,7 +38,7 @@ impl ImagePoints {
 }
 
 /// Index of the radar that is used, and whether its image is.
-pub fn chosen(radars: &[Radar], settings: &Settings) -> Result<(usize, bool)> {
+pub fn chosen(radars: &[Radar], settings: &RoadShapeOptions) -> Result<(usize, bool)> {
     let image = radars.iter().position(suits);
     let points =
         radars.iter().position(|r| !matches!(r.waveform, Waveform::Pulse { .. }) && r.virtual_channels() > 1);
