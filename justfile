@@ -19,6 +19,7 @@ fmt:
 lint:
     cargo fmt --all --check
     cargo clippy --workspace --release --locked --all-features --all-targets -- -D warnings
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --release --locked --all-features --no-deps --exclude catseye-python
 
 # Everything that CI checks
 ci:

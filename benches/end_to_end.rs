@@ -4,7 +4,7 @@
 use catseye::base::control::Control;
 use catseye::base::units::DEFAULT_FREQUENCY_HZ;
 use catseye::engine::Engine;
-use catseye_papers::bench::cross_section::{Sweep, trihedral};
+use catseye_papers::bench::cross_section::{ReflectorSweep, trihedral};
 use catseye_papers::bench::frame::Frame;
 use criterion::{BenchmarkId, Criterion};
 use std::hint::black_box;
@@ -41,7 +41,7 @@ fn road(criterion: &mut Criterion, name: &str, engine: &Engine) {
 fn corner(criterion: &mut Criterion, name: &str, engine: &Engine) {
     let mut group = criterion.benchmark_group("cross section");
     let sweep = trihedral(true);
-    let (scene, looks, options) = (sweep.scene().unwrap(), sweep.looks(), Sweep::options());
+    let (scene, looks, options) = (sweep.scene().unwrap(), sweep.looks(), ReflectorSweep::options());
     group.bench_function(BenchmarkId::new("W1, 46 directions", name), |b| {
         b.iter(|| black_box(engine.rcs(&scene, &[DEFAULT_FREQUENCY_HZ], &looks, &options).unwrap()))
     });

@@ -8,13 +8,15 @@ pub mod reach;
 pub mod solver;
 pub mod sweep;
 
+pub use chain::MadeFrame;
+
 use crate::adc::{self, Cube};
 use crate::base::error::{BadInput, Error, Result};
 use crate::base::matrix;
 use crate::base::units::{power_from_db, wavenumber};
 use crate::dsp;
 use crate::geom::{Geometry, curved, edges, surfaces_at};
-use crate::gpu::{Gpu, Kernel, Want, adapters, selftest};
+use crate::gpu::{Gpu, GpuCounts, Kernel, Want, adapters, selftest};
 use crate::rcs::cpu::beam_sum::{self, FrequencyPoint};
 use crate::rcs::cpu::ptd;
 use crate::rcs::{
@@ -217,6 +219,14 @@ impl Engine {
                     driver_info: r.driver_info.clone(),
                 }
             }
+        }
+    }
+
+    /// What the device's submissions did since it was opened; None for the cpu engine.
+    pub fn device_counts(&self) -> Option<GpuCounts> {
+        match self {
+            Engine::Cpu(_) => None,
+            Engine::Gpu(gpu) => Some(gpu.counts()),
         }
     }
 

@@ -137,6 +137,94 @@ fn every_kernel_agrees_with_its_shader() {
     report(&wrong);
 }
 
+/// Metal and Direct3D get their shaders from naga, which has to know how to write each of them: with the entry point, and the size of a
+/// workgroup where the language has it in the source.
+#[test]
+fn every_shader_can_be_written_for_metal_and_direct3d() {
+    use naga::back::{hlsl, msl};
+    let mut wrong = Vec::new();
+    for kernel in all_kernels() {
+        let (module, info) = module_from_wgsl(kernel.stem, &kernel.source()).unwrap();
+        let options = msl::Options { lang_version: (2, 4), ..Default::default() };
+        match msl::write_string(&module, &info, &options, &Default::default()) {
+            Err(e) => wrong.push(format!("{}: MSL: {e}", kernel.stem)),
+            Ok((text, info)) => {
+                let entry = info.entry_point_names.first().and_then(|n| n.as_ref().ok());
+                if entry.is_none_or(|name| !text.contains(&format!("kernel void {name}("))) {
+                    wrong.push(format!("{}: MSL has no entry point", kernel.stem));
+                }
+            }
+        }
+        let options = hlsl::Options { shader_model: hlsl::ShaderModel::V6_0, ..Default::default() };
+        let mut text = String::new();
+        match hlsl::Writer::new(&mut text, &options, &Default::default()).write(&module, &info, None) {
+            Err(e) => wrong.push(format!("{}: HLSL: {e}", kernel.stem)),
+            Ok(_) => {
+                let [x, y, z] = kernel.workgroup;
+                if !text.contains(&format!("[numthreads({x}, {y}, {z})]")) {
+                    wrong.push(format!("{}: HLSL has another workgroup", kernel.stem));
+                }
+            }
+        }
+    }
+    report(&wrong);
+}
+
+/// Kernels that need more than every WebGPU device has, with what takes their place there.
+const BEYOND_WEBGPU: [(&str, &str); 5] = [
+    ("dsp/fft", "Method::Passes, which every adapter with less memory for a workgroup takes"),
+    ("adc/grid_fft", "nothing yet: transforms of a grid need 32 KiB"),
+    ("trace/beam_clip", "nothing yet: a ninth storage buffer"),
+    ("trace/beam_ahead", "nothing yet: a ninth storage buffer"),
+    ("rcs/beam_sum", "nothing yet: a ninth storage buffer"),
+];
+
+/// Limits that every WebGPU device keeps (W3C, WebGPU, section 3.6.2, column "default").
+const STORAGE_BUFFERS: usize = 8;
+const WORKGROUP_BYTES: u32 = 16_384;
+const WORKGROUP_THREADS: u32 = 256;
+
+#[test]
+fn kernels_stay_within_webgpus_default_limits() {
+    let mut wrong = Vec::new();
+    let mut beyond = BTreeSet::new();
+    for kernel in all_kernels() {
+        let (module, _) = module_from_wgsl(kernel.stem, &kernel.source()).unwrap();
+        let mut layouter = naga::proc::Layouter::default();
+        layouter.update(module.to_ctx()).unwrap();
+        let bytes: u32 = module
+            .global_variables
+            .iter()
+            .filter(|(_, v)| v.space == naga::AddressSpace::WorkGroup)
+            .map(|(_, v)| layouter[v.ty].size)
+            .sum();
+        let threads: u32 = kernel.workgroup.iter().product();
+        let mut too_much = Vec::new();
+        if kernel.storage.len() > STORAGE_BUFFERS {
+            too_much.push(format!("{} storage buffers of {STORAGE_BUFFERS}", kernel.storage.len()));
+        }
+        if bytes > WORKGROUP_BYTES {
+            too_much.push(format!("{bytes} bytes of workgroup memory of {WORKGROUP_BYTES}"));
+        }
+        if threads > WORKGROUP_THREADS {
+            too_much.push(format!("{threads} threads of {WORKGROUP_THREADS}"));
+        }
+        if !too_much.is_empty() {
+            beyond.insert(kernel.stem);
+            if BEYOND_WEBGPU.iter().all(|(stem, _)| *stem != kernel.stem) {
+                wrong.push(format!("{}: {}", kernel.stem, too_much.join(", ")));
+            }
+        }
+    }
+    wrong.extend(
+        BEYOND_WEBGPU
+            .iter()
+            .filter(|(stem, _)| !beyond.contains(stem))
+            .map(|(stem, _)| format!("{stem} stays within the limits: take it out of BEYOND_WEBGPU")),
+    );
+    report(&wrong);
+}
+
 #[test]
 fn shared_parts_hold_no_entry_points() {
     let mut wrong = Vec::new();

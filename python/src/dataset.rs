@@ -9,7 +9,7 @@ use catseye_cli::draw_frame;
 use catseye_io::dataset::{DATASET, DatasetFile};
 use catseye_io::produce::{self, produce};
 use catseye_io::recipe::{Recipe, SPLITS};
-use catseye_io::store::{Array, Column, Data, Layout, Table};
+use catseye_io::store::{Array, Column, Data, DatasetLayout, Table};
 use catseye_io::verify as checks;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -106,14 +106,14 @@ pub fn verify(py: Python<'_>, folder: PathBuf, progress: Option<&Bound<'_, PyAny
 #[pyclass(module = "catseye._catseye", frozen)]
 pub struct Store {
     folder: PathBuf,
-    layout: Arc<Layout>,
+    layout: Arc<DatasetLayout>,
 }
 
 #[pymethods]
 impl Store {
     #[new]
     fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Store> {
-        let layout = py.detach(|| Layout::open(&folder)).or_raise(py)?;
+        let layout = py.detach(|| DatasetLayout::open(&folder)).or_raise(py)?;
         Ok(Store { folder, layout: Arc::new(layout) })
     }
 

@@ -238,7 +238,9 @@ impl Frame {
         truth: String,
         road: Option<Py<PyAny>>,
     ) -> PyResult<Frame> {
-        let wide = matches!(made.cube, AnyCube::F64(_));
+        let mut made = made;
+        let cube = made.take_samples().or_raise(py)?;
+        let wide = matches!(cube, AnyCube::F64(_));
         let maps = maps(py, made.maps, wide)?;
         let [range_m, range_rate_mps] = axes(py, &radar)?;
         let s = &made.stages;
@@ -258,7 +260,7 @@ impl Frame {
             position_m: array(py, made.pose.translation_m.to_array().to_vec(), &[3])?,
             rotation_xyzw: array(py, made.pose.rotation.to_array().to_vec(), &[4])?,
             velocity_mps: array(py, made.velocity_mps.to_array().to_vec(), &[3])?,
-            adc: match made.cube {
+            adc: match cube {
                 AnyCube::F32(c) => array(py, c.data, &[c.chirps, c.channels, c.samples])?,
                 AnyCube::F64(c) => array(py, c.data, &[c.chirps, c.channels, c.samples])?,
             },

@@ -1,7 +1,7 @@
 //! Gridded synthesis on the device: which echoes are gridded and how, and the passes in order.
 
 use super::grid_echoes::GridEchoes;
-use super::gridding::{Costs, ECHOES_KEPT, Layout};
+use super::gridding::{Costs, ECHOES_KEPT, GridLayout};
 use super::methods::{Method, Methods};
 use super::schedule::Schedule;
 use super::synthesis::{Plan, Set};
@@ -51,10 +51,11 @@ pub fn record_with(
     // One channel's grid has to fit a binding.
     let costs = &Costs { largest_grid: costs.largest_grid.min(limit / size_of::<Complex32>()), ..*costs };
     // A thread adds up all echoes of its line in a row, so they must not crowd.
-    let table_fits = |l: &Layout| l.block * l.samples * size_of::<[f32; 4]>() <= limit;
+    let table_fits = |l: &GridLayout| l.block * l.samples * size_of::<[f32; 4]>() <= limit;
     let set = plan.set(Set::Still);
-    let still = Some(Layout::still(plan.samples, costs))
-        .filter(|l| !set.is_empty() && Layout::still_pays(set.len(), plan.samples, costs) && table_fits(l));
+    let still = Some(GridLayout::still(plan.samples, costs)).filter(|l| {
+        !set.is_empty() && GridLayout::still_pays(set.len(), plan.samples, costs) && table_fits(l)
+    });
     let mut schedule = Schedule::new(plan, costs);
     schedule.keep(|indices, layout| {
         let crowded =
@@ -90,7 +91,7 @@ struct Recording<'a, 'r, 'g> {
 
 impl Recording<'_, '_, '_> {
     /// Adds some echoes to the cube.
-    fn grid(&mut self, set: Set, indices: &[u32], layout: &Layout) {
+    fn grid(&mut self, set: Set, indices: &[u32], layout: &GridLayout) {
         for run in self.plan.channels_by_code() {
             let layout = &layout.turned(self.plan.code_turns(run.start));
             let steps = self.recorder.upload("steps", &grid_lines::steps(layout));
@@ -109,7 +110,7 @@ impl Recording<'_, '_, '_> {
     fn passes(
         &mut self,
         set: Set,
-        layout: &Layout,
+        layout: &GridLayout,
         echoes: &GridEchoes,
         base: usize,
         steps: &Buffer<[f32; 4]>,

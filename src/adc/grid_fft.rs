@@ -1,6 +1,6 @@
 //! Lines of a grid from cells to samples: host side of the kernel (CONVENTIONS eq. 83).
 
-use super::gridding::Layout;
+use super::gridding::GridLayout;
 use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use num_complex::{Complex32, Complex64};
@@ -37,7 +37,7 @@ pub static KERNEL: Kernel = Kernel {
 pub const LONGEST: usize = 4096;
 
 /// Records the transform of all lines of a grid: `[line, sample]`.
-pub fn record(recorder: &mut Recorder, layout: &Layout, grid: &Buffer<Complex32>) -> Buffer<Complex32> {
+pub fn record(recorder: &mut Recorder, layout: &GridLayout, grid: &Buffer<Complex32>) -> Buffer<Complex32> {
     let (cells, samples) = (layout.cells, layout.samples);
     let lines = grid.len() / cells;
     let turns: Vec<Complex32> = (0..cells)

@@ -1,7 +1,7 @@
 //! Sums over lines: host side of the kernel (CONVENTIONS eq. 84).
 
 use super::DeviceCube;
-use super::gridding::Layout;
+use super::gridding::GridLayout;
 use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::Sampling;
@@ -47,7 +47,7 @@ pub static KERNEL: Kernel = Kernel {
 };
 
 /// Step from line to line and factor of the sum, `[chirp of a block, sample]`.
-pub fn steps(layout: &Layout) -> Vec<[f32; 4]> {
+pub fn steps(layout: &GridLayout) -> Vec<[f32; 4]> {
     let finish = layout.finish();
     let mut steps = vec![[0.0; 4]; layout.block * layout.samples];
     steps.par_chunks_mut(layout.samples).enumerate().for_each(|(i, row)| {
@@ -74,7 +74,7 @@ pub struct Into<'a> {
 /// Records the addition of `lines`, `[channel, block, line, sample]`, to a cube.
 pub fn record(
     recorder: &mut Recorder,
-    layout: &Layout,
+    layout: &GridLayout,
     sampling: Sampling,
     lines: &Buffer<Complex32>,
     steps: &Buffer<[f32; 4]>,

@@ -1,7 +1,7 @@
 //! Echoes onto a grid: host side of the kernel (CONVENTIONS eq. 83).
 
 use super::grid_echoes::GridEchoes;
-use super::gridding::{Bell, Layout, TAPS};
+use super::gridding::{Bell, GridLayout, TAPS};
 use super::synthesis::fixed_turns;
 use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
@@ -111,7 +111,7 @@ impl Sorted {
     }
 
     /// Sorts the echoes by their place among the lines of the layout.
-    pub fn by_line(echoes: &GridEchoes, layout: &Layout) -> Sorted {
+    pub fn by_line(echoes: &GridEchoes, layout: &GridLayout) -> Sorted {
         if layout.lines == 1 {
             return Sorted {
                 order: (0..echoes.count as u32).collect(),
@@ -149,7 +149,7 @@ impl Sorted {
 /// Records the spreading of some channels over a grid `[channel, block, line, cell]`.
 pub fn record(
     recorder: &mut Recorder,
-    layout: &Layout,
+    layout: &GridLayout,
     echoes: &GridEchoes,
     sorted: &Sorted,
     channels: Range<usize>,

@@ -1,6 +1,6 @@
 //! Synthesis by gridding: how a set of echoes is summed without visiting every echo at every sample
 //! (CONVENTIONS eq. 80-84). Which echoes share a grid, and how many blocks it has, is chosen in [`super::schedule`]; the
-//! engines follow the [`Layout`].
+//! engines follow the [`GridLayout`].
 //!
 //! Chirps are cut into blocks. In a block, about its middle, the phase of an echo is
 //! a0 + n b0 + m a1 + b1 m n + c n² + a2 m² turns, and b1, c and a2 come from the same motion as a1:
@@ -195,7 +195,7 @@ pub struct Costs {
 
 /// Grid and blocks of a set of echoes: all that an engine needs beside the echoes.
 #[derive(Debug, Clone)]
-pub struct Layout {
+pub struct GridLayout {
     /// Number of chirps.
     pub chirps: usize,
     /// Number of samples of a chirp.
@@ -220,7 +220,7 @@ pub struct Layout {
     pub error: f64,
 }
 
-/// The line mean + slope m, which is nearest to m² over the chirps m of a block as counted from [`Layout::middle`], and
+/// The line mean + slope m, which is nearest to m² over the chirps m of a block as counted from [`GridLayout::middle`], and
 /// the mean of m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
@@ -289,13 +289,13 @@ pub(super) fn lines(block: usize, samples: usize, [low, high]: [f64; 2], warp: &
     (((high - low) / step).ceil() as usize + TAPS + 1, low - step * (half + 0.25), step)
 }
 
-impl Layout {
+impl GridLayout {
     /// Layout for echoes that do not change from chirp to chirp: one chirp, one line.
-    pub fn still(samples: usize, costs: &Costs) -> Layout {
+    pub fn still(samples: usize, costs: &Costs) -> GridLayout {
         let cells = cells(samples, costs);
         let oversampling = cells as f64 / samples.max(1) as f64;
         let cell_bell = Bell::new(oversampling);
-        Layout {
+        GridLayout {
             chirps: 1,
             samples,
             block: 1,
@@ -325,9 +325,9 @@ impl Layout {
         range: [f64; 2],
         warp: Warp,
         bells: &Bells,
-    ) -> Layout {
+    ) -> GridLayout {
         let (lines, first_line, line_step) = lines(block, samples, range, &warp);
-        Layout {
+        GridLayout {
             chirps,
             samples,
             block,
@@ -343,9 +343,9 @@ impl Layout {
     }
 
     /// The layout for a channel in which every a1 is larger by `turns`.
-    pub fn turned(&self, turns: f64) -> Layout {
+    pub fn turned(&self, turns: f64) -> GridLayout {
         let moved = |l: Line| Line { offset: l.offset - l.slope * turns, ..l };
-        Layout {
+        GridLayout {
             first_line: self.first_line + turns,
             warp: Warp { b1: moved(self.warp.b1), c: moved(self.warp.c), a2: moved(self.warp.a2) },
             ..self.clone()
@@ -353,7 +353,7 @@ impl Layout {
     }
 
     /// Finds where a sum in single precision has to be put aside: before these echoes of the first channel, so that in
-    /// no square of [`TAPS`] cells by lines more than what [`PORTION`] equal echoes make adds up in between. The last
+    /// no square of [`TAPS`] cells by lines more than what 512 equal echoes (`PORTION`) make adds up in between. The last
     /// entry is the number of echoes.
     pub fn portions(&self, echoes: &GridEchoes) -> Vec<usize> {
         let mut cuts = Vec::new();
@@ -460,7 +460,7 @@ impl Square {
 
 /// Phase from line to line and the factor of the sum over lines.
 pub struct Finish<'a> {
-    layout: &'a Layout,
+    layout: &'a GridLayout,
     /// Transform of the bell across cells at each sample.
     cells: Vec<f64>,
 }

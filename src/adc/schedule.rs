@@ -6,7 +6,7 @@
 //! than the longer blocks would save.
 
 use super::grid_echoes::origin;
-use super::gridding::{self, Bells, Costs, Layout, Line, Warp, transform_ns};
+use super::gridding::{self, Bells, Costs, GridLayout, Line, Warp, transform_ns};
 use super::methods::{Gridded, Method};
 use super::synthesis::{PhasePolynomial, Plan, Set};
 use rayon::prelude::*;
@@ -35,7 +35,7 @@ pub struct Group {
     /// Which, as the caller numbers them.
     pub echoes: Vec<u32>,
     /// Grid of the group's echoes, or None where the direct sum is cheaper.
-    pub layout: Option<Layout>,
+    pub layout: Option<GridLayout>,
     /// Power that the grid leaves out, predicted, W.
     pub error_w: f64,
 }
@@ -44,7 +44,7 @@ pub struct Group {
 #[derive(Debug, Clone, Default)]
 pub struct Schedule {
     /// Echoes of a grid, as indices into the frame's returns, with the grid.
-    pub grids: Vec<(Vec<u32>, Layout)>,
+    pub grids: Vec<(Vec<u32>, GridLayout)>,
     /// Echoes that are summed directly.
     pub directly: Vec<u32>,
     /// Power that grids leave out over Σ|A|², predicted.
@@ -99,7 +99,7 @@ impl Schedule {
     }
 
     /// Drops the grids that an engine cannot take (`fits` is false), so that their echoes are summed directly.
-    pub fn keep(&mut self, mut fits: impl FnMut(&[u32], &Layout) -> bool) {
+    pub fn keep(&mut self, mut fits: impl FnMut(&[u32], &GridLayout) -> bool) {
         let (kept, left): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.grids).into_iter().partition(|(echoes, layout)| fits(echoes, layout));
         self.grids = kept;
@@ -377,8 +377,9 @@ pub fn groups(shape: &Shape, terms: &[Term], allowed: f64, costs: &Costs) -> Vec
         let echoes = members(from, end);
         if !echoes.is_empty() {
             let step = &steps[end - 1];
-            let layout = is_grid
-                .then(|| Layout::moving((chirps, samples), step.block, range_of(from..end), warp, &bells));
+            let layout = is_grid.then(|| {
+                GridLayout::moving((chirps, samples), step.block, range_of(from..end), warp, &bells)
+            });
             let error = |i: &u32| f64::from(residuals[*i as usize].error(step));
             let error_w = if is_grid { echoes.iter().map(error).sum() } else { 0.0 };
             list.push(Group { echoes, layout, error_w });

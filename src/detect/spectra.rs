@@ -35,7 +35,7 @@ pub struct SpectrumCell {
     pub range_rate_mps: f64,
 }
 
-/// The spectra over angle behind the points of one map. `found` is that map after [`points`] or [`detected`] has chosen its cells;
+/// The spectra over angle behind the points of one map. `found` is that map after [`points`](super::locate::points) or [`detected`](super::locate::detected) has chosen its cells;
 /// `radar` is that of the map's ramp ([`Radar::part`]) and `velocity_mps` the radar's own in its frame, where it is known.
 ///
 /// # Errors

@@ -5,7 +5,7 @@ use super::cfar_window::{CfarWindowParams, DeviceColumn};
 use crate::base::error::Result;
 use crate::gpu::{Access, Kernel, Tolerance};
 
-/// Run by [`super::cfar::record`].
+/// Run by `cfar::record`.
 pub static KERNEL: Kernel = Kernel {
     stem: "dsp/cfar_ca",
     sources: &[include_str!("../../shaders/dsp/cfar_ca.wgsl")],

@@ -24,7 +24,7 @@ gpu_struct! {
     }
 }
 
-/// Run by [`super::cfar::record`].
+/// Run by `cfar::record`.
 pub static KERNEL: Kernel = Kernel {
     stem: "dsp/cfar_go_so",
     sources: &[include_str!("../../shaders/dsp/cfar_go_so.wgsl")],

@@ -7,7 +7,7 @@ use crate::base::error::Result;
 use crate::gpu::{Access, Kernel, Tolerance};
 use statrs::function::gamma::ln_gamma;
 
-/// Run by [`super::cfar::record`].
+/// Run by `cfar::record`.
 pub static KERNEL: Kernel = Kernel {
     stem: "dsp/cfar_os",
     sources: &[include_str!("../../shaders/dsp/cfar_os.wgsl")],

@@ -24,7 +24,7 @@ pub struct DeviceSpectrum {
     pub doppler_bins: usize,
     /// Doppler bands (DDM), else 1.
     pub bands: usize,
-    /// Factor of the map ([`Transform::map_scale`]).
+    /// Factor of the map ([`Transform::map_scale`](super::transform::Transform::map_scale)).
     pub map_scale: f64,
     /// Bands times the channels of the cube.
     pub channels: usize,

@@ -1,13 +1,15 @@
 //! Range and Doppler transforms: sizes, windows, and the host side of the kernel for what a workgroup holds
 //! (CONVENTIONS eq. 14); other lengths go by passes over global memory (eq. 86).
 
-use super::fft_pass::{Layout, Passes, Scratch, twiddles};
+use super::fft_pass::{PassLayout, Passes, Scratch, twiddles};
 use crate::gpu::{Access, AnyBuffer, Buffer, Gpu, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use num_complex::Complex32;
 
 /// Length of the longest transform that a workgroup's 32 KiB hold.
 pub const LONGEST_IN_WORKGROUP: usize = 4096;
+/// Memory that the kernel asks a workgroup to have, bytes; not every adapter has it.
+const WORKGROUP_BYTES: u32 = 32 << 10;
 
 pub(super) fn fits_workgroup(length: usize) -> bool {
     length.is_power_of_two() && length <= LONGEST_IN_WORKGROUP
@@ -26,7 +28,12 @@ impl Method {
     /// The faster one for this length. On a CPU's driver workgroup memory is memory like any other, and
     /// each barrier costs a change of context.
     pub fn of(gpu: &Gpu, length: usize) -> Method {
-        if fits_workgroup(length) && gpu.report().is_hardware { Method::Workgroup } else { Method::Passes }
+        let has_room = gpu.report().shared_bytes >= WORKGROUP_BYTES;
+        if fits_workgroup(length) && gpu.is_hardware() && has_room {
+            Method::Workgroup
+        } else {
+            Method::Passes
+        }
     }
 }
 
@@ -87,7 +94,7 @@ impl Axis {
         window: &[f64],
     ) -> Axis {
         if method == Method::Passes {
-            let hardware = gpu.report().is_hardware;
+            let hardware = gpu.is_hardware();
             return Axis::Passes(Passes::new(recorder, hardware, length, window));
         }
         let weights: Vec<f32> = window.iter().map(|w| *w as f32).collect();
@@ -95,7 +102,7 @@ impl Axis {
             length,
             weights: recorder.upload("window", &weights),
             twiddles: recorder.upload("twiddles", &twiddles(length)),
-            hardware: gpu.report().is_hardware,
+            hardware: gpu.is_hardware(),
         }
     }
 
@@ -105,7 +112,7 @@ impl Axis {
         scratch: &mut Scratch,
         from: &dyn AnyBuffer,
         to: &dyn AnyBuffer,
-        layout: Layout,
+        layout: PassLayout,
     ) {
         let (length, weights, twiddles, hardware) = match self {
             Axis::Passes(passes) => return passes.record(recorder, scratch, from, to, layout),

@@ -64,7 +64,7 @@ pub(super) fn twiddles(n: usize) -> Vec<Complex32> {
 
 /// Where the values of lines lie, and which positions of their spectra are kept.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Layout {
+pub(super) struct PassLayout {
     pub lines: usize,
     pub in_base: u32,
     pub in_line: u32,
@@ -153,11 +153,11 @@ impl Passes {
         scratch: &mut Scratch,
         from: &dyn AnyBuffer,
         to: &dyn AnyBuffer,
-        layout: Layout,
+        layout: PassLayout,
     ) {
         for first in (0..layout.lines).step_by(self.block_lines) {
             let at = first as u32;
-            let block = Layout {
+            let block = PassLayout {
                 lines: self.block_lines.min(layout.lines - first),
                 in_base: layout.in_base.wrapping_add(at * layout.in_line),
                 out_base: layout.out_base + at * layout.out_line,
@@ -173,7 +173,7 @@ impl Passes {
         scratch: &mut Scratch,
         from: &dyn AnyBuffer,
         to: &dyn AnyBuffer,
-        layout: Layout,
+        layout: PassLayout,
     ) {
         let Plan::Bluestein { length, ones, kernel, after } = &self.plan else {
             self.passes(recorder, scratch, (from, self.count, &self.weights), to, layout);
@@ -186,7 +186,7 @@ impl Passes {
         );
         let inner = self.between(layout, *length);
         let chirp =
-            |length: usize, count: usize, l: &Layout, conjugate: [u32; 2]| fft_chirp::FftChirpParams {
+            |length: usize, count: usize, l: &PassLayout, conjugate: [u32; 2]| fft_chirp::FftChirpParams {
                 lines: l.lines as u32,
                 length: length as u32,
                 count: count as u32,
@@ -208,7 +208,7 @@ impl Passes {
                 let threads = grid(p.lines, p.length, p.lines_first == 1);
                 recorder.dispatch(&fft_chirp::KERNEL, &p, &storage, threads);
             };
-        let before = Layout {
+        let before = PassLayout {
             out_base: 0,
             out_line: inner.out_line,
             out_step: inner.out_step,
@@ -221,15 +221,15 @@ impl Passes {
         self.passes(recorder, scratch, (&a, *length, ones), &b, inner);
         multiply(recorder, chirp(*length, *length, &inner, [0, 1]), [&b, kernel, &a]);
         self.passes(recorder, scratch, (&a, *length, ones), &b, inner);
-        let last = Layout { in_base: 0, in_line: inner.in_line, in_step: inner.in_step, ..layout };
+        let last = PassLayout { in_base: 0, in_line: inner.in_line, in_step: inner.in_step, ..layout };
         multiply(recorder, chirp(self.length, self.length, &last, [1, 0]), [&b, after, to]);
     }
 
     /// Whole lines of `length` values from and to buffers of our own.
-    fn between(&self, layout: Layout, length: usize) -> Layout {
+    fn between(&self, layout: PassLayout, length: usize) -> PassLayout {
         let lines = layout.lines as u32;
         let (line, step) = if layout.side_by_side { (1, lines) } else { (length as u32, 1) };
-        Layout {
+        PassLayout {
             in_base: 0,
             in_line: line,
             in_step: step,
@@ -249,7 +249,7 @@ impl Passes {
         scratch: &mut Scratch,
         (from, count, weights): (&dyn AnyBuffer, usize, &Buffer<Complex32>),
         to: &dyn AnyBuffer,
-        layout: Layout,
+        layout: PassLayout,
     ) {
         let length = self.twiddles.len();
         let inner = self.between(layout, length);

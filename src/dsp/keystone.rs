@@ -2,7 +2,7 @@
 //! the host side of the kernel, which takes the place of the Doppler transform in [`super::fft`].
 
 use super::fft::{Axis, Method, Piece, fits_workgroup};
-use super::fft_pass::{CACHE, Layout, Scratch, grid};
+use super::fft_pass::{CACHE, PassLayout, Scratch, grid};
 use super::transform::{Keystone, Transform};
 use crate::base::error::{BadInput, Result};
 use crate::gpu::{Access, AnyBuffer, Buffer, Gpu, Kernel, Recorder, Tolerance};
@@ -101,7 +101,7 @@ impl Warp {
         let length = (t.doppler_rows() + t.chirps - 1).next_power_of_two();
         let fits = (gpu.max_binding_bytes() as usize / size_of::<Complex32>()).min(MOST.max(length)) / length;
         // A CPU's driver wants what lies between passes in the cache.
-        let lines = if gpu.report().is_hardware { fits } else { fits.min((CACHE / length).max(64)) };
+        let lines = if gpu.is_hardware() { fits } else { fits.min((CACHE / length).max(64)) };
         if lines == 0 {
             return Err(BadInput::new(
                 "the keystone transform of one sample does not fit into a buffer of this adapter",
@@ -208,7 +208,7 @@ impl Warp {
         to: &Buffer<Complex32>,
     ) {
         let step = lines as u32;
-        let layout = Layout {
+        let layout = PassLayout {
             lines,
             in_line: 1,
             in_step: step,

@@ -2,7 +2,7 @@
 
 use super::device_spectrum::{Chunk, DeviceSpectrum};
 use super::fft::{Axis, LONGEST_IN_WORKGROUP, Method, Piece, fits_workgroup};
-use super::fft_pass::{Layout, Scratch, work_length};
+use super::fft_pass::{PassLayout, Scratch, work_length};
 use super::keystone::Warp;
 use super::transform::Transform;
 use crate::adc::{Cube, DeviceCube};
@@ -146,7 +146,7 @@ impl<'a> Plan<'a> {
         to: &Buffer<Complex32>,
     ) {
         let t = self.t;
-        let layout = Layout {
+        let layout = PassLayout {
             lines: columns,
             in_line: 1,
             in_step: columns as u32,
@@ -176,7 +176,7 @@ impl<'a> Plan<'a> {
         let whole = channels == piece.channels;
         for channel in 0..if whole { 1 } else { channels } {
             let start = (first * piece.channels + piece.first_channel + channel) * t.samples;
-            let layout = Layout {
+            let layout = PassLayout {
                 lines: if whole { chirps * channels } else { chirps },
                 in_base: (start + if t.reversed { t.samples - 1 } else { 0 }) as u32,
                 in_line: (if whole { t.samples } else { piece.channels * t.samples }) as u32,

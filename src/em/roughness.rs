@@ -1,7 +1,7 @@
 //! What a rough surface scatters beside its coherent reflection, with the power conserved
 //! (CONVENTIONS eq. 27).
 //!
-//! The coherent field loses the factor of [`rayleigh_factor`](super::fresnel::rayleigh_factor); its power goes into a lobe
+//! The coherent field loses the factor of [`rayleigh_factor`]; its power goes into a lobe
 //! over the half-space in front, of which the shape is chosen and the strength follows. Heights of
 //! the surface have to vary slowly on the scale of the wavelength (Kirchhoff); shadowing and multiple
 //! scattering are left out, and the lobe does not depend on the correlation length.

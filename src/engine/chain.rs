@@ -83,6 +83,19 @@ fn interleaved<T: Clone + Default + Copy>(mut cubes: Vec<Cube<T>>) -> Cube<T> {
     Cube { chirps: chirps * cubes.len(), channels, samples, data }
 }
 
+/// What an engine makes of a frame's echoes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MadeFrame {
+    /// The samples, where they were wanted.
+    pub cube: Option<AnyCube>,
+    /// Statistics of synthesis and front end.
+    pub front_end: SynthesisStats,
+    /// The map of each ramp.
+    pub maps: Vec<RangeDoppler<f64>>,
+    /// Time of synthesis and of processing, s; of a single submission all counts as the first.
+    pub seconds: [f64; 2],
+}
+
 impl Engine {
     /// Echoes of a frame at the radar's pose, moving with `velocity_mps` (world).
     ///
@@ -167,7 +180,7 @@ impl Engine {
     }
 
     /// [`Engine::cube`] and [`Engine::maps`]. The usual radar's frame is one submission on the gpu engine, from echoes to
-    /// detected cells. `seconds` is told how long synthesis and processing took; of one submission all counts as the first.
+    /// detected cells. The samples come back where they are `wanted`.
     ///
     /// # Errors
     /// Returns the errors of [`Engine::cube`] and [`Engine::maps`].
@@ -177,9 +190,9 @@ impl Engine {
         echoes: &Echoes,
         interference: &[Arrival],
         (seed, frame): (u64, u32),
+        wanted: bool,
         control: Control<'_>,
-        seconds: &mut dyn FnMut(f64, f64),
-    ) -> Result<(AnyCube, SynthesisStats, Vec<RangeDoppler<f64>>)> {
+    ) -> Result<MadeFrame> {
         let start = Instant::now();
         let p = &radar.processing;
         if let Engine::Gpu(gpu) = self
@@ -187,7 +200,7 @@ impl Engine {
             && let Some((mut recorder, device, seen)) =
                 self.on_device(radar, echoes, interference, seed, frame)?
         {
-            let pending = device.read(&mut recorder);
+            let pending = wanted.then(|| device.read(&mut recorder));
             if p.remove_static {
                 dsp::zero_doppler::record(&mut recorder, &device, &AtRest::of(radar));
             }
@@ -195,14 +208,15 @@ impl Engine {
             let transform = Transform::of_shape(shape, radar)?;
             let recorded = dsp::device::record(recorder, gpu, &device, &transform, &p.cfar)?;
             let (_, found, mut done) = recorded.submit_with()?;
-            seconds(start.elapsed().as_secs_f64(), 0.0);
-            return Ok((AnyCube::F32(device.take(&mut done, pending)), seen, vec![found.widened()]));
+            let cube = pending.map(|pending| AnyCube::F32(device.take(&mut done, pending)));
+            let (maps, seconds) = (vec![found.widened()], [start.elapsed().as_secs_f64(), 0.0]);
+            return Ok(MadeFrame { cube, front_end: seen, maps, seconds });
         }
         let (cube, seen) = self.cube(radar, echoes, interference, seed, frame, control)?;
         let synthesis = start.elapsed().as_secs_f64();
         let maps = self.maps(radar, &cube)?;
-        seconds(synthesis, start.elapsed().as_secs_f64() - synthesis);
-        Ok((cube, seen, maps))
+        let seconds = [synthesis, start.elapsed().as_secs_f64() - synthesis];
+        Ok(MadeFrame { cube: wanted.then_some(cube), front_end: seen, maps, seconds })
     }
 
     /// [`Engine::range_doppler`] of each ramp.

@@ -44,7 +44,7 @@ pub struct RawRow {
     pub receive_deg: Option<(f64, f64)>,
     /// VV, VH, HV, HH.
     pub dbsm: [f64; 4],
-    /// S[rx][tx] in m, index 0 is V.
+    /// `S[rx][tx]` in m, index 0 is V.
     pub s: Matrix2,
 }
 

@@ -45,7 +45,7 @@ pub struct Face {
     pub normal: DVec3,
     /// The plane is where `normal . r` equals this, m.
     pub offset_m: f64,
-    /// Unit vectors in the plane with axis[0] x axis[1] = normal; places on the face are measured along
+    /// Unit vectors in the plane with `axis[0] x axis[1] = normal`; places on the face are measured along
     /// them from its first corner.
     pub axis: [DVec3; 2],
     /// Index into `Geometry::surfaces`.

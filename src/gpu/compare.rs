@@ -16,16 +16,24 @@ pub fn test_device_name() -> String {
 /// If there is none: a GPU test that cannot run has failed.
 pub fn test_gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
-    GPU.get_or_init(|| {
-        let name = test_device_name();
-        match Gpu::open(Want::Named(&name)) {
-            Ok(gpu) => gpu.with_poisoned_buffers(),
-            Err(e) => panic!(
-                "GPU tests need the adapter {name:?}: {e}. Install a Vulkan driver (Debian: \
+    GPU.get_or_init(|| opened_for_tests().with_poisoned_buffers())
+}
+
+/// The device that GPU tests run on, opened anew. With `CATSEYE_TEST_AS_HARDWARE` in the environment it takes the ways that only hardware
+/// takes ([`Gpu::with_pretended_hardware`]).
+///
+/// # Panics
+/// If there is none.
+pub fn opened_for_tests() -> Gpu {
+    let name = test_device_name();
+    match Gpu::open(Want::Named(&name)) {
+        Ok(gpu) if std::env::var_os("CATSEYE_TEST_AS_HARDWARE").is_some() => gpu.with_pretended_hardware(),
+        Ok(gpu) => gpu,
+        Err(e) => panic!(
+            "GPU tests need the adapter {name:?}: {e}. Install a Vulkan driver (Debian: \
                  mesa-vulkan-drivers libvulkan1) or name another adapter in CATSEYE_TEST_DEVICE"
-            ),
-        }
-    })
+        ),
+    }
 }
 
 /// Difference of two arrays.

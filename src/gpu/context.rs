@@ -1,9 +1,10 @@
 //! Adapters and the opened device.
 
+use super::arena::{Arena, GpuCounts, lock};
 use super::kernel::{Kernel, Pipeline, build_pipeline};
 use crate::base::error::{BadInput, Error, Result};
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// One adapter as the driver describes it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -157,19 +158,17 @@ pub struct Gpu {
     report: AdapterReport,
     binding_limit: u64,
     poison: bool,
+    /// Whether a software driver takes the ways that hardware takes.
+    pretends: bool,
     pipelines: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
     sink: Arc<Mutex<Sink>>,
+    pub(super) arena: Arc<Arena>,
 }
 
 impl std::fmt::Debug for Gpu {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Gpu").field("report", &self.report).finish_non_exhaustive()
     }
-}
-
-// A panic elsewhere leaves these maps and lists whole.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Gpu {
@@ -202,14 +201,21 @@ impl Gpu {
             limits,
             report: report.clone(),
             poison: cfg!(any(test, debug_assertions)),
+            pretends: false,
             pipelines: Mutex::default(),
             sink,
+            arena: Arc::default(),
         })
     }
 
     /// The adapter as the driver describes it.
     pub fn report(&self) -> &AdapterReport {
         &self.report
+    }
+
+    /// What all submissions did so far.
+    pub fn counts(&self) -> GpuCounts {
+        self.arena.counters.now()
     }
 
     /// Bytes that one storage binding may hold. A stage with more data works in chunks.
@@ -220,6 +226,18 @@ impl Gpu {
     /// Pretends that the adapter's limit is smaller, to test chunking.
     pub fn with_binding_limit(mut self, bytes: u64) -> Gpu {
         self.binding_limit = self.binding_limit.min(bytes);
+        self
+    }
+
+    /// Whether kernels are chosen and sized as for hardware.
+    pub fn is_hardware(&self) -> bool {
+        self.report.is_hardware || self.pretends
+    }
+
+    /// Takes the ways that only hardware takes (larger tiles, more threads, memory of workgroups), on a software driver too, so that tests
+    /// without a GPU reach them.
+    pub fn with_pretended_hardware(mut self) -> Gpu {
+        self.pretends = true;
         self
     }
 

@@ -5,6 +5,7 @@
 /// number (Mesa's gallivm, seen with 22.3.6): a kernel has to stay below it.
 pub const LOOP_LIMIT: usize = 65_535;
 
+mod arena;
 pub mod compare;
 pub mod context;
 pub mod kernel;
@@ -14,6 +15,7 @@ pub mod recorder;
 pub mod selftest;
 
 pub use crate::gpu_struct;
+pub use arena::GpuCounts;
 pub use context::{AdapterReport, Gpu, Want, adapters, quieten_loader};
 pub use kernel::{Access, Kernel, StructLayout, Tolerance};
 pub use recorder::{AnyBuffer, Buffer, Done, Pending, Recorder, Threads};

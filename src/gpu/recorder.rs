@@ -1,13 +1,14 @@
 //! Commands as data, and the one place that runs them. A recorder that has met an error ignores
 //! further commands; `submit` returns the first error.
 
+use super::arena::{Arena, Counters, GroupKey, Kept, size_class};
 use super::context::Gpu;
 use super::kernel::Kernel;
 use crate::base::error::{Error, Result};
 use bytemuck::Pod;
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
@@ -45,10 +46,25 @@ impl<T> Buffer<T> {
 }
 
 mod sealed {
+    use crate::gpu::arena::{Arena, Kept};
+
     pub struct Raw {
-        pub(super) buffer: wgpu::Buffer,
+        /// None only while it is dropped.
+        pub(super) kept: Option<Kept>,
+        pub(super) arena: std::sync::Arc<Arena>,
+        /// Bytes that it holds, of those that it has room for.
+        pub(super) bytes: u64,
         pub(super) label: &'static str,
     }
+
+    impl Drop for Raw {
+        fn drop(&mut self) {
+            if let Some(kept) = self.kept.take() {
+                self.arena.give(kept);
+            }
+        }
+    }
+
     pub trait Sealed {
         fn raw(&self) -> Option<&std::sync::Arc<Raw>>;
     }
@@ -105,6 +121,15 @@ pub struct Pending<T> {
     values: PhantomData<fn() -> T>,
 }
 
+/// What a new buffer holds.
+enum Fill {
+    /// Whatever was there.
+    Unspecified,
+    Zeros,
+    /// What lies at the beginning of this one, which the host has written.
+    Upload(Kept),
+}
+
 enum Command {
     Dispatch {
         kernel: &'static Kernel,
@@ -115,8 +140,7 @@ enum Command {
     },
     Read {
         from: Arc<Raw>,
-        to: wgpu::Buffer,
-        bytes: u64,
+        to: Kept,
     },
 }
 
@@ -125,11 +149,23 @@ pub struct Recorder<'a> {
     gpu: &'a Gpu,
     label: &'static str,
     id: u64,
+    /// Buffers that are new, with what they begin with.
+    fills: Vec<(Arc<Raw>, Fill)>,
     commands: Vec<Command>,
     uniforms: Vec<u8>,
     reads: usize,
     error: Option<Error>,
 }
+
+/// Use of a buffer that kernels read and write.
+const STORAGE: wgpu::BufferUsages =
+    wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_SRC).union(wgpu::BufferUsages::COPY_DST);
+/// Use of a buffer of uniforms.
+const UNIFORM: wgpu::BufferUsages = wgpu::BufferUsages::UNIFORM.union(wgpu::BufferUsages::COPY_DST);
+/// Use of a buffer that the host writes.
+const UPLOAD: wgpu::BufferUsages = wgpu::BufferUsages::MAP_WRITE.union(wgpu::BufferUsages::COPY_SRC);
+/// Use of a buffer that the host reads.
+const READ_BACK: wgpu::BufferUsages = wgpu::BufferUsages::MAP_READ.union(wgpu::BufferUsages::COPY_DST);
 
 impl Gpu {
     /// An empty list of commands; `label` names it in errors.
@@ -142,31 +178,51 @@ impl<'a> Recorder<'a> {
     fn new(gpu: &'a Gpu, label: &'static str) -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         let id = NEXT.fetch_add(1, Ordering::Relaxed);
-        Recorder { gpu, label, id, commands: Vec::new(), uniforms: Vec::new(), reads: 0, error: None }
+        Recorder {
+            gpu,
+            label,
+            id,
+            fills: Vec::new(),
+            commands: Vec::new(),
+            uniforms: Vec::new(),
+            reads: 0,
+            error: None,
+        }
     }
 
     /// Makes a buffer with these contents, which may be empty.
     pub fn upload<T: Pod>(&mut self, label: &'static str, data: &[T]) -> Buffer<T> {
-        self.new_buffer(label, data.len(), Some(bytemuck::cast_slice(data)))
+        let bytes = bytemuck::cast_slice(data);
+        self.new_buffer(label, data.len(), |r| match bytes.is_empty() {
+            true => Ok(Fill::Unspecified),
+            false => r.staged(label, bytes).map(Fill::Upload),
+        })
     }
 
     /// Makes a buffer whose contents are unspecified (see [`Gpu::with_poisoned_buffers`]).
     pub fn buffer<T: Pod>(&mut self, label: &'static str, len: usize) -> Buffer<T> {
-        let poison = match self.gpu.poison() {
-            true => vec![POISON; (len * size_of::<T>()).div_ceil(4)],
-            false => Vec::new(),
-        };
-        let fill: &[u8] = bytemuck::cast_slice(&poison);
-        self.new_buffer(label, len, (!fill.is_empty()).then_some(fill))
+        let bytes = len * size_of::<T>();
+        let is_poisoned = self.gpu.poison() && bytes > 0;
+        self.new_buffer(label, len, |r| match is_poisoned {
+            true => {
+                let poison = vec![POISON; bytes.div_ceil(4)];
+                r.staged(label, bytemuck::cast_slice(&poison)).map(Fill::Upload)
+            }
+            false => Ok(Fill::Unspecified),
+        })
     }
 
     /// Makes a buffer of zero bytes.
     pub fn zeros<T: Pod>(&mut self, label: &'static str, len: usize) -> Buffer<T> {
-        // wgpu clears whatever is not written.
-        self.new_buffer(label, len, None)
+        self.new_buffer(label, len, |_| Ok(Fill::Zeros))
     }
 
-    fn new_buffer<T: Pod>(&mut self, label: &'static str, len: usize, contents: Option<&[u8]>) -> Buffer<T> {
+    fn new_buffer<T: Pod>(
+        &mut self,
+        label: &'static str,
+        len: usize,
+        fill: impl FnOnce(&Self) -> Result<Fill>,
+    ) -> Buffer<T> {
         let failed = Buffer { raw: None, len, values: PhantomData };
         if self.error.is_some() {
             return failed;
@@ -183,9 +239,13 @@ impl<'a> Recorder<'a> {
             );
             return failed;
         }
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-        match self.filled_buffer(label, bytes, usage, contents) {
-            Ok(buffer) => Buffer { raw: Some(Arc::new(Raw { buffer, label })), len, values: PhantomData },
+        let made = fill(self).and_then(|fill| Ok((self.kept(label, bytes, STORAGE)?, fill)));
+        match made {
+            Ok((kept, fill)) => {
+                let raw = Arc::new(Raw { kept: Some(kept), arena: self.gpu.arena.clone(), bytes, label });
+                self.fills.push((raw.clone(), fill));
+                Buffer { raw: Some(raw), len, values: PhantomData }
+            }
             Err(e) => {
                 self.error = Some(e);
                 failed
@@ -193,30 +253,36 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    fn filled_buffer(
-        &self,
-        label: &str,
-        bytes: u64,
-        usage: wgpu::BufferUsages,
-        contents: Option<&[u8]>,
-    ) -> Result<wgpu::Buffer> {
-        let contents = contents.filter(|c| !c.is_empty());
-        let descriptor = wgpu::BufferDescriptor {
-            label: Some(label),
-            size: bytes,
-            usage,
-            mapped_at_creation: contents.is_some(),
-        };
-        let buffer = self.gpu.scoped(self.label, || self.gpu.device.create_buffer(&descriptor))?;
-        if let Some(contents) = contents {
-            let mut view = buffer
-                .get_mapped_range_mut(..)
-                .map_err(|e| self.gpu.error(self.label, format!("buffer {label} cannot be written: {e}")))?;
-            view.slice(..contents.len()).copy_from_slice(contents);
-            drop(view);
-            self.gpu.scoped(self.label, || buffer.unmap())?;
+    /// A buffer of the arena for `bytes`, or a new one. One that the host writes is mapped.
+    fn kept(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> Result<Kept> {
+        let gpu = self.gpu;
+        let size = size_class(bytes, gpu.limits.max_buffer_size);
+        if let Some(kept) = gpu.arena.take(usage, size) {
+            return Ok(kept);
         }
-        Ok(buffer)
+        let descriptor =
+            wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: usage == UPLOAD };
+        let make = || gpu.scoped(self.label, || gpu.device.create_buffer(&descriptor));
+        // Memory that idle buffers hold may be what is missing.
+        let buffer = make().or_else(|_| {
+            gpu.arena.clear();
+            make()
+        })?;
+        Ok(gpu.arena.adopt(buffer))
+    }
+
+    /// A buffer that the host has filled with these bytes, to be copied to where they belong.
+    fn staged(&self, label: &str, contents: &[u8]) -> Result<Kept> {
+        let kept = self.kept(label, (contents.len() as u64).next_multiple_of(4), UPLOAD)?;
+        let mut view = kept
+            .buffer
+            .get_mapped_range_mut(..)
+            .map_err(|e| self.gpu.error(self.label, format!("buffer {label} cannot be written: {e}")))?;
+        view.slice(..contents.len()).copy_from_slice(contents);
+        drop(view);
+        self.gpu.scoped(self.label, || kept.buffer.unmap())?;
+        Counters::add(&self.gpu.arena.counters.uploaded_bytes, contents.len() as u64);
+        Ok(kept)
     }
 
     fn fail(&mut self, kernel: &str, problem: String) {
@@ -271,11 +337,10 @@ impl<'a> Recorder<'a> {
             return Err("a storage buffer comes from a recorder that failed".to_string());
         }
         let limit = self.gpu.max_binding_bytes();
-        if let Some(raw) = storage.iter().find(|raw| raw.buffer.size() > limit.max(EMPTY_BYTES)) {
+        if let Some(raw) = storage.iter().find(|raw| raw.bytes > limit.max(EMPTY_BYTES)) {
             return Err(format!(
                 "buffer {} of {} bytes exceeds the {limit} that one binding holds",
-                raw.label,
-                raw.buffer.size()
+                raw.label, raw.bytes
             ));
         }
         if workgroups.contains(&0) {
@@ -299,10 +364,8 @@ impl<'a> Recorder<'a> {
             self.fail(self.label, "a buffer to be read comes from a recorder that failed".to_string());
             return pending;
         };
-        let bytes = from.buffer.size();
-        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        match self.filled_buffer(from.label, bytes, usage, None) {
-            Ok(to) => self.commands.push(Command::Read { from, to, bytes }),
+        match self.kept(from.label, from.bytes, READ_BACK) {
+            Ok(to) => self.commands.push(Command::Read { from, to }),
             Err(e) => self.error = Some(e),
         }
         pending
@@ -331,26 +394,53 @@ impl<'a> Recorder<'a> {
         }
         let kernels = self.kernels();
         let gpu = self.gpu;
-        let commands = self.encode()?;
-        let reads: Vec<wgpu::Buffer> = self
-            .commands
-            .into_iter()
-            .filter_map(|c| match c {
-                Command::Read { to, .. } => Some(to),
-                Command::Dispatch { .. } => None,
-            })
-            .collect();
+        let Encoded { commands, uniforms, mut staged } = self.encode()?;
+        let mut reads: Vec<ReadBack> = Vec::with_capacity(self.reads);
+        let mut dispatches = 0;
+        // Buffers of commands go back to the arena when the device is done with them.
+        let mut in_use = Vec::with_capacity(self.commands.len());
+        for command in self.commands {
+            match command {
+                Command::Read { from, to } => {
+                    Counters::add(&gpu.arena.counters.read_bytes, from.bytes);
+                    reads.push(ReadBack { view: None, kept: Some(to), arena: gpu.arena.clone() });
+                    in_use.push(from);
+                }
+                Command::Dispatch { storage, .. } => {
+                    dispatches += 1;
+                    in_use.extend(storage);
+                }
+            }
+        }
+        for (raw, fill) in self.fills {
+            in_use.push(raw);
+            if let Fill::Upload(kept) = fill {
+                staged.push(kept);
+            }
+        }
+        let counters = &gpu.arena.counters;
+        Counters::add(&counters.submits, 1);
+        Counters::add(&counters.dispatches, dispatches);
 
         let start = Instant::now();
         let index = gpu.scoped(&kernels, || gpu.queue.submit([commands]))?;
         let refused = Arc::new(Mutex::new(None));
+        // Those that the host writes are mapped again for the next time, once the device has read them.
+        let writable: Vec<Arc<AtomicBool>> = staged.iter().map(|_| Arc::default()).collect();
         gpu.scoped(&kernels, || {
-            for buffer in &reads {
+            for read in &reads {
                 let refused = Arc::clone(&refused);
-                buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+                let Some(kept) = &read.kept else { continue };
+                kept.buffer.map_async(wgpu::MapMode::Read, .., move |result| {
                     if let (Err(e), Ok(mut refused)) = (result, refused.lock()) {
                         *refused = Some(e.to_string());
                     }
+                });
+            }
+            for (kept, is_mapped) in staged.iter().zip(&writable) {
+                let is_mapped = Arc::clone(is_mapped);
+                kept.buffer.map_async(wgpu::MapMode::Write, .., move |result| {
+                    is_mapped.store(result.is_ok(), Ordering::Release);
                 });
             }
         })?;
@@ -368,57 +458,93 @@ impl<'a> Recorder<'a> {
         if let Some(e) = refused.lock().ok().and_then(|mut r| r.take()) {
             return Err(gpu.error(&kernels, format!("results cannot be read: {e}")));
         }
-        let mut mapped = Vec::with_capacity(reads.len());
-        for buffer in &reads {
-            let view = buffer
+        for read in &mut reads {
+            let Some(kept) = &read.kept else { continue };
+            let view = kept
+                .buffer
                 .get_mapped_range(..)
                 .map_err(|e| gpu.error(&kernels, format!("results cannot be read: {e}")))?;
-            mapped.push(Some(view));
+            read.view = Some(view);
         }
-        Ok(Done { recorder: self.id, reads: mapped, seconds })
+        drop(in_use);
+        gpu.arena.give(uniforms);
+        for (kept, is_mapped) in staged.into_iter().zip(writable) {
+            if is_mapped.load(Ordering::Acquire) {
+                gpu.arena.give(kept);
+            }
+        }
+        gpu.arena.trim();
+        Ok(Done { recorder: self.id, reads, seconds })
     }
 
-    fn encode(&self) -> Result<wgpu::CommandBuffer> {
+    fn encode(&self) -> Result<Encoded> {
         let gpu = self.gpu;
-        let usage = wgpu::BufferUsages::UNIFORM;
         let bytes = (self.uniforms.len() as u64).next_multiple_of(16).max(16);
-        let uniforms = self.filled_buffer("params", bytes, usage, Some(&self.uniforms))?;
+        let uniforms = self.kept("params", bytes, UNIFORM)?;
+        let mut staged = Vec::new();
+        if !self.uniforms.is_empty() {
+            staged.push(self.staged("params", &self.uniforms)?);
+        }
         // Pipelines and bind groups first, each in its own scope, so that an error names the kernel.
         let mut prepared = Vec::new();
         for command in &self.commands {
             let Command::Dispatch { kernel, params, storage, .. } = command else { continue };
             let pipeline = gpu.pipeline(kernel)?;
-            let uniform = kernel.params.map(|_| wgpu::BindGroupEntry {
-                binding: 0,
-                resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                    buffer: &uniforms,
-                    offset: params.0,
-                    size: std::num::NonZeroU64::new(params.1),
-                }),
-            });
-            let bound = storage.iter().zip(1..).map(|(raw, binding)| wgpu::BindGroupEntry {
-                binding,
-                resource: raw.buffer.as_entire_binding(),
-            });
-            let entries: Vec<_> = uniform.into_iter().chain(bound).collect();
-            let group = gpu.scoped(kernel.stem, || {
-                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some(kernel.stem),
-                    layout: &pipeline.layout,
-                    entries: &entries,
+            let uniform = kernel.params.map(|_| (&uniforms, params.0, params.1));
+            let buffers = storage.iter().filter_map(|raw| Some((raw.kept.as_ref()?, 0, raw.bytes)));
+            let bound: Vec<(&Kept, u64, u64)> = uniform.into_iter().chain(buffers).collect();
+            let key: GroupKey =
+                (kernel.stem, bound.iter().map(|(kept, offset, size)| [kept.id, *offset, *size]).collect());
+            let first = u32::from(uniform.is_none());
+            let group = gpu.arena.group(key, || {
+                let entries: Vec<_> = bound
+                    .iter()
+                    .zip(first..)
+                    .map(|((kept, offset, size), binding)| wgpu::BindGroupEntry {
+                        binding,
+                        resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                            buffer: &kept.buffer,
+                            offset: *offset,
+                            size: std::num::NonZeroU64::new(*size),
+                        }),
+                    })
+                    .collect();
+                gpu.scoped(kernel.stem, || {
+                    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                        label: Some(kernel.stem),
+                        layout: &pipeline.layout,
+                        entries: &entries,
+                    })
                 })
             })?;
             prepared.push((pipeline, group));
         }
-        gpu.scoped(&self.kernels(), || {
+        let commands = gpu.scoped(&self.kernels(), || {
             let label = Some(self.label);
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
+            if let Some(from) = staged.first() {
+                let bytes = (self.uniforms.len() as u64).next_multiple_of(4);
+                encoder.copy_buffer_to_buffer(&from.buffer, 0, &uniforms.buffer, 0, bytes);
+            }
+            for (raw, fill) in &self.fills {
+                let Some(to) = &raw.kept else { continue };
+                match fill {
+                    Fill::Unspecified => {}
+                    Fill::Zeros => encoder.clear_buffer(&to.buffer, 0, Some(raw.bytes)),
+                    Fill::Upload(from) => {
+                        let bytes = raw.bytes.min(from.size);
+                        encoder.copy_buffer_to_buffer(&from.buffer, 0, &to.buffer, 0, bytes);
+                    }
+                }
+            }
             let mut prepared = prepared.iter();
             let mut commands = self.commands.iter().peekable();
             while let Some(command) = commands.next() {
                 match command {
-                    Command::Read { from, to, bytes } => {
-                        encoder.copy_buffer_to_buffer(&from.buffer, 0, to, 0, *bytes);
+                    Command::Read { from, to } => {
+                        if let Some(kept) = &from.kept {
+                            encoder.copy_buffer_to_buffer(&kept.buffer, 0, &to.buffer, 0, from.bytes);
+                        }
                     }
                     Command::Dispatch { workgroups, .. } => {
                         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -444,14 +570,41 @@ impl<'a> Recorder<'a> {
                 }
             }
             encoder.finish()
-        })
+        })?;
+        Ok(Encoded { commands, uniforms, staged })
+    }
+}
+
+/// Commands ready for the device, and the buffers that are theirs alone.
+struct Encoded {
+    commands: wgpu::CommandBuffer,
+    uniforms: Kept,
+    /// Those that the host has written.
+    staged: Vec<Kept>,
+}
+
+/// A buffer that came back, and what it holds.
+struct ReadBack {
+    view: Option<wgpu::BufferView>,
+    kept: Option<Kept>,
+    arena: Arc<Arena>,
+}
+
+impl Drop for ReadBack {
+    fn drop(&mut self) {
+        // Only what was mapped was read by the device to its end; anything else is an error's and goes for good.
+        if let (Some(view), Some(kept)) = (self.view.take(), self.kept.take()) {
+            drop(view);
+            kept.buffer.unmap();
+            self.arena.give(kept);
+        }
     }
 }
 
 /// The results of a submission that succeeded.
 pub struct Done {
     recorder: u64,
-    reads: Vec<Option<wgpu::BufferView>>,
+    reads: Vec<ReadBack>,
     seconds: f64,
 }
 
@@ -463,7 +616,7 @@ impl Done {
     pub fn take<T: Pod>(&mut self, pending: Pending<T>) -> Vec<T> {
         assert_eq!(pending.recorder, self.recorder, "a Pending of another recorder");
         let mut values = vec![T::zeroed(); pending.len];
-        if let Some(view) = self.reads[pending.index].take() {
+        if let Some(view) = &self.reads[pending.index].view {
             let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut values);
             let len = bytes.len();
             bytes.copy_from_slice(&view[..len]);
@@ -578,6 +731,42 @@ mod tests {
         let mut done = r.submit().unwrap();
         assert_eq!(done.take(pending), bytes);
         assert!(empty.is_empty() && done.take(empty_read).is_empty());
+    }
+
+    /// The same commands again take the same buffers and bind groups, zeros are zeros again, and nothing is allocated.
+    #[test]
+    fn commands_that_come_again_allocate_nothing() {
+        let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap();
+        let run = |n: usize| {
+            let before = gpu.counts();
+            let mut r = gpu.recorder("again");
+            let input = r.upload("input", &vec![2.0_f32; n]);
+            let (output, counts) = (r.buffer::<f32>("output", n), r.zeros::<u32>("counts", n));
+            let p = ScaleParams { count: n as u32, scale: 1.0 };
+            r.dispatch(&SCALE, &p, &[&input, &output], Threads::Linear(n as u64));
+            r.dispatch(&VISIT, &p, &[&counts], Threads::Linear(n as u64));
+            let (output, counts) = (r.read(&output), r.read(&counts));
+            let mut done = r.submit().unwrap();
+            assert_eq!(done.take(counts), vec![1; n]);
+            let expected: Vec<f32> = (0..n).map(|i| 2.0 + i as f32).collect();
+            assert_eq!(done.take(output), expected);
+            drop(done);
+            gpu.counts().since(&before)
+        };
+        let first = run(1000);
+        assert!(first.buffers > 5 && first.bind_groups == 2 && first.submits == 1 && first.dispatches == 2);
+        assert_eq!(first.read_bytes, 8000);
+        for _ in 0..3 {
+            let again = run(1000);
+            assert_eq!((again.buffers, again.bind_groups, again.submits), (0, 0, 1), "{again:?}");
+            assert_eq!(again.read_bytes, first.read_bytes);
+        }
+        // A little more fits the same buffers; what is given up is made anew.
+        assert_eq!(run(1010).buffers, 0);
+        assert!(gpu.arena.idle_bytes() > 0);
+        gpu.arena.clear();
+        assert_eq!(gpu.arena.idle_bytes(), 0);
+        assert!(run(1000).buffers >= first.buffers);
     }
 
     #[test]

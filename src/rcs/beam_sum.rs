@@ -9,7 +9,7 @@ use crate::geom::upload::surface_words;
 use crate::geom::{Geometry, Surface};
 use crate::gpu::{Access, AnyBuffer, Buffer, Done, Gpu, Kernel, Pending, Recorder, Tolerance};
 use crate::trace::MAX_BOUNCES;
-use crate::trace::beams::{BeamOptions, BeamParams, Port};
+use crate::trace::beams::{BeamOptions, BeamParams, Port, RECORD};
 use crate::trace::clipper::{Beams, ClipBatch, Clipper, check};
 use num_complex::Complex64;
 
@@ -54,8 +54,15 @@ pub struct FrequencyPoint<'a> {
     pub surfaces: &'a [Surface],
 }
 
-/// Pairs of aspects and faces in one batch.
-const ITEMS: usize = 1 << 18;
+/// Pairs of aspects and faces in one batch where the device is the cpu's driver, and at most elsewhere.
+const ITEMS: [usize; 2] = [1 << 18, 1 << 22];
+
+/// Pairs of aspects and faces in one batch: a GPU takes as many as one binding holds what is lit of, since each submission waits.
+fn items(gpu: &Gpu) -> usize {
+    let [few, many] = ITEMS;
+    let room = gpu.max_binding_bytes() as usize / (RECORD * size_of::<[u32; 4]>());
+    if gpu.is_hardware() { many.min(room - 1) } else { few }
+}
 
 /// Cuts by which a polygon is shared out among threads where its phase is curved, which may make thousands
 /// of cells.
@@ -97,22 +104,24 @@ pub fn by_beams(
     // Monostatic aspects spare themselves the receiver's view.
     let monostatic = aspects.iter().all(BistaticAspect::is_monostatic);
     let halvings = if let Distance::At(_) = distance { HALVINGS } else { 0 };
-    let mut recorder = gpu.recorder("faces");
+    let mut recorder = gpu.recorder("beams");
     let clipper = Clipper::new(gpu, faces, options, monostatic, halvings, &mut recorder)?;
     let surfaces = frequencies.iter().map(|t| {
         let freq_hz = t.wavenumber * C0 / std::f64::consts::TAU;
         Ok(recorder.upload("surfaces", &surface_words(t.surfaces, freq_hz)?))
     });
     let sweep = BeamSweep { surfaces: surfaces.collect::<Result<Vec<_>>>()?, clipper, options, frequencies };
-    recorder.submit()?;
+    // The first batch takes these uploads along.
+    let mut begun = Some(recorder);
     let mut out = Vec::with_capacity(aspects.len());
     let mut rest = aspects;
-    let mut most = (ITEMS / faces.faces.len()).max(1);
+    let mut most = (items(gpu) / faces.faces.len()).max(1);
     while !rest.is_empty() {
         let (batch, after) = rest.split_at(most.min(rest.len()));
         let ports: Vec<[Port; 2]> =
             batch.iter().map(|l| [distance.port(l.transmit), distance.port(l.receive)]).collect();
-        match sweep.batch(&ports)? {
+        let recorder = begun.take().unwrap_or_else(|| gpu.recorder("beams"));
+        match sweep.batch(&ports, recorder)? {
             Some(mut sums) => {
                 if let Distance::At(r) = distance {
                     // E_s = S e^{-jk 2r} / r^2, with the phase of the way to the origin and back taken out.
@@ -168,12 +177,12 @@ struct Sums {
 
 impl BeamSweep<'_> {
     /// Returns the sums of a batch, or None where it does not fit.
-    fn batch(&self, ports: &[[Port; 2]]) -> Result<Option<Vec<Vec<Scattering>>>> {
+    fn batch(&self, ports: &[[Port; 2]], recorder: Recorder<'_>) -> Result<Option<Vec<Vec<Scattering>>>> {
         let mut sums = Sums {
             of_aspect: vec![vec![Scattering::default(); self.frequencies.len()]; ports.len()],
             shares: 2 << self.clipper.params.halvings,
         };
-        if self.add_all(ports, &mut sums)?.is_err() {
+        if self.add_all(ports, recorder, &mut sums)?.is_err() {
             return Ok(None);
         }
         let mut sums = sums.of_aspect;
@@ -195,14 +204,20 @@ impl BeamSweep<'_> {
     }
 
     /// Follows the beams of all aspects, and adds up what they radiate.
-    fn add_all(&self, ports: &[[Port; 2]], sums: &mut Sums) -> Result<std::result::Result<(), TooMuch>> {
+    fn add_all(
+        &self,
+        ports: &[[Port; 2]],
+        mut recorder: Recorder<'_>,
+        sums: &mut Sums,
+    ) -> Result<std::result::Result<(), TooMuch>> {
         let (clipper, options) = (&self.clipper, self.options);
         let faces = clipper.params.faces as usize;
         let items = ports.len() * faces;
         if !clipper.fits_records(items + 1) {
+            // Uploads that stand in it are not this batch's alone.
+            recorder.submit()?;
             return Ok(Err(TooMuch));
         }
-        let mut recorder = clipper.gpu.recorder("beams");
         let batch = clipper.batch(&mut recorder, ports);
 
         // What the ports see of each face.

@@ -172,7 +172,7 @@ pub struct RayGrid {
     pub distance: Distance,
 }
 
-/// S[rx][tx] in m, index 0 is V, for both conventions of which bounces radiate.
+/// `S[rx][tx]` in m, index 0 is V, for both conventions of which bounces radiate.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Scattering {
     /// Every bounce radiates.

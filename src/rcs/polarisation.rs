@@ -40,7 +40,7 @@ impl Derived {
         }
     }
 
-    /// Converts S[rx][tx] from V and H to these polarisations.
+    /// Converts `S[rx][tx]` from V and H to these polarisations.
     pub fn of(self, s: &Matrix2) -> Matrix2 {
         let e = self.basis();
         let mut out = [[Complex64::ZERO; 2]; 2];

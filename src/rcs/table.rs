@@ -19,7 +19,7 @@ pub struct Row {
     pub aspect: Aspect,
     /// Where the receiver stands, when it stands apart.
     pub receive: Option<Aspect>,
-    /// S[rx][tx] in m.
+    /// `S[rx][tx]` in m.
     pub s: Matrix2,
 }
 

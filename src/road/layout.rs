@@ -376,7 +376,7 @@ impl<'a> Deck<'a> {
         Deck { road, stations, cells }
     }
 
-    /// Height of the facets near `s_m` at a place in plan, and their normal there; within [`MARGIN_M`] of the facets
+    /// Height of the facets near `s_m` at a place in plan, and their normal there; within 0.2 m (`MARGIN_M`) of the facets
     /// those of the nearest, in its plane, and None farther off.
     pub fn facet(&self, s_m: f64, at_m: DVec2) -> Option<(f64, DVec3)> {
         let i = self.stations.partition_point(|s| *s <= s_m).saturating_sub(1);

@@ -631,7 +631,7 @@ impl Frames {
 pub struct TraceSettings {
     /// Rays of a frame.
     pub rays: u64,
-    /// Number of bounces that are followed, 1 to [`MAX_BOUNCES`](crate::base::convention::MAX_BOUNCES).
+    /// Number of bounces that are followed, 1 to [`MAX_BOUNCES`].
     pub bounces: u32,
     /// Followed on to, until what one bounce more would bring is below the accuracy; nothing up to `bounces`.
     pub most_bounces: u32,

@@ -7,13 +7,13 @@ use crate::adc::budget::{Budget, trim};
 use crate::adc::interference::{self, Arrival, RadarState};
 use crate::adc::synthesis::{Levels, SynthesisStats};
 use crate::base::control::Control;
-use crate::base::error::Result;
+use crate::base::error::{Error, Result};
 use crate::base::frames::{Pose, Sensor, World};
 use crate::base::units::{power_from_db, wavenumber};
 use crate::detect::points::Point;
 use crate::detect::{Bodies, label, locate};
 use crate::dsp::RangeDoppler;
-use crate::engine::{AnyCube, Engine};
+use crate::engine::{AnyCube, Engine, MadeFrame};
 use crate::geom::{Facets, Geometry, RigidScene, curved, remarks as of_scene};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
@@ -69,14 +69,36 @@ pub struct Frame {
     pub echoes: Echoes,
     /// What the front end did with them.
     pub front_end: SynthesisStats,
-    /// Samples.
-    pub cube: AnyCube,
+    /// Samples; None where they were not asked for ([`Prepared::without_cubes`]).
+    pub cube: Option<AnyCube>,
     /// Range-Doppler maps, one for each ramp.
     pub maps: Vec<RangeDoppler<f64>>,
     /// Points.
     pub points: Vec<Point>,
     /// Time of each stage.
     pub stages: Stages,
+}
+
+impl Frame {
+    /// The samples.
+    ///
+    /// # Errors
+    /// Returns an error if the frame was made without them.
+    pub fn samples(&self) -> Result<&AnyCube> {
+        self.cube.as_ref().ok_or_else(no_samples)
+    }
+
+    /// The samples, which the frame then has no more.
+    ///
+    /// # Errors
+    /// Returns an error if the frame was made without them.
+    pub fn take_samples(&mut self) -> Result<AnyCube> {
+        self.cube.take().ok_or_else(no_samples)
+    }
+}
+
+fn no_samples() -> Error {
+    Error::Failed("this frame was made without its samples".into())
 }
 
 /// Pose of the radar at a time from the middle of frame 0, and its velocity in the world, m/s.
@@ -207,6 +229,8 @@ pub struct Prepared<'a> {
     first: usize,
     radars: Vec<RadarView<'a>>,
     depths: Depths,
+    /// Whether frames have their samples.
+    cubes: bool,
 }
 
 /// What a radar hears in a frame.
@@ -256,6 +280,11 @@ impl<'a> Prepared<'a> {
         Prepared { depths: depths.clone(), ..self }
     }
 
+    /// Frames come without their samples: a gpu engine then leaves them on the device.
+    pub fn without_cubes(self) -> Prepared<'a> {
+        Prepared { cubes: false, ..self }
+    }
+
     fn of(scenario: &'a SitedScenario, scene: &'a Scene, radars: Range<usize>) -> Result<Prepared<'a>> {
         let seen = |radar: &Radar| {
             let cut = {
@@ -271,6 +300,7 @@ impl<'a> Prepared<'a> {
             scene,
             first,
             depths: Depths::default(),
+            cubes: true,
             radars: scenario.radars[radars].iter().map(seen).collect::<Result<_>>()?,
         })
     }
@@ -373,16 +403,9 @@ impl<'a> Prepared<'a> {
         let mut stages = Stages { geometry_s: seconds[0], trace_s: seconds[1], ..Default::default() };
         engine.check_memory(radar, echoes.list.len())?;
         let interference = arrivals(scenario, scene, which, time_s)?;
-        let (cube, front_end, mut maps) = engine.frame(
-            radar,
-            &echoes,
-            &interference,
-            (seed, index),
-            control,
-            &mut |synthesis, processing| {
-                (stages.synthesis_s, stages.processing_s) = (synthesis, processing);
-            },
-        )?;
+        let made = engine.frame(radar, &echoes, &interference, (seed, index), self.cubes, control)?;
+        let MadeFrame { cube, front_end, mut maps, seconds } = made;
+        [stages.synthesis_s, stages.processing_s] = seconds;
         let mut clock = Clock::start();
         let bodies = Bodies::new(scene, time_s, &pose);
         let own = pose.inverse().direction(velocity_mps);

@@ -88,7 +88,7 @@ impl<'a> Clipper<'a> {
                 .into());
         }
         let arrays = BeamArrays::new(faces, options, monostatic);
-        let threads = THREADS[!gpu.report().is_hardware as usize]
+        let threads = THREADS[!gpu.is_hardware() as usize]
             .min((gpu.max_binding_bytes() / (8 * SCRATCH as u64)) as usize)
             .max(64);
         Ok(Clipper {

@@ -29,7 +29,7 @@ pub struct Echo {
     pub last_range_m: f64,
     /// Rate of the vector arrival · last_range_m, m/s in the sensor frame.
     pub last_velocity_mps: DVec3,
-    /// S[rx][tx] / (R_t R_r) in 1/m, bases (V, H) of `arrival` and `departure`; index 0 is V. R_t is
+    /// `S[rx][tx] / (R_t R_r)` in 1/m, bases (V, H) of `arrival` and `departure`; index 0 is V. R_t is
     /// the unfolded length to the last scatterer, R_r = last_range_m.
     pub path_gain: Matrix2,
     /// Ids of the objects in the order in which they are met; zero after the last.

@@ -10,8 +10,8 @@ use catseye::adc::{Cube, synthesis};
 use catseye::base::control::Control;
 use catseye::base::frames::{Pose, direction_from_angles};
 use catseye::base::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
-use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
-use catseye::gpu::{Gpu, Want};
+use catseye::gpu::Gpu;
+use catseye::gpu::compare::{check_close, opened_for_tests, test_device_name, test_gpu};
 use catseye::scene::radar::*;
 use catseye::scene::waveform::{Multiplex, Waveform};
 use catseye::trace::{Echo, Echoes};
@@ -622,9 +622,7 @@ fn gpu_pieces_are_the_whole() {
     let noise = Noise::thermal(&radar, 9, 4);
     let whole = on_gpu(test_gpu(), &plan, noise);
     // Two chirps in a piece; all echoes in one upload, so the sums keep their order.
-    let limit = |bytes| {
-        Gpu::open(Want::Named(&test_device_name())).unwrap().with_poisoned_buffers().with_binding_limit(bytes)
-    };
+    let limit = |bytes| opened_for_tests().with_poisoned_buffers().with_binding_limit(bytes);
     let pieces = on_gpu(&limit(2 * 6 * 300 * 8 + 100), &plan, noise);
     assert!(parts(&whole) == parts(&pieces));
     // Echoes in several uploads: the same up to rounding. Few samples, so that a chirp still fits.

@@ -121,7 +121,7 @@ fn compare(name: &str, s: &SitedScenario, at: DVec3, velocity_mps: DVec3) -> [Of
     let target = |t: f64| at + velocity_mps * t;
     let samples = |engine: &Engine| {
         let frame = simulate(engine, s, &scene, 0).unwrap();
-        let cube: Vec<Complex64> = match &frame.cube {
+        let cube: Vec<Complex64> = match frame.samples().unwrap() {
             AnyCube::F64(cube) => cube.data.clone(),
             AnyCube::F32(cube) => {
                 cube.data.iter().map(|z| Complex64::new(z.re.into(), z.im.into())).collect()

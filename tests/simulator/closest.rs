@@ -1,8 +1,8 @@
 //! Closest hits of both engines against every triangle in f64, and against each other.
 
 use catseye::base::rng::philox4x32_10;
-use catseye::gpu::compare::{test_device_name, test_gpu};
-use catseye::gpu::{Gpu, Want};
+use catseye::gpu::Gpu;
+use catseye::gpu::compare::{opened_for_tests, test_gpu};
 use catseye::trace::closest::{self as gpu, Find, Hit, NO_PATCH, NO_TRIANGLE, Ray, Tree};
 use catseye::trace::cpu::closest as cpu;
 use glam::{DVec3, Vec3, Vec3A};
@@ -529,7 +529,7 @@ fn rays_along_an_axis() {
 fn chunks_give_the_same_hits() {
     let (mesh, rays, skips) = soup(8, 60, 1000, TIGHT);
     let whole = gpu::hits(test_gpu(), &mesh.upload(test_gpu()), Find::Closest, &rays, &skips).unwrap().0;
-    let small = Gpu::open(Want::Named(&test_device_name())).unwrap().with_binding_limit(9000);
+    let small = opened_for_tests().with_binding_limit(9000);
     let pieces = gpu::hits(&small, &mesh.upload(&small), Find::Closest, &rays, &skips).unwrap().0;
     assert_eq!(whole, pieces);
 }

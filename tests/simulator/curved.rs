@@ -439,7 +439,7 @@ fn cross_section_error(mesh: Mesh) -> String {
 /// Both engines take the same facets.
 #[test]
 fn a_coarse_sphere_is_the_same_on_the_gpu() {
-    let gpu = Engine::open(&catseye::gpu::compare::test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(catseye::gpu::compare::opened_for_tests()));
     let mut random = Random(7);
     let looks: Vec<Aspect> = (0..4).map(|_| random.direction()).collect();
     let ways: Vec<BistaticAspect> = looks.iter().map(|a| BistaticAspect::monostatic(*a)).collect();

@@ -20,8 +20,7 @@ use catseye::dsp::doa_estimate::{Cells, Estimator, Method, Options, Smoothing, S
 use catseye::dsp::doa_manifold::{Manifold, Matrix};
 use catseye::dsp::doa_order::{Criterion, source_number};
 use catseye::dsp::doa_spectrum::{self, Forms, Steering};
-use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
-use catseye::gpu::{Gpu, Want};
+use catseye::gpu::compare::{check_close, opened_for_tests, test_gpu};
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml;
 use catseye::trace::Echoes;
@@ -716,7 +715,7 @@ fn gpu_spectra_agree_with_the_cpu() {
     // Pieces of cells change no bit; the steering vectors take 6 KiB, a cell's factor 864 B.
     let steering = Steering::new(&line(12), &azimuths(60.0, 64));
     let f = forms(12, 100, 9);
-    let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap().with_poisoned_buffers();
+    let gpu = opened_for_tests().with_poisoned_buffers();
     let pieces = doa_spectrum::spectra(&gpu.with_binding_limit(8 << 10), &steering, &f).unwrap();
     assert_eq!(pieces, doa_spectrum::spectra(test_gpu(), &steering, &f).unwrap());
     let none = Forms { cells: 0, rank: 0, channels: 12, data: vec![] };

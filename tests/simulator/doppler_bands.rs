@@ -10,8 +10,8 @@ use catseye::dsp::multiplex::decode;
 use catseye::dsp::transform::{self, Keystone};
 use catseye::dsp::{Cell, RangeDoppler, device, fft, keystone, peaks, power, spectrum, stream, zero_doppler};
 use catseye::engine::{AnyCube, Engine, Precision};
-use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
-use catseye::gpu::{Gpu, Want};
+use catseye::gpu::Gpu;
+use catseye::gpu::compare::{check_close, opened_for_tests, test_gpu};
 use catseye::scene::radar::{Cfar, CfarKind, Radar, Sampling};
 use catseye::scene::radar_toml::parse;
 use catseye::trace::Echoes;
@@ -302,7 +302,7 @@ fn chunks_change_no_bit() {
             // One channel's rows take 64 KiB, the map of DDM 20 KiB, of TDM 64.
             let least = radar.doppler_rows() as u64 * 128 * 4;
             for limit in [300 << 10, 150 << 10, least + 100] {
-                let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap();
+                let gpu = opened_for_tests();
                 let gpu = gpu.with_poisoned_buffers().with_binding_limit(limit);
                 let (chunks, got) = device::process(&gpu, &cube, &radar).unwrap();
                 println!("{multiplex:?} {processing:?} {limit}: {} chunks", chunks.chunks());
@@ -415,7 +415,7 @@ fn a_walking_target_stays_in_its_cell() {
     let cube = cube_of(&radar, &targets, 0.05);
     let mut plain = radar.clone();
     plain.processing.keystone = false;
-    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(opened_for_tests()));
     for (engine, cube) in
         [(&gpu, AnyCube::F32(cube.to_f32())), (&Engine::Cpu(Precision::F64), AnyCube::F64(cube.clone()))]
     {
@@ -447,7 +447,7 @@ fn a_walking_target_stays_in_its_cell() {
 /// The empty band tells the fold, with and without the keystone transform.
 #[test]
 fn the_empty_band_unfolds_on_the_gpu() {
-    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(opened_for_tests()));
     for processing in ["", "range_migration = \"keystone\"", "remove_static = true"] {
         let radar = radar(DDM, "iq", 240, processing);
         let cell = radar.range_bin_m();
@@ -472,7 +472,7 @@ fn the_empty_band_unfolds_on_the_gpu() {
 /// Whole frames, of which those of transmitters in turn, and of a single one in bands, are one submission.
 #[test]
 fn frames_agree_with_f64() {
-    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(opened_for_tests()));
     let truth = Engine::Cpu(Precision::F64);
     let echo = |i: f64, range: f64, rate: f64| {
         let u = DVec3::new(1.0, 0.2 * i - 0.2, 0.0).normalize();
@@ -492,8 +492,8 @@ fn frames_agree_with_f64() {
         let mut radar = radar(multiplex, "iq", 240, processing);
         radar.tx.truncate(transmitters);
         let run = |engine: &Engine| {
-            let frame = engine.frame(&radar, &list, &[], (5, 1), Control::default(), &mut |_, _| ()).unwrap();
-            frame.2[0].clone()
+            let made = engine.frame(&radar, &list, &[], (5, 1), false, Control::default()).unwrap();
+            made.maps[0].clone()
         };
         let (got, want) = (run(&gpu), run(&truth));
         let d: f64 = got.map.data.iter().zip(&want.map.data).map(|(a, b)| (a - b).powi(2)).sum();

@@ -9,8 +9,7 @@ use catseye::dsp::{
     Cell, Detection, PowerMap, Real, Snapshots, cfar_ca, cfar_go_so, cfar_noise, device, fft, integrate,
     keystone, peaks, power, spectrum, stream, transform, zero_doppler,
 };
-use catseye::gpu::compare::{check_close, test_device_name, test_gpu};
-use catseye::gpu::{Gpu, Want};
+use catseye::gpu::compare::{check_close, opened_for_tests, test_gpu};
 use catseye::scene::radar::*;
 use catseye::scene::waveform::{Multiplex, Waveform};
 use glam::DVec3;
@@ -890,7 +889,7 @@ fn streaming_changes_no_bit() {
         }
         let (_, want) = device::process(test_gpu(), &cube, &radar).unwrap();
         for limit in [1 << 27, 200 << 10] {
-            let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap();
+            let gpu = opened_for_tests();
             let gpu = gpu.with_poisoned_buffers().with_binding_limit(limit);
             let got = stream::process(&gpu, &t, &cfar, &mut stream::from_cube(&cube)).unwrap();
             assert!(got == want, "{sampling:?} {limit}");
@@ -1080,7 +1079,7 @@ fn cubes_on_the_device() {
     let (_, want) = device::process(test_gpu(), &cube, &radar).unwrap();
     let t = transform::Transform::of_cube(&cube, &radar).unwrap();
     for limit in [1 << 27, 300 << 10, (32 << 10) + 100] {
-        let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap();
+        let gpu = opened_for_tests();
         let gpu = gpu.with_poisoned_buffers().with_binding_limit(limit);
         let mut recorder = gpu.recorder("cube on the device");
         let most = (limit as usize / (8 * 12 * 100)).min(25);
@@ -1110,7 +1109,7 @@ fn chunks_change_no_bit() {
         let whole = whole.read(test_gpu()).unwrap();
         // The map of 64 x 128 takes 32 KiB; all channels together 1.5 times 512 KiB.
         for (limit, least) in [(300 << 10, 2), (64 << 10, 6), ((32 << 10) + 100, 12)] {
-            let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap();
+            let gpu = opened_for_tests();
             let gpu = gpu.with_poisoned_buffers().with_binding_limit(limit);
             let (chunks, got) = device::process(&gpu, &cube, &radar).unwrap();
             println!("{sampling:?} {limit}: {} chunks", chunks.chunks());
@@ -1152,7 +1151,7 @@ fn gpu_beamformer_agrees_with_the_cpu() {
     let d = check_close(&got, &want, doa_beamform::KERNEL.tolerance.relative_l2).unwrap();
     println!("beamformer {:.2e}", d.relative_l2);
     // Chunks of cells change no bit; the steering matrix takes 30 KiB.
-    let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap().with_poisoned_buffers();
+    let gpu = opened_for_tests().with_poisoned_buffers();
     let chunked = doa_beamform::spectra(&gpu.with_binding_limit(32 << 10), &beam, &snapshots, &v).unwrap();
     assert_eq!(chunked, got);
     let none = Snapshots { channels: 12, data: vec![] };

@@ -39,7 +39,9 @@ fn most_in_a_cell(chirps: &[&[Complex64]]) -> f64 {
 /// What the echoes of a frame that lack in another add up to in the worst cell of one channel's map, dB over the noise of a cell; both
 /// with the same noise. Points have to be the same within `share` of what noise moves them by.
 fn worst_cell_db(s: &SitedScenario, all: &Frame, some: &Frame, share: f64) -> f64 {
-    let (AnyCube::F64(all_cube), AnyCube::F64(some_cube)) = (&all.cube, &some.cube) else { unreachable!() };
+    let (Some(AnyCube::F64(all_cube)), Some(AnyCube::F64(some_cube))) = (&all.cube, &some.cube) else {
+        unreachable!()
+    };
     let radar = &s.radars[0];
     let rest: Vec<Complex64> = all_cube.data.iter().zip(&some_cube.data).map(|(a, b)| a - b).collect();
     let one_channel: Vec<&[Complex64]> = rest.chunks_exact(radar.samples).step_by(radar.channels()).collect();

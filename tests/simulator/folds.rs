@@ -6,7 +6,7 @@ use catseye::base::units::db_from_power;
 use catseye::dsp::RangeDoppler;
 use catseye::dsp::peaks::{Peak, place};
 use catseye::engine::{AnyCube, Engine, Precision};
-use catseye::gpu::compare::test_device_name;
+use catseye::gpu::compare::opened_for_tests;
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml::parse;
 use catseye::trace::Echoes;
@@ -80,7 +80,7 @@ fn folds_that_cannot_be_are_refused() {
 /// 60 m/s and -45 m/s beyond the unambiguous interval, two waveforms: in their range cells, with less than 1 dB less than at 2 m/s.
 #[test]
 fn a_target_of_another_fold_stays_in_its_cell() {
-    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(opened_for_tests()));
     for (engine, name) in [(Engine::Cpu(Precision::F64), "cpu"), (gpu, "gpu")] {
         for (rate, folds, make) in [
             (60.0, 3, (|max| radar(1e9, 40e-6, 512, 1, max)) as fn(f64) -> Radar),

@@ -5,15 +5,15 @@ use catseye::adc::cpu::gridding::{COSTS, add, synthesise_with};
 use catseye::adc::cpu::synthesis::synthesise;
 use catseye::adc::grid_device::{DEVICE_COSTS, record_with};
 use catseye::adc::grid_echoes::GridEchoes;
-use catseye::adc::gridding::{Bell, Bells, Costs, ECHOES_KEPT, Layout, Line, TAPS, Warp};
+use catseye::adc::gridding::{Bell, Bells, Costs, ECHOES_KEPT, GridLayout, Line, TAPS, Warp};
 use catseye::adc::methods::{Method, Methods};
 use catseye::adc::schedule::{Shape, Term, groups};
 use catseye::adc::synthesis::{PhasePolynomial, Plan, Set, point_echo};
 use catseye::base::control::Control;
 use catseye::base::frames::{Pose, direction_from_angles};
 use catseye::base::units::C0;
-use catseye::gpu::compare::{test_device_name, test_gpu};
-use catseye::gpu::{Gpu, Want};
+use catseye::gpu::Gpu;
+use catseye::gpu::compare::{opened_for_tests, test_device_name, test_gpu};
 use catseye::scene::radar::*;
 use catseye::scene::radar_toml;
 use catseye::scene::waveform::{Multiplex, Waveform};
@@ -460,7 +460,7 @@ fn two_chirps_keep_a_bend() {
         t.polynomial.b2 = 1e-3 * t.polynomial.a2;
     }
     let warp = Warp { b1: Line { slope: 1e-3, offset: 0.0 }, ..Warp::default() };
-    let layout = Layout::moving((chirps, samples), 2, [-1.6, 1.6], warp, &Bells::new(samples, &COSTS));
+    let layout = GridLayout::moving((chirps, samples), 2, [-1.6, 1.6], warp, &Bells::new(samples, &COSTS));
     let mut cube = Cube::zeros(chirps, 1, samples);
     add(Sampling::Iq, &layout, &columns(&all, &(0..40).collect::<Vec<u32>>()), &mut cube);
     let (worst, peak) = polynomial_error(&cube, &all);
@@ -741,7 +741,7 @@ fn gpu_pieces_are_the_whole() {
     let grid = g.blocks * g.lines * 256 * 8;
     println!("{methods:?}: {grid} bytes");
     for bytes in [(5 * grid / 2) as u64, 150_000.max(grid as u64 + 100)] {
-        let small = Gpu::open(Want::Named(&test_device_name())).unwrap();
+        let small = opened_for_tests();
         let small = small.with_poisoned_buffers().with_binding_limit(bytes);
         let (pieces, methods, _) = on_gpu(&small, &radar, &all, &costs);
         assert!(methods.still != Method::Direct && methods.moving != Method::Direct, "{methods:?}");

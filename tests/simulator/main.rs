@@ -28,6 +28,7 @@ mod motion;
 mod refraction;
 mod road;
 mod scattering_table;
+mod steady;
 mod trajectories;
 mod vehicles;
 mod waveforms;

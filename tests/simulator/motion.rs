@@ -332,7 +332,7 @@ fn samples_follow_the_exact_path() {
     let mut scene = Scene::default();
     point(&mut scene, DVec3::new(9.0, 3.0, 0.6));
     let frame = simulate(&Engine::Cpu(Precision::F64), &s, &scene, 0).unwrap();
-    let AnyCube::F64(cube) = &frame.cube else { panic!("f64") };
+    let Some(AnyCube::F64(cube)) = &frame.cube else { panic!("f64") };
     let radar = &s.radars[0];
     // One chirp at a time, from an echo with the path and the rate of that chirp.
     let (mut worst, mut peak) = (0.0f64, 0.0f64);

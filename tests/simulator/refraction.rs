@@ -625,7 +625,7 @@ fn what_is_not_entered_and_what_is_refused() {
         }
     }
     // The gpu engine does not follow them.
-    let gpu = Engine::open(&catseye::gpu::compare::test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(catseye::gpu::compare::opened_for_tests()));
     for scene in [&sheet, &scene_of(&[(&cube(0.05, 0.0), by("pmma"))])] {
         let l = look(deg(20.0, 30.0), deg(20.0, 30.0));
         let e = gpu.rcs(scene, &[F], &[l], &RcsOptions::default()).unwrap_err();

@@ -548,19 +548,18 @@ fn equal_slopes_are_put_together() {
 /// Both engines make the same cubes and maps of every waveform, with a converter in between and with what stands taken out.
 #[test]
 fn the_gpu_agrees_with_f64() {
-    use catseye::gpu::compare::test_device_name;
+    use catseye::gpu::compare::opened_for_tests;
     use catseye::scene::front_end::{Adc, QuantiserKind};
-    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(opened_for_tests()));
     let truth = Engine::Cpu(Precision::F64);
     let all = echoes(&[(6.0, 0.0), (5.0, -0.8), (8.5, 0.3)]);
     let run = |engine: &Engine, radar: &Radar| {
-        let (cube, _, maps) =
-            engine.frame(radar, &all, &[], (5, 1), Control::default(), &mut |_, _| ()).unwrap();
-        let cube = match cube {
+        let made = engine.frame(radar, &all, &[], (5, 1), true, Control::default()).unwrap();
+        let cube = match made.cube.unwrap() {
             AnyCube::F32(c) => c.to_f64(),
             AnyCube::F64(c) => c,
         };
-        (cube.data, maps)
+        (cube.data, made.maps)
     };
     let mut static_removed = stepped();
     static_removed.processing.remove_static = true;

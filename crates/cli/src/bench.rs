@@ -55,6 +55,19 @@ fn table(o: &Outcome) -> String {
     for s in &o.stages {
         let runs = if s.runs > 1 { format!("median of {}", s.runs) } else { "one run".into() };
         lines.push(format!("  {:<28} {:>12.4} s{}   {runs}", s.name, s.seconds, cores(s.core_seconds)));
+        if let Some(d) = s.device.filter(|d| d.submits > 0) {
+            let mb = |bytes: u64| bytes as f64 / 1e6;
+            lines.push(format!(
+                "    on the device: {} submissions, {} kernels, {:.3} MB there, {:.3} MB back, {} buffers ({:.1} MB) and {} bind groups made",
+                d.submits,
+                d.dispatches,
+                mb(d.uploaded_bytes),
+                mb(d.read_bytes),
+                d.buffers,
+                mb(d.buffer_bytes),
+                d.bind_groups
+            ));
+        }
     }
     lines.push(format!("  {:<28} {:>12.4} s{}", "total", o.total_seconds, cores(o.core_seconds)));
     for (name, value) in o.counts.iter().chain(&o.accuracy) {

@@ -206,7 +206,7 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
 }
 
 /// "H = 4 mm" from the names that the study gives, else the parameter's label with its value and unit.
-fn value_name(axis: &catseye_papers::study::Sweep, k: usize) -> String {
+fn value_name(axis: &catseye_papers::study::StudySweep, k: usize) -> String {
     let own = axis.values[k].to_string() != axis.names[k];
     match axis.numbers() {
         Some(numbers) if !own => parameter::value_in_si(&axis.label, &numbers, k),
@@ -227,12 +227,12 @@ fn unit_of(field: &str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use catseye_papers::study::Sweep;
+    use catseye_papers::study::StudySweep;
     use catseye_papers::study::parameter::Value;
 
     #[test]
     fn legends_have_units() {
-        let axis = |label: &str, values: &[f64], names: Option<&[&str]>| Sweep {
+        let axis = |label: &str, values: &[f64], names: Option<&[&str]>| StudySweep {
             parameter: "frequency_hz".into(),
             label: label.into(),
             values: values.iter().map(|x| Value::Number(*x)).collect(),

@@ -1,5 +1,5 @@
-//! Files that other tools read: nuScenes point clouds ([`pcd`]), RadarScenes sequences ([`radarscenes`]), MCAP recordings for
-//! Foxglove and Lichtblick ([`mcap`]), ASAM OSI traces ([`osi`]) and TuSimple lane lines ([`tusimple`]).
+//! Files that other tools read: nuScenes point clouds ([`pcd`]), RadarScenes sequences (`radarscenes`), MCAP recordings for
+//! Foxglove and Lichtblick (`mcap`), ASAM OSI traces (`osi`) and TuSimple lane lines ([`tusimple`]).
 //!
 //! All of them are written from [`Sweep`]s, which know nothing of the chain that made them. Axes are those of ISO 8855 and range
 //! rates are positive receding; an exporter whose format differs turns signs, each with a test. Every exporter takes the sweeps

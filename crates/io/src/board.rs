@@ -3,7 +3,7 @@
 //! whoever makes them.
 
 use super::recipe::Recipe;
-use super::store::Layout;
+use super::store::DatasetLayout;
 use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -49,7 +49,7 @@ struct State<T> {
 
 pub struct Board<'a, T> {
     recipe: &'a Recipe,
-    layout: &'a Layout,
+    layout: &'a DatasetLayout,
     /// Largest number of frames of a run.
     most: u64,
     state: Mutex<State<T>>,
@@ -59,7 +59,12 @@ pub struct Board<'a, T> {
 impl<'a, T> Board<'a, T> {
     /// Makes a board for this many workers: where whole scenes are too few for them, the frames of one are
     /// divided.
-    pub fn new(recipe: &'a Recipe, layout: &'a Layout, shards: &[u64], workers: usize) -> Board<'a, T> {
+    pub fn new(
+        recipe: &'a Recipe,
+        layout: &'a DatasetLayout,
+        shards: &[u64],
+        workers: usize,
+    ) -> Board<'a, T> {
         let fresh = shards.iter().copied().collect();
         let state = Mutex::new(State { fresh, open: HashMap::new(), closed: false });
         let most = (RUN_BYTES / layout.array_bytes().max(1)).max(1) as u64;

@@ -1,6 +1,6 @@
 //! Cubes of samples as other programs store them: numbers of any type with any order of axes, read block by
 //! block into `[chirp, channel, sample]`. The kind of file (NumPy, HDF5, a recording of a TI device) only
-//! determines the [`Layout`].
+//! determines the [`CubeLayout`].
 
 use catseye::base::error::{BadInput, Error, Result, nearest};
 use num_complex::Complex;
@@ -169,7 +169,7 @@ impl Dim {
 
 /// Arrangement of a file's numbers, counted from the first, in cubes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Layout {
+pub struct CubeLayout {
     /// Axes, slowest first.
     dims: Vec<Dim>,
     number: Number,
@@ -214,13 +214,13 @@ fn not_finite<T: Real>(file: &Path, out: &[Complex<T>], channels: &Range<usize>,
         .into()
 }
 
-impl Layout {
+impl CubeLayout {
     /// Makes the layout of a file with these axes and numbers.
     ///
     /// # Errors
     /// Returns a text, for a file's own message, for an axis of no or too many places, or more numbers than
     /// can be counted.
-    pub fn new(dims: Vec<Dim>, number: Number, big_endian: bool) -> Result<Layout, String> {
+    pub fn new(dims: Vec<Dim>, number: Number, big_endian: bool) -> Result<CubeLayout, String> {
         let mut extent = [0usize; 5];
         for d in &dims {
             if d.size == 0 || d.size > MAX_EXTENT {
@@ -238,17 +238,17 @@ impl Layout {
         if all.is_none() || extent.iter().any(|e| *e > MAX_EXTENT) || extent[2] * extent[3] > MAX_EXTENT {
             return Err("more numbers than can be counted".into());
         }
-        Ok(Layout { dims, number, big_endian, scale: None, part: 0, extent })
+        Ok(CubeLayout { dims, number, big_endian, scale: None, part: 0, extent })
     }
 
     /// Sets a factor by which the file's numbers are multiplied.
-    pub fn scaled(mut self, scale: f64) -> Layout {
+    pub fn scaled(mut self, scale: f64) -> CubeLayout {
         self.scale = Some(scale);
         self
     }
 
     /// Declares the numbers to be imaginary parts.
-    pub fn imaginary(mut self) -> Layout {
+    pub fn imaginary(mut self) -> CubeLayout {
         self.part = 1;
         self
     }
@@ -453,7 +453,7 @@ pub fn array_layout(
     number: Number,
     big_endian: bool,
     parts: Option<[usize; 2]>,
-) -> Result<Layout, String> {
+) -> Result<CubeLayout, String> {
     let rank = shape.len();
     let pairs = parts.is_none() && shape.last() == Some(&2);
     let mut named: Vec<Axis> = match axes {
@@ -489,7 +489,7 @@ pub fn array_layout(
         map[im.min(1)] = Some(1);
         dims.push(Dim { axis: Axis::Iq, size: 2, factor: 1, map: Some(map) });
     }
-    Layout::new(dims, number, big_endian)
+    CubeLayout::new(dims, number, big_endian)
 }
 
 #[cfg(test)]
@@ -503,7 +503,7 @@ mod tests {
     }
 
     fn read_all(
-        layout: &Layout,
+        layout: &CubeLayout,
         bytes: &[u8],
         frame: usize,
         channels: Range<usize>,
@@ -583,7 +583,7 @@ mod tests {
         // Four lanes of which the first and third hold receivers; 12 bits with dirt above.
         let map = Some(vec![Some(0), None, Some(1), None]);
         let dims = vec![Dim::new(Axis::Sample, 2), Dim { axis: Axis::Rx, size: 4, factor: 1, map }];
-        let layout = Layout::new(dims, Number::I16 { bits: 12 }, false).unwrap().scaled(0.5);
+        let layout = CubeLayout::new(dims, Number::I16 { bits: 12 }, false).unwrap().scaled(0.5);
         assert_eq!(layout.shape(), [1, 2, 2]);
         let words: [u16; 8] = [0x0fff, 9, 0x1001, 9, 0x0800, 9, 0x07ff, 9];
         let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();

@@ -2,8 +2,8 @@
 //! their frames.
 
 use super::drawn_scene::DrawnScene;
-use super::recipe::Recipe;
-use super::store::{Layout, ShardFile};
+use super::recipe::{Keep, Recipe};
+use super::store::{DatasetLayout, ShardFile};
 use super::tally::Tally;
 use catseye::base::control::Control;
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
@@ -144,7 +144,7 @@ impl Marker {
     }
 
     /// Whether it describes this shard, with all files present and of their stated length.
-    pub fn holds(&self, dir: &Path, shard: u64, layout: &Layout, recipe: &str) -> bool {
+    pub fn holds(&self, dir: &Path, shard: u64, layout: &DatasetLayout, recipe: &str) -> bool {
         let frames = layout.frames_of(shard);
         let there =
             |f: &ShardFile| fs::metadata(dir.join(&f.path)).is_ok_and(|m| m.is_file() && m.len() == f.bytes);
@@ -169,6 +169,15 @@ pub fn drawn_scene(recipe: &Recipe, scene: u32) -> Result<DrawnScene> {
         }
         e => e,
     })
+}
+
+/// A scene made ready for its frames, which have their samples if the dataset keeps them.
+///
+/// # Errors
+/// Returns the errors of [`Prepared::new`].
+pub fn prepared(keep: Keep, site: &DrawnScene) -> Result<Prepared<'_>> {
+    let prepared = Prepared::new(&site.scenario, &site.scene)?;
+    Ok(if keep.adc { prepared } else { prepared.without_cubes() })
 }
 
 /// Simulates a frame of all radars.

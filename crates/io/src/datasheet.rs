@@ -6,7 +6,7 @@ use super::files::{PICTURES_BYTES, Truth};
 use super::recipe::{Recipe, SPLITS};
 use super::rows::TRUTH_RANGE_M;
 use super::run::Pictures;
-use super::store::{ArraySpec, LAYOUT, Layout};
+use super::store::{ArraySpec, DatasetLayout, LAYOUT};
 use super::tally::{ClassTally, Tally};
 use catseye::base::control::Control;
 use catseye::base::error::{Error, Result};
@@ -37,7 +37,7 @@ pub struct Made<'a> {
     /// Its `dataset.json`.
     pub file: &'a DatasetFile,
     /// Layout of its arrays and tables.
-    pub layout: &'a Layout,
+    pub layout: &'a DatasetLayout,
     /// Markers of its shards.
     pub markers: &'a [Marker],
     /// Counts over all frames.
@@ -228,7 +228,7 @@ fn statistics(made: &Made<'_>) -> serde_json::Value {
 }
 
 /// Content of `schema.json`: what is stored, with types, shapes, units and meanings.
-fn schema(layout: &Layout) -> serde_json::Value {
+fn schema(layout: &DatasetLayout) -> serde_json::Value {
     let arrays: serde_json::Map<String, serde_json::Value> = layout
         .arrays
         .iter()

@@ -146,7 +146,7 @@ fn write_places(dir: &Path, echoes: &Echoes) -> Result<()> {
 /// Returns an error if a folder or file cannot be written.
 pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, truth: &Truth) -> Result<()> {
     if output.adc {
-        write_cube(dir, &frame.cube)?;
+        write_cube(dir, frame.samples()?)?;
     }
     if output.range_doppler {
         write_maps(dir, &frame.maps)?;
@@ -251,7 +251,6 @@ pub fn expected_bytes(
         bytes.tables += counter.map_err(|e| Error::Failed(format!("returns: {e}")))?.0;
     }
     if o.truth {
-        let none = catseye::adc::Cube { chirps: 0, channels: 0, samples: 0, data: Vec::new() };
         let frame = Frame {
             index: 0,
             radar: which,
@@ -261,7 +260,7 @@ pub fn expected_bytes(
             triangles: heard.triangles,
             echoes: heard.echoes,
             front_end: Default::default(),
-            cube: AnyCube::F32(none),
+            cube: None,
             maps: Vec::new(),
             points: Vec::new(),
             stages: Stages::default(),

@@ -4,20 +4,22 @@
 //! interruptions.
 
 use super::board::{Board, Claim, Queue};
-use super::dataset::{DATASET, DatasetFile, Device, Marker, SHARDS, drawn_scene, frames_of, write_json};
+use super::dataset::{
+    DATASET, DatasetFile, Device, Marker, SHARDS, drawn_scene, frames_of, prepared, write_json,
+};
 use super::datasheet;
 use super::drawn_scene::DrawnScene;
 use super::hold::Hold;
 use super::recipe::Recipe;
 use super::rows;
 use super::run::Pictures;
-use super::store::{Format, LAYOUT, Layout, Record};
+use super::store::{DatasetLayout, Format, LAYOUT, Record};
 use super::tally::Tally;
 use catseye::base::control::Control;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::engine::Engine;
 use catseye::formats::stage::{self, MANIFEST};
-use catseye::simulate::{Depths, Prepared, remarks};
+use catseye::simulate::{Depths, remarks};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -316,14 +318,14 @@ pub fn estimate(engine: &Engine, recipe: &Recipe) -> Result<Estimate> {
     let make = |k: u32| -> Result<Record> {
         let scene = (u64::from(k) * u64::from(recipe.scenes) / u64::from(tried)) as u32;
         let site = drawn_scene(recipe, scene)?;
-        let prepared = Prepared::new(&site.scenario, &site.scene)?;
+        let prepared = prepared(recipe.keep, &site)?;
         let frames = frames_of(engine, &site, &prepared, 0, Control::default())?;
         radars.store(frames.len() as u64, Ordering::Relaxed);
         rows::record(recipe, &site, u64::from(k), frames)
     };
     let records: Vec<Record> = (0..tried).into_par_iter().map(make).collect::<Result<_>>()?;
     let seconds_a_frame = begun.elapsed().as_secs_f64() / f64::from(tried);
-    let layout = Layout {
+    let layout = DatasetLayout {
         frames: u64::from(tried),
         frames_per_shard: recipe.frames_per_shard.min(u64::from(tried)),
         ..layout_of(recipe, &drawn_scene(recipe, 0)?, &records[0])
@@ -439,13 +441,13 @@ fn another_device(out: &Path, found: &Device, here: &Device) -> Error {
 }
 
 /// The layout as far as it determines the bytes of a shard.
-fn without_frames(layout: &Layout) -> Result<String> {
-    let layout = Layout { frames: 0, ..layout.clone() };
+fn without_frames(layout: &DatasetLayout) -> Result<String> {
+    let layout = DatasetLayout { frames: 0, ..layout.clone() };
     serde_json::to_string(&layout).map_err(|e| Error::Failed(format!("layout: {e}")))
 }
 
 /// Whether a file, or a marker, belongs to a frame or shard of this layout from these numbers on.
-fn is_of(layout: &Layout, name: &str, frames: u64, shards: u64) -> bool {
+fn is_of(layout: &DatasetLayout, name: &str, frames: u64, shards: u64) -> bool {
     let number = |text: Option<&str>| text.and_then(|t| t.split('.').next()?.parse::<u64>().ok());
     let part = |text: &str| number(text.strip_prefix("part-"));
     let parts: Vec<&str> = name.split('/').collect();
@@ -460,7 +462,7 @@ fn is_of(layout: &Layout, name: &str, frames: u64, shards: u64) -> bool {
 
 /// Returns an error for a file that no dataset has, so that the folder is not removed.
 fn only_ours(out: &Path) -> Result<()> {
-    let layout = Layout::open(out).ok();
+    let layout = DatasetLayout::open(out).ok();
     let is_ours = |name: &String| {
         datasheet::is_own(name, 0)
             || name.split('/').any(datasheet::is_unfinished)
@@ -481,7 +483,7 @@ fn only_ours(out: &Path) -> Result<()> {
 struct Mender<'a> {
     recipe: &'a Recipe,
     basis: &'a str,
-    layout: &'a Layout,
+    layout: &'a DatasetLayout,
     out: &'a Path,
     identity: &'a str,
 }
@@ -500,11 +502,11 @@ impl Mender<'_> {
     /// changed.
     fn mend(&self, refusal: Error) -> Result<()> {
         let earlier = match self.out.join(LAYOUT).exists() {
-            true => Some(Layout::open(self.out)?),
+            true => Some(DatasetLayout::open(self.out)?),
             // Killed before it had one, so it has no shards.
             false => None,
         };
-        let shards = earlier.as_ref().map_or(0, Layout::shards);
+        let shards = earlier.as_ref().map_or(0, DatasetLayout::shards);
         let markers: Vec<(u64, Marker)> =
             (0..shards).filter_map(|s| Some((s, Marker::read(self.out, s)?))).collect();
         let same: Vec<bool> = markers.par_iter().map(|(s, m)| self.is_same(m, *s)).collect::<Result<_>>()?;
@@ -555,20 +557,20 @@ impl Mender<'_> {
 }
 
 /// The layout of a frame of this dataset: that in the folder, or else that of its first frame.
-fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Layout> {
+fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<DatasetLayout> {
     // A run that was killed between the two files has none.
     if let Some(dir) = begun.filter(|d| d.join(LAYOUT).exists()) {
-        return Layout::open(dir);
+        return DatasetLayout::open(dir);
     }
     let site = drawn_scene(recipe, 0)?;
-    let prepared = Prepared::new(&site.scenario, &site.scene)?;
+    let prepared = prepared(recipe.keep, &site)?;
     let record = rows::record(recipe, &site, 0, frames_of(engine, &site, &prepared, 0, Control::default())?)?;
     Ok(layout_of(recipe, &site, &record))
 }
 
 /// The layout of a dataset whose frames hold the same as this one.
-fn layout_of(recipe: &Recipe, site: &DrawnScene, record: &Record) -> Layout {
-    Layout {
+fn layout_of(recipe: &Recipe, site: &DrawnScene, record: &Record) -> DatasetLayout {
+    DatasetLayout {
         format: recipe.format,
         compression: recipe.compression,
         frames: recipe.frames(),
@@ -593,7 +595,7 @@ struct Run<'a> {
     engine: &'a Engine,
     recipe: &'a Recipe,
     out: &'a Path,
-    layout: &'a Layout,
+    layout: &'a DatasetLayout,
     file: &'a DatasetFile,
     jobs: usize,
     basis: &'a str,
@@ -681,7 +683,7 @@ impl Run<'_> {
             .entry(claim.scene)
             .or_default()
             .clone();
-        let prepared = Prepared::new(&site.scenario, &site.scene)?.sharing(&depths);
+        let prepared = prepared(self.recipe.keep, &site)?.sharing(&depths);
         let control = Control { progress: None, cancel: Some(self.cancel) };
         for index in claim.frames.clone() {
             let of_scene = u64::from(self.recipe.frames_per_scene);

@@ -2,7 +2,7 @@
 //! scenes drawn from them, and what is kept. Each scene is two plain texts that the ordinary readers parse.
 
 use super::draw::{Changes, Draws, Node, Origin, Tree, word};
-use super::store::{ColumnKind, ColumnSpec, Compression, Format, Layout, TableSpec};
+use super::store::{ColumnKind, ColumnSpec, Compression, DatasetLayout, Format, TableSpec};
 use super::traffic::{Sizes, first_clash};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage::{sha256_of_bytes, sha256_of_file};
@@ -610,7 +610,7 @@ fn stored(doc: &Document<'_>, t: &StoreTable) -> Result<(Format, Compression, Op
         (None, Format::Frames) => Compression::None,
     };
     // Frames and shards are of no matter to these two.
-    let trial = Layout {
+    let trial = DatasetLayout {
         format,
         compression,
         frames: 1,

@@ -29,7 +29,7 @@ pub fn record(recipe: &Recipe, site: &DrawnScene, frame: u64, mut radars: Vec<Fr
     let tables = tables(recipe, site, &radars).into_iter().map(|made| made.table).collect();
     let mut arrays = Vec::new();
     for f in &mut radars {
-        arrays_of(recipe.keep, site, f, &mut arrays);
+        arrays_of(recipe.keep, site, f, &mut arrays)?;
     }
     Ok(Record { frame, arrays, tables })
 }
@@ -61,7 +61,7 @@ fn array_name(base: &str, site: &DrawnScene, radar: &Radar) -> String {
     }
 }
 
-fn arrays_of(keep: Keep, site: &DrawnScene, f: &mut Frame, arrays: &mut Vec<Array>) {
+fn arrays_of(keep: Keep, site: &DrawnScene, f: &mut Frame, arrays: &mut Vec<Array>) -> Result<()> {
     let radar = &site.scenario.radars[f.radar];
     let dims = |names: &[&str]| names.iter().map(|n| n.to_string()).collect();
     if keep.range_doppler {
@@ -77,13 +77,7 @@ fn arrays_of(keep: Keep, site: &DrawnScene, f: &mut Frame, arrays: &mut Vec<Arra
         }
     }
     if keep.adc {
-        let empty = catseye::engine::AnyCube::F32(catseye::adc::Cube {
-            chirps: 0,
-            channels: 0,
-            samples: 0,
-            data: vec![],
-        });
-        let cube = std::mem::replace(&mut f.cube, empty).into_f32();
+        let cube = f.take_samples()?.into_f32();
         arrays.push(Array {
             name: array_name("adc", site, radar),
             dims: dims(&["chirp", "virtual_channel", "sample"]),
@@ -92,6 +86,7 @@ fn arrays_of(keep: Keep, site: &DrawnScene, f: &mut Frame, arrays: &mut Vec<Arra
             unit: "sqrt(W)".into(),
         });
     }
+    Ok(())
 }
 
 /// A table with what a layout says of it.

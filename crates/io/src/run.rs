@@ -89,6 +89,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     );
     let (staged, notes) = StagedDir::resumable(out, options.force, options.kind, &identity)?;
     let prepared = Prepared::new(scenario, scene)?;
+    let prepared = if scenario.output.adc { prepared } else { prepared.without_cubes() };
     let remarks = prepared.remarks()?;
     let mut records = Vec::new();
     let (mut resumed, mut repaired) = (0, 0);

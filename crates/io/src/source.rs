@@ -1,6 +1,6 @@
-//! An open file of cubes: the arrangement of its numbers ([`Layout`]), and the reading of their bytes.
+//! An open file of cubes: the arrangement of its numbers ([`CubeLayout`]), and the reading of their bytes.
 
-use super::cube_layout::{Layout, Real};
+use super::cube_layout::{CubeLayout, Real};
 use super::ti_cfg::TiRadar;
 use catseye::base::error::{Error, Result};
 use num_complex::Complex;
@@ -17,17 +17,17 @@ type Fetch = Box<dyn FnMut(u64, &mut [u8]) -> Result<()>>;
 pub struct Source {
     path: PathBuf,
     /// One array, or separate real and imaginary parts.
-    arrays: Vec<(Layout, Fetch)>,
+    arrays: Vec<(CubeLayout, Fetch)>,
     pub(super) ti_radar: Option<TiRadar>,
 }
 
 impl Source {
-    pub(super) fn new(path: &Path, arrays: Vec<(Layout, Fetch)>) -> Source {
+    pub(super) fn new(path: &Path, arrays: Vec<(CubeLayout, Fetch)>) -> Source {
         Source { path: path.to_path_buf(), arrays, ti_radar: None }
     }
 
     /// Makes a source of a plain file whose numbers begin at byte `data_at`.
-    pub(super) fn plain(path: &Path, mut file: File, layout: Layout, data_at: u64) -> Source {
+    pub(super) fn plain(path: &Path, mut file: File, layout: CubeLayout, data_at: u64) -> Source {
         let own = path.to_path_buf();
         let fetch = move |at, to: &mut [u8]| {
             file.seek(SeekFrom::Start(data_at + at))

@@ -11,7 +11,7 @@
 //! √P of that power. Files of catseye have it in a sidecar, `NAME.bin.json`. Without either, samples are
 //! counts.
 
-use super::cube_layout::{Axis, Dim, Layout, Number};
+use super::cube_layout::{Axis, CubeLayout, Dim, Number};
 use super::source::{Source, open_file};
 use super::ti_cfg::{IqOrder, TiRadar};
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
@@ -94,7 +94,7 @@ fn scale(full_scale_dbm: f64, bits: u32) -> Result<f64> {
 }
 
 /// Layout of the words of `frames` frames. A frame has `loops × chirps × receivers × samples`.
-fn layout(radar: &TiRadar, frames: usize, four_lanes: bool, iq: IqOrder) -> Result<Layout, String> {
+fn layout(radar: &TiRadar, frames: usize, four_lanes: bool, iq: IqOrder) -> Result<CubeLayout, String> {
     let map = Some(match iq {
         IqOrder::Iq => vec![Some(0), Some(1)],
         IqOrder::Qi => vec![Some(1), Some(0)],
@@ -123,7 +123,7 @@ fn layout(radar: &TiRadar, frames: usize, four_lanes: bool, iq: IqOrder) -> Resu
         dims.push(Dim::new(Axis::Rx, radar.rx.len()));
         dims.push(Dim::new(Axis::Sample, radar.samples));
     }
-    Layout::new(dims, Number::I16 { bits: radar.adc_bits }, false)
+    CubeLayout::new(dims, Number::I16 { bits: radar.adc_bits }, false)
 }
 
 /// Opens a recording for reading in √W, or in counts where no full scale is known.

@@ -3,7 +3,7 @@
 
 use super::dataset::{DATASET, DatasetFile, Marker, SHARDS};
 use super::datasheet::{DatasetManifest, is_own, is_unfinished};
-use super::store::Layout;
+use super::store::DatasetLayout;
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::stage::{MANIFEST, files_of, sha256_of_file};
 use rayon::prelude::*;
@@ -186,7 +186,7 @@ pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
     const AGAIN: &str = "the same `catseye dataset` command makes it again";
     const DELETE: &str = "delete it, then the same `catseye dataset` command makes it again";
 
-    let layout = Layout::describe(dir)?;
+    let layout = DatasetLayout::describe(dir)?;
     let shards = layout.shards();
     let present: BTreeSet<String> = files_of(dir)?.into_iter().collect();
 

@@ -1,7 +1,7 @@
 //! Lines of a grid from cells to samples, with rustfft (CONVENTIONS eq. 83).
 
 use super::grid_spread::PAD;
-use crate::adc::gridding::Layout;
+use crate::adc::gridding::GridLayout;
 use catseye_math::fft::Fft;
 use num_complex::Complex32;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ pub struct Scratch {
 
 impl Scratch {
     /// Scratch for lines of this layout and its transform.
-    pub fn new(layout: &Layout, fft: &Arc<dyn Fft<f32>>) -> Scratch {
+    pub fn new(layout: &GridLayout, fft: &Arc<dyn Fft<f32>>) -> Scratch {
         let tiles = layout.samples.div_ceil(TILE);
         Scratch {
             fft: vec![Complex32::ZERO; fft.get_inplace_scratch_len()],
@@ -43,7 +43,7 @@ impl Scratch {
 }
 
 /// Transforms each line from cells to samples. Lines on which nothing was spread stay zero.
-pub fn transform(layout: &Layout, fft: &dyn Fft<f32>, grid: &mut [Complex32], scratch: &mut Scratch) {
+pub fn transform(layout: &GridLayout, fft: &dyn Fft<f32>, grid: &mut [Complex32], scratch: &mut Scratch) {
     let (cells, samples, lines) = (layout.cells, layout.samples, layout.lines);
     // Samples are counted from the middle of the ramp, negative ones stand at the end.
     let before = samples / 2;

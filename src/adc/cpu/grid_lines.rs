@@ -2,7 +2,7 @@
 
 use super::grid_fft::{SILENCE, TILE, Tile};
 use super::synthesis::madd;
-use crate::adc::gridding::Layout;
+use crate::adc::gridding::GridLayout;
 use crate::base::simd::Vectorised;
 use crate::scene::radar::Sampling;
 use num_complex::{Complex, Complex32, Complex64};
@@ -21,7 +21,7 @@ pub struct Table {
 
 impl Table {
     /// The factors of a layout.
-    pub fn new(layout: &Layout) -> Table {
+    pub fn new(layout: &GridLayout) -> Table {
         let tiles = layout.samples.div_ceil(TILE);
         let finish = layout.finish();
         let made = (0..layout.block * tiles).into_par_iter().map(|at| {

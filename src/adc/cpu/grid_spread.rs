@@ -2,7 +2,7 @@
 
 use super::synthesis::{LANES, cis, fixed, madd};
 use crate::adc::grid_echoes::GridEchoes;
-use crate::adc::gridding::{DEGREE, Layout, TAPS};
+use crate::adc::gridding::{DEGREE, GridLayout, TAPS};
 use crate::base::simd::{Vectorised, vectorised};
 use num_complex::Complex32;
 use std::ops::Range;
@@ -13,9 +13,9 @@ const GROUP: usize = 64;
 pub const PAD: usize = TAPS / 2;
 
 /// Spreads the echoes of one channel over the grid, lines of cells with [`PAD`] on either side, as seen
-/// from chirp `middle`. Sums are put aside at the end of each of `portions` (`Layout::portions`).
+/// from chirp `middle`. Sums are put aside at the end of each of `portions` (`GridLayout::portions`).
 pub fn spread(
-    layout: &Layout,
+    layout: &GridLayout,
     echoes: &GridEchoes,
     portions: &[usize],
     channel: usize,
@@ -65,7 +65,7 @@ impl Vectorised for Add<'_> {
 }
 
 struct Spread<'a> {
-    layout: &'a Layout,
+    layout: &'a GridLayout,
     echoes: &'a GridEchoes,
     of: Range<usize>,
     middle: f64,

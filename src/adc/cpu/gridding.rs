@@ -8,7 +8,7 @@ use super::grid_spread::{PAD, spread};
 use super::synthesis::synthesise_some;
 use crate::adc::Cube;
 use crate::adc::grid_echoes::GridEchoes;
-use crate::adc::gridding::{Costs, ECHOES_KEPT, Layout};
+use crate::adc::gridding::{Costs, ECHOES_KEPT, GridLayout};
 use crate::adc::methods::{Method, Methods};
 use crate::adc::schedule::Schedule;
 use crate::adc::synthesis::{Plan, Set};
@@ -125,12 +125,12 @@ fn still_rows(
     plan: &Plan,
     costs: &Costs,
     cancelled: &(dyn Fn() -> bool + Sync),
-) -> Option<(Vec<Complex32>, Layout)> {
+) -> Option<(Vec<Complex32>, GridLayout)> {
     let (set, samples, channels) = (plan.set(Set::Still), plan.samples, plan.channels);
-    if set.is_empty() || samples == 0 || channels == 0 || !Layout::still_pays(set.len(), samples, costs) {
+    if set.is_empty() || samples == 0 || channels == 0 || !GridLayout::still_pays(set.len(), samples, costs) {
         return None;
     }
-    let layout = Layout::still(samples, costs);
+    let layout = GridLayout::still(samples, costs);
     let width = layout.cells + 2 * PAD;
     let mut grids = vec![Complex32::ZERO; channels * width];
     // A bounded number of grids at a time. A part goes into all channels while it is in the cache.
@@ -167,7 +167,7 @@ fn still_rows(
 
 /// Adds echoes to a cube of the layout's size and their channels: the part of
 /// [`synthesise`] that knows no radar.
-pub fn add(sampling: Sampling, layout: &Layout, echoes: &GridEchoes, cube: &mut Cube<f32>) {
+pub fn add(sampling: Sampling, layout: &GridLayout, echoes: &GridEchoes, cube: &mut Cube<f32>) {
     let work = Work { sampling, layout, table: &Table::new(layout), echoes };
     work.add(0, cube, &|| false, &|_| ());
 }
@@ -175,7 +175,7 @@ pub fn add(sampling: Sampling, layout: &Layout, echoes: &GridEchoes, cube: &mut 
 /// Some echoes with their grid.
 struct Work<'a> {
     sampling: Sampling,
-    layout: &'a Layout,
+    layout: &'a GridLayout,
     table: &'a Table,
     echoes: &'a GridEchoes,
 }

@@ -86,7 +86,7 @@ pub fn of_edges(
         .collect()
 }
 
-/// Computes S[rx][tx] in metres of all edges, referred to the origin (eq. 36 to 39). Ports at finite range must stand
+/// Computes `S[rx][tx]` in metres of all edges, referred to the origin (eq. 36 to 39). Ports at finite range must stand
 /// off the edges.
 pub fn edge_sum(geometry: &Geometry, edges: &[Edge], freq_hz: f64, transmit: Port, receive: Port) -> Matrix2 {
     let k = wavenumber(freq_hz);

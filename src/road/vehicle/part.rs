@@ -12,7 +12,7 @@ pub struct Part {
     pub name: String,
     /// Added to the class of the body with a dot; empty for the body itself.
     pub suffix: &'static str,
-    /// In the part's frame, whose origin is the last joint. Materials index [`Body::materials`].
+    /// In the part's frame, whose origin is the last joint. Materials index [`Body::materials`](super::Body::materials).
     pub mesh: Mesh,
     /// Frame in which the first joint is given, in the body's frame; of a part without joints, its own.
     pub pose: Pose<Target, Target>,

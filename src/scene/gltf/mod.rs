@@ -3,7 +3,7 @@
 //!
 //! A node with a mesh becomes an object. Rotation and translation become its pose; scale, shear and
 //! mirroring are baked into a copy of the mesh (a mirror turns the winding round). Nodes that share a
-//! mesh, and the instances of EXT_mesh_gpu_instancing, share a [`Mesh`].
+//! mesh, and the instances of EXT_mesh_gpu_instancing, share a [`Mesh`](super::Mesh).
 //!
 //! `extras.catseye` of a node: `class`; `velocity_mps` [forward, left, up] in the world, in these ISO
 //! axes and not in glTF's; both hold for the nodes below as well. `id` (1 or more, unique) and

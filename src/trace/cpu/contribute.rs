@@ -73,7 +73,7 @@ pub struct Contribution {
     pub length_in_m: f64,
     /// Point to receiver; 0 for one at infinity.
     pub length_out_m: f64,
-    /// S[rx][tx] in m without the path's phase and without the two sincs of eq. 6, over R_t (spherical
+    /// `S[rx][tx]` in m without the path's phase and without the two sincs of eq. 6, over R_t (spherical
     /// waves) and R_r (receivers at finite distance).
     pub s: Matrix2,
     /// Arguments of those sincs: half the phase across the footprint along each edge of the tube.

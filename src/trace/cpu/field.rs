@@ -91,7 +91,7 @@ impl Bounce {
         Bounce { normal, dir_in: dir, dir_out, field, reflected }
     }
 
-    /// Matrix [rx][tx] of what the facet's physical-optics currents radiate towards the unit vector `s`, seen by the
+    /// Matrix `[rx][tx]` of what the facet's physical-optics currents radiate towards the unit vector `s`, seen by the
     /// receive vectors `v` and `h`: eta J + M x s, of which only the part across `s` counts. Times -j k A / 4 pi it is
     /// the scattered amplitude of an area A.
     #[inline]

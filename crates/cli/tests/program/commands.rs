@@ -297,9 +297,9 @@ fn thresholds_and_the_scene_are_written_on_request() {
     let azimuth_deg: Vec<f64> = serde_json::from_value(manifest["axes"]["azimuth_deg"].clone()).unwrap();
     let spectra = read("angle_spectra.npy");
     let frame = d.join("out/frame_000000");
-    let cells = catseye::formats::csv::Table::read(&frame.join("angle_cells.csv")).unwrap();
+    let cells = catseye::formats::csv::Table::read(frame.join("angle_cells.csv")).unwrap();
     assert_eq!(spectra.shape, [cells.len(), 1, azimuth_deg.len()]);
-    let points = catseye::formats::csv::Table::read(&frame.join("points.csv")).unwrap();
+    let points = catseye::formats::csv::Table::read(frame.join("points.csv")).unwrap();
     let column = |t: &catseye::formats::csv::Table, name: &str| t.numbers(name).unwrap();
     let (range_m, rate_mps) = (column(&cells, "range_m"), column(&cells, "range_rate_mps"));
     for ((range, rate), azimuth) in column(&points, "range_m")

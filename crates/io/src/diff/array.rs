@@ -1,6 +1,6 @@
 //! Arrays: NumPy files, read side by side a piece at a time, and arrays in memory.
 
-use super::found::{Difference, Found, Tolerances};
+use super::differences::{Difference, DifferenceTally, Tolerances};
 use crate::cube::{CubeOptions, open_cube};
 use crate::store::Data;
 use catseye::base::error::{BadInput, Error, Result};
@@ -74,14 +74,21 @@ impl Sums {
     }
 
     fn value(&self, z: Element) -> Value {
-        match (self.is_complex, z.map(super::found::number)) {
+        match (self.is_complex, z.map(super::differences::number)) {
             (true, parts) => Value::Array(parts.to_vec()),
             (false, [re, _]) => re,
         }
     }
 
     /// Reports the differences. With `fortran_order` the first index runs fastest.
-    fn end(self, file: &str, shape: &[usize], fortran_order: bool, t: &Tolerances, found: &mut Found) {
+    fn end(
+        self,
+        file: &str,
+        shape: &[usize],
+        fortran_order: bool,
+        t: &Tolerances,
+        found: &mut DifferenceTally,
+    ) {
         found.values += self.elements;
         let place = |flat: u64| {
             let (mut rest, mut index) = (flat, vec![0u64; shape.len()]);
@@ -213,7 +220,7 @@ impl<'a> Open<'a> {
 }
 
 /// Notes differing shapes or kinds of numbers; returns true where values can be compared.
-fn fit(file: &str, shapes: [&[usize]; 2], kinds: [&str; 2], found: &mut Found) -> bool {
+fn fit(file: &str, shapes: [&[usize]; 2], kinds: [&str; 2], found: &mut DifferenceTally) -> bool {
     if shapes[0] != shapes[1] {
         found.note(Difference::unequal(file, "shape", "header", json!(shapes[0]), json!(shapes[1])));
     } else if kinds[0] != kinds[1] {
@@ -237,7 +244,7 @@ fn kind(is_complex: bool, is_exact: bool) -> &'static str {
 /// # Errors
 /// Returns `BadInput` for a file that is damaged, truncated or of an unsupported type, and for files with
 /// different orders of indices.
-pub fn npy(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Found) -> Result<()> {
+pub fn npy(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut DifferenceTally) -> Result<()> {
     let (mut a, mut b) = (Open::new(a)?, Open::new(b)?);
     let kinds = [&a.of, &b.of].map(|t| kind(t.is_complex, t.is_exact));
     if !fit(file, [&a.header.shape, &b.header.shape], kinds, found) {
@@ -269,7 +276,7 @@ pub fn npy(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Found) ->
 ///
 /// # Errors
 /// Returns the errors of [`open_cube`] and of reading a frame, such as non-finite samples.
-pub fn cubes(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Found) -> Result<()> {
+pub fn cubes(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut DifferenceTally) -> Result<()> {
     let options = CubeOptions::default();
     let (mut a, mut b) = (open_cube(a, &options, None)?, open_cube(b, &options, None)?);
     let shape = |frames: usize, [chirps, channels, samples]: [usize; 3]| [frames, chirps, channels, samples];
@@ -289,7 +296,7 @@ pub fn cubes(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Found) 
 }
 
 /// Compares two arrays of a dataset's frame.
-pub fn stored(file: &str, shape: &[usize], a: &Data, b: &Data, t: &Tolerances, found: &mut Found) {
+pub fn stored(file: &str, shape: &[usize], a: &Data, b: &Data, t: &Tolerances, found: &mut DifferenceTally) {
     let is_exact = matches!(a, Data::U8(_) | Data::I32(_));
     let mut sums = Sums::new(matches!(a, Data::C32(_)), is_exact);
     match (a, b) {

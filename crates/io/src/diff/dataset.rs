@@ -1,19 +1,19 @@
 //! Datasets, whatever their formats: frames by their numbers, one array or table of a frame at a time.
 
 use super::array;
-use super::found::{Difference, Found, Tolerances};
+use super::differences::{Difference, DifferenceTally, Tolerances};
 use super::points::{self, Gate};
 use super::table::{self, Grid};
 use crate::dataset::{Marker, SHARDS};
 use crate::files::frame_name;
-use crate::store::Layout;
+use crate::store::DatasetLayout;
 use catseye::base::error::Result;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
 
 /// Whether the shard of a frame is complete; a folder without markers is taken as complete.
-fn has(dir: &Path, layout: &Layout, frame: u64) -> bool {
+fn has(dir: &Path, layout: &DatasetLayout, frame: u64) -> bool {
     let shard = layout.shard_of(frame);
     !dir.join(SHARDS).is_dir() || dir.join(Marker::name(shard)).is_file()
 }
@@ -37,13 +37,19 @@ pub type Progress<'a> = &'a (dyn Fn(u64) + Sync);
 ///
 /// # Errors
 /// Returns `BadInput` for a dataset that is damaged or of a format that this build cannot read.
-pub fn compare(a: &Path, b: &Path, t: &Tolerances, found: &mut Found, progress: Progress<'_>) -> Result<()> {
+pub fn compare(
+    a: &Path,
+    b: &Path,
+    t: &Tolerances,
+    found: &mut DifferenceTally,
+    progress: Progress<'_>,
+) -> Result<()> {
     const LAYOUT: &str = crate::store::LAYOUT;
-    let (x, y) = (Layout::open(a)?, Layout::open(b)?);
+    let (x, y) = (DatasetLayout::open(a)?, DatasetLayout::open(b)?);
     if x.frames != y.frames {
         found.note(Difference::unequal(LAYOUT, "frames", "frames", x.frames.into(), y.frames.into()));
     }
-    let absent = |what: &str, name: &str, in_a: bool, found: &mut Found| {
+    let absent = |what: &str, name: &str, in_a: bool, found: &mut DifferenceTally| {
         let name = json!(name);
         let (a, b) = if in_a { (name, Value::Null) } else { (Value::Null, name) };
         found.note(Difference::unequal(LAYOUT, what, what, a, b));
@@ -74,8 +80,8 @@ pub fn compare(a: &Path, b: &Path, t: &Tolerances, found: &mut Found, progress: 
         }
     }
     let frames = x.frames.min(y.frames);
-    let one = |frame: u64| -> Result<Found> {
-        let mut found = Found::default();
+    let one = |frame: u64| -> Result<DifferenceTally> {
+        let mut found = DifferenceTally::default();
         let folder = frame_name(frame as u32);
         progress(frames);
         let there = [has(a, &x, frame), has(b, &y, frame)];
@@ -109,10 +115,11 @@ pub fn compare(a: &Path, b: &Path, t: &Tolerances, found: &mut Found, progress: 
         }
         Ok(found)
     };
-    let all = (0..frames).into_par_iter().map(one).try_reduce(Found::default, |mut all, more| {
-        all.add(more);
-        Ok(all)
-    })?;
+    let all =
+        (0..frames).into_par_iter().map(one).try_reduce(DifferenceTally::default, |mut all, more| {
+            all.add(more);
+            Ok(all)
+        })?;
     found.add(all);
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! JSON documents: truth of frames, manifests, reports.
 
-use super::found::{Difference, Found, Tolerances};
+use super::differences::{Difference, DifferenceTally, Tolerances};
 use super::measure::Measure;
 use catseye::base::error::{BadInput, Result, json_in_words};
 use catseye::formats::input;
@@ -100,7 +100,14 @@ fn is_level(keys: &Map<String, Value>) -> bool {
     keys.get("unit").and_then(Value::as_str).is_some_and(|u| u.starts_with("dB"))
 }
 
-fn walk(at: &At<'_>, a: &Value, b: &Value, skip: fn(&str) -> bool, t: &Tolerances, found: &mut Found) {
+fn walk(
+    at: &At<'_>,
+    a: &Value,
+    b: &Value,
+    skip: fn(&str) -> bool,
+    t: &Tolerances,
+    found: &mut DifferenceTally,
+) {
     match (a, b) {
         (Value::Object(x), Value::Object(y)) => {
             let level = is_level(x) && is_level(y);
@@ -140,12 +147,12 @@ fn walk(at: &At<'_>, a: &Value, b: &Value, skip: fn(&str) -> bool, t: &Tolerance
 }
 
 /// Compares two documents key by key.
-pub fn compare(file: &str, a: &Value, b: &Value, t: &Tolerances, found: &mut Found) {
+pub fn compare(file: &str, a: &Value, b: &Value, t: &Tolerances, found: &mut DifferenceTally) {
     walk(&top(file), a, b, |_| false, t, found);
 }
 
 /// Compares the content of two manifests or reports, but not what made them, when and where.
-pub fn compare_figures(file: &str, a: &Value, b: &Value, t: &Tolerances, found: &mut Found) {
+pub fn compare_figures(file: &str, a: &Value, b: &Value, t: &Tolerances, found: &mut DifferenceTally) {
     walk(&top(file), a, b, is_of_the_making, t, found);
 }
 

@@ -1,6 +1,6 @@
 //! Comparison of two numbers of a column or key, by the unit at the end of its name.
 
-use super::found::Tolerances;
+use super::differences::Tolerances;
 
 /// Magnitude below which a number counts as zero where only the ratio counts.
 const ZERO: f64 = 1e-12;

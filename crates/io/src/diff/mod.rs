@@ -5,8 +5,8 @@
 
 mod array;
 mod dataset;
+mod differences;
 mod document;
-mod found;
 mod kind;
 mod measure;
 mod points;
@@ -16,11 +16,11 @@ mod table;
 mod tests;
 
 pub use dataset::Progress;
-pub use found::{Difference, Report, Tolerances};
+pub use differences::{Difference, Report, Tolerances};
 
 use catseye::base::error::{BadInput, Result};
 use catseye::formats::stage::{MANIFEST, files_of, sha256_of_file};
-use found::Found;
+use differences::DifferenceTally;
 use kind::Kind;
 use points::Gate;
 use rayon::prelude::*;
@@ -47,7 +47,7 @@ pub fn diff(a: &Path, b: &Path, t: &Tolerances, progress: Progress<'_>) -> Resul
         .remedy("give two results of one kind")
         .into());
     }
-    let mut found = Found::default();
+    let mut found = DifferenceTally::default();
     match kind {
         Kind::Dataset => dataset::compare(a, b, t, &mut found, progress)?,
         Kind::Folder(_) | Kind::Frame => folders(a, b, t, &mut found, progress)?,
@@ -103,7 +103,7 @@ fn files(
     kinds: [&Kind; 2],
     cells: Cells,
     t: &Tolerances,
-    found: &mut Found,
+    found: &mut DifferenceTally,
 ) -> Result<()> {
     let are_cubes = kinds.iter().all(|k| matches!(k, Kind::Array | Kind::Cube));
     if kinds[0] != kinds[1] && !are_cubes {
@@ -145,7 +145,13 @@ fn files(
 }
 
 /// Compares all files of two folders, and their manifests.
-fn folders(a: &Path, b: &Path, t: &Tolerances, found: &mut Found, progress: Progress<'_>) -> Result<()> {
+fn folders(
+    a: &Path,
+    b: &Path,
+    t: &Tolerances,
+    found: &mut DifferenceTally,
+    progress: Progress<'_>,
+) -> Result<()> {
     let list = |dir: &Path| -> Result<BTreeSet<String>> { Ok(files_of(dir)?.into_iter().collect()) };
     let (here, there) = (list(a)?, list(b)?);
     let manifests = match here.contains(MANIFEST) && there.contains(MANIFEST) {
@@ -153,8 +159,8 @@ fn folders(a: &Path, b: &Path, t: &Tolerances, found: &mut Found, progress: Prog
         false => None,
     };
     let all: Vec<&String> = here.union(&there).filter(|name| *name != MANIFEST).collect();
-    let one = |name: &&String| -> Result<Found> {
-        let mut found = Found::default();
+    let one = |name: &&String| -> Result<DifferenceTally> {
+        let mut found = DifferenceTally::default();
         progress(all.len() as u64);
         let paths = [a.join(name), b.join(name)];
         if !here.contains(*name) || !there.contains(*name) {
@@ -171,7 +177,7 @@ fn folders(a: &Path, b: &Path, t: &Tolerances, found: &mut Found, progress: Prog
         files(name, [&paths[0], &paths[1]], [&kinds[0], &kinds[1]], cells, t, &mut found)?;
         Ok(found)
     };
-    let compared = all.par_iter().map(one).try_reduce(Found::default, |mut all, more| {
+    let compared = all.par_iter().map(one).try_reduce(DifferenceTally::default, |mut all, more| {
         all.add(more);
         Ok(all)
     })?;

@@ -1,6 +1,6 @@
 //! Tables of points and of echoes: rows are matched one to one by range, range rate and azimuth, whatever their order.
 
-use super::found::{Difference, Found, Tolerances};
+use super::differences::{Difference, DifferenceTally, Tolerances};
 use super::table::{self, Cells, Grid};
 use serde_json::{Value, json};
 
@@ -99,10 +99,10 @@ fn told(grid: &Grid, row: usize) -> Value {
 }
 
 /// Compares two tables of points. Those without a partner are missing or extra; the others are compared by columns.
-pub fn compare(file: &str, a: &Grid, b: &Grid, gate: Gate, t: &Tolerances, found: &mut Found) {
+pub fn compare(file: &str, a: &Grid, b: &Grid, gate: Gate, t: &Tolerances, found: &mut DifferenceTally) {
     // Most results that are alike have the same order.
     if a.rows == b.rows {
-        let mut in_order = Found::default();
+        let mut in_order = DifferenceTally::default();
         table::rows(file, a, b, t, &mut in_order);
         if in_order.is_alike() {
             found.add(in_order);

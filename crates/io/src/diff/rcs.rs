@@ -1,6 +1,6 @@
 //! Tables of cross sections: rows of one frequency and direction are compared, with levels where they count.
 
-use super::found::{Difference, Found, Tolerances, number};
+use super::differences::{Difference, DifferenceTally, Tolerances, number};
 use super::measure::Measure;
 use catseye::base::error::Result;
 use catseye::formats::rcs_csv::{self, RawRow};
@@ -47,7 +47,7 @@ fn place(r: &RawRow, other: &RawRow) -> String {
 ///
 /// # Errors
 /// Returns `BadInput` for a table that does not hold cross sections.
-pub fn compare(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Found) -> Result<()> {
+pub fn compare(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut DifferenceTally) -> Result<()> {
     let (a, b) = (rcs_csv::read(a)?.1, rcs_csv::read(b)?.1);
     let bistatic = [&a, &b].map(|rows| rows.iter().any(|r| r.receive_deg.is_some()));
     if bistatic[0] != bistatic[1] {

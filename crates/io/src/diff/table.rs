@@ -1,6 +1,6 @@
 //! Tables of any columns, from CSV files and from a dataset's frames.
 
-use super::found::{Difference, Found, Tolerances, number};
+use super::differences::{Difference, DifferenceTally, Tolerances, number};
 use super::measure::Measure;
 use crate::store::{Column, Table};
 use catseye::base::error::Result;
@@ -115,7 +115,7 @@ impl Grid {
 }
 
 /// Notes columns that only one of the two has.
-pub fn headers(file: &str, a: &Grid, b: &Grid, found: &mut Found) {
+pub fn headers(file: &str, a: &Grid, b: &Grid, found: &mut DifferenceTally) {
     let name = |n: &str| Value::String(n.into());
     for (column, _) in a.columns.iter().filter(|(n, _)| b.column(n).is_none()) {
         found.note(Difference::unequal(
@@ -138,7 +138,14 @@ pub fn headers(file: &str, a: &Grid, b: &Grid, found: &mut Found) {
 }
 
 /// Compares the columns that both have over pairs of rows.
-pub fn pairs(file: &str, a: &Grid, b: &Grid, pairs: &[(usize, usize)], t: &Tolerances, found: &mut Found) {
+pub fn pairs(
+    file: &str,
+    a: &Grid,
+    b: &Grid,
+    pairs: &[(usize, usize)],
+    t: &Tolerances,
+    found: &mut DifferenceTally,
+) {
     for (name, here) in &a.columns {
         let Some(there) = b.column(name) else { continue };
         found.values += pairs.len() as u64;
@@ -162,7 +169,7 @@ pub fn pairs(file: &str, a: &Grid, b: &Grid, pairs: &[(usize, usize)], t: &Toler
 }
 
 /// Compares tables row by row.
-pub fn rows(file: &str, a: &Grid, b: &Grid, t: &Tolerances, found: &mut Found) {
+pub fn rows(file: &str, a: &Grid, b: &Grid, t: &Tolerances, found: &mut DifferenceTally) {
     headers(file, a, b, found);
     if a.rows != b.rows {
         found.note(Difference::unequal(file, "rows", "number of rows", a.rows.into(), b.rows.into()));

@@ -1,7 +1,7 @@
 //! Whatever is moved beyond its tolerance is found, in both directions, and nothing else.
 
 use super::{Report, Tolerances, diff};
-use crate::store::{Array, Column, Compression, Data, Format, Layout, Record, Table};
+use crate::store::{Array, Column, Compression, Data, DatasetLayout, Format, Record, Table};
 use catseye::formats::npy;
 use num_complex::Complex32;
 use proptest::prelude::*;
@@ -126,7 +126,7 @@ fn store(dir: &Path, frames: u64, level: f32, count: u32) {
         ("count".to_string(), Column::U32(vec![count, 0])),
     ];
     let table = Table { name: "rows".into(), columns };
-    let layout = Layout {
+    let layout = DatasetLayout {
         format: Format::Frames,
         compression: Compression::None,
         frames,

@@ -28,7 +28,7 @@ pub(super) struct Writer<'a> {
     files: Vec<ShardFile>,
 }
 
-/// Frames are counted in 32 bits ([`super::Layout::check`]).
+/// Frames are counted in 32 bits ([`super::DatasetLayout::check`]).
 fn folder_name(frame: u64) -> String {
     frame_name(frame as u32)
 }

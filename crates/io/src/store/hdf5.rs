@@ -4,7 +4,9 @@
 //! zeros; truth values are h5py's, an enumeration of FALSE and TRUE.
 
 use super::files::{ShardFile, ShardWriter, broken};
-use super::layout::{ArrayKind, ArraySpec, ColumnKind, Compression, FRAME, Layout, ROW_OFFSETS, TableSpec};
+use super::layout::{
+    ArrayKind, ArraySpec, ColumnKind, Compression, DatasetLayout, FRAME, ROW_OFFSETS, TableSpec,
+};
 use super::part::{Part, open};
 use super::record::{Column, Data, Record, Rows, Table};
 use catseye::base::error::{Error, Result};
@@ -76,7 +78,7 @@ fn column_bytes(column: &Column) -> (Vec<u8>, u32) {
 }
 
 pub(super) struct Writer<'a> {
-    layout: &'a Layout,
+    layout: &'a DatasetLayout,
     part: Part,
     first: u64,
     frames: u64,
@@ -86,7 +88,7 @@ pub(super) struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    pub fn new(layout: &'a Layout, dir: &Path, shard: u64) -> Result<Self> {
+    pub fn new(layout: &'a DatasetLayout, dir: &Path, shard: u64) -> Result<Self> {
         let tables = layout.tables.iter().map(|spec| (Rows::new(spec), vec![0]));
         Ok(Writer {
             layout,
@@ -220,7 +222,7 @@ struct Shard {
 }
 
 impl Shard {
-    fn open(layout: &Layout, dir: &Path, frame: u64) -> Result<Shard> {
+    fn open(layout: &DatasetLayout, dir: &Path, frame: u64) -> Result<Shard> {
         let shard = layout.shard_of(frame);
         let path = dir.join(shard_name(shard));
         let size = open(&path)?.metadata().map_err(|e| Error::io(&path, e))?.len();
@@ -271,7 +273,7 @@ impl Shard {
     }
 }
 
-pub(super) fn read_array(layout: &Layout, spec: &ArraySpec, dir: &Path, frame: u64) -> Result<Data> {
+pub(super) fn read_array(layout: &DatasetLayout, spec: &ArraySpec, dir: &Path, frame: u64) -> Result<Data> {
     let shard = Shard::open(layout, dir, frame)?;
     let shape = with_frames(spec, shard.frames);
     let bytes =
@@ -283,7 +285,7 @@ pub(super) fn read_array(layout: &Layout, spec: &ArraySpec, dir: &Path, frame: u
         .ok_or_else(|| broken(&shard.path, format!("{}: no whole number of elements", spec.name)))
 }
 
-pub(super) fn read_table(layout: &Layout, spec: &TableSpec, dir: &Path, frame: u64) -> Result<Table> {
+pub(super) fn read_table(layout: &DatasetLayout, spec: &TableSpec, dir: &Path, frame: u64) -> Result<Table> {
     let shard = Shard::open(layout, dir, frame)?;
     let bad = |problem: String| broken(&shard.path, format!("table {}: {problem}", spec.name));
     let place = |name: &str| format!("{TABLES}/{}/{name}", spec.name);

@@ -251,7 +251,7 @@ impl schemars::JsonSchema for Compression {
 /// Layout of a dataset folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Layout {
+pub struct DatasetLayout {
     /// Format of the shards.
     pub format: Format,
     /// Compression of arrays.
@@ -273,7 +273,7 @@ pub struct Layout {
 #[serde(deny_unknown_fields)]
 struct LayoutFile {
     store: u32,
-    layout: Layout,
+    layout: DatasetLayout,
 }
 
 fn check_name(what: &str, name: &str) -> Result<()> {
@@ -297,7 +297,7 @@ pub(super) fn check_once<'a>(what: &str, names: impl IntoIterator<Item = &'a str
     }
 }
 
-impl Layout {
+impl DatasetLayout {
     /// Checks that some build can store this layout.
     ///
     /// # Errors
@@ -451,10 +451,10 @@ impl Layout {
     /// Reads `layout.json` of `dir`.
     ///
     /// # Errors
-    /// Returns the errors of [`describe`](Layout::describe), and `BadInput` for a format that this build
+    /// Returns the errors of [`describe`](DatasetLayout::describe), and `BadInput` for a format that this build
     /// cannot read.
-    pub fn open(dir: &Path) -> Result<Layout> {
-        let layout = Layout::describe(dir)?;
+    pub fn open(dir: &Path) -> Result<DatasetLayout> {
+        let layout = DatasetLayout::describe(dir)?;
         layout.check_built()?;
         Ok(layout)
     }
@@ -463,8 +463,8 @@ impl Layout {
     ///
     /// # Errors
     /// Returns `BadInput` for a file that is missing, damaged or of a later version.
-    pub fn describe(dir: &Path) -> Result<Layout> {
-        let layout = Layout::find(dir)?.ok_or_else(|| {
+    pub fn describe(dir: &Path) -> Result<DatasetLayout> {
+        let layout = DatasetLayout::find(dir)?.ok_or_else(|| {
             BadInput::new("is no dataset: it has no layout.json")
                 .file(dir)
                 .remedy("name the folder that `catseye dataset` wrote")
@@ -473,7 +473,7 @@ impl Layout {
         Ok(layout)
     }
 
-    fn find(dir: &Path) -> Result<Option<Layout>> {
+    fn find(dir: &Path) -> Result<Option<DatasetLayout>> {
         let path = dir.join(LAYOUT);
         let text = match std::fs::read_to_string(&path) {
             Ok(text) => text,
@@ -511,7 +511,7 @@ impl Layout {
     /// Returns `BadInput` if the folder holds another layout.
     pub(super) fn keep(&self, dir: &Path) -> Result<()> {
         let path = dir.join(LAYOUT);
-        if let Some(there) = Layout::find(dir)? {
+        if let Some(there) = DatasetLayout::find(dir)? {
             if there == *self {
                 return Ok(());
             }
@@ -529,8 +529,8 @@ impl Layout {
     }
 
     /// The first thing in which `self` differs from `other`, in words.
-    fn unlike(&self, other: &Layout) -> String {
-        let names = |l: &Layout| -> Vec<String> {
+    fn unlike(&self, other: &DatasetLayout) -> String {
+        let names = |l: &DatasetLayout| -> Vec<String> {
             l.arrays.iter().map(|a| &a.name).chain(l.tables.iter().map(|t| &t.name)).cloned().collect()
         };
         if self.format != other.format {

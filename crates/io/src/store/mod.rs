@@ -19,11 +19,11 @@ mod frames;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 mod layout;
+#[cfg(feature = "zarr")]
+mod parquet_parts;
 #[cfg(any(feature = "zarr", feature = "hdf5"))]
 mod part;
 mod record;
-#[cfg(feature = "zarr")]
-mod rows;
 #[cfg(test)]
 mod tests;
 #[cfg(feature = "zarr")]
@@ -31,7 +31,8 @@ mod zarr;
 
 pub use files::ShardFile;
 pub use layout::{
-    ArrayKind, ArraySpec, ColumnKind, ColumnSpec, Compression, FRAME, Format, LAYOUT, Layout, TableSpec,
+    ArrayKind, ArraySpec, ColumnKind, ColumnSpec, Compression, DatasetLayout, FRAME, Format, LAYOUT,
+    TableSpec,
 };
 
 use files::ShardWriter;
@@ -40,7 +41,7 @@ pub use record::{Array, Column, Data, Record, Table};
 use catseye::base::error::{BadInput, Error, Result};
 use std::path::Path;
 
-impl Layout {
+impl DatasetLayout {
     /// Makes `dir` a dataset of this layout without frames; if it already is one, nothing is changed.
     ///
     /// # Errors
@@ -57,7 +58,7 @@ impl Layout {
         Ok(())
     }
 
-    /// Writes one shard into a folder that [`create`](Layout::create) made. `frames` is called for each of
+    /// Writes one shard into a folder that [`create`](DatasetLayout::create) made. `frames` is called for each of
     /// its frames in order. One is held at a time, with HDF5 the whole shard, and of tables in Zarr a group
     /// of rows. Files of an earlier attempt are replaced.
     ///
@@ -105,7 +106,7 @@ impl Layout {
     /// Reads one array of a frame.
     ///
     /// # Errors
-    /// Returns the errors of [`read`](Layout::read), and `BadInput` for a name that the dataset does not
+    /// Returns the errors of [`read`](DatasetLayout::read), and `BadInput` for a name that the dataset does not
     /// have.
     pub fn read_array(&self, dir: &Path, name: &str, frame: u64) -> Result<Array> {
         self.check_frame(frame)?;
@@ -125,13 +126,13 @@ impl Layout {
     /// Reads the rows of one table that belong to a frame.
     ///
     /// # Errors
-    /// Returns the errors of [`read_array`](Layout::read_array).
+    /// Returns the errors of [`read_array`](DatasetLayout::read_array).
     pub fn read_table(&self, dir: &Path, name: &str, frame: u64) -> Result<Table> {
         self.check_frame(frame)?;
         let spec = self.table(name)?;
         match self.format {
             #[cfg(feature = "zarr")]
-            Format::Zarr => rows::read(self, spec, dir, frame),
+            Format::Zarr => parquet_parts::read(self, spec, dir, frame),
             #[cfg(feature = "hdf5")]
             Format::Hdf5 => hdf5::read_table(self, spec, dir, frame),
             Format::Frames => frames::read_table(spec, dir, frame),

@@ -1,6 +1,6 @@
 //! The record of one frame in a dataset.
 
-use super::layout::{ArrayKind, ArraySpec, ColumnKind, ColumnSpec, Layout, TableSpec, check_once};
+use super::layout::{ArrayKind, ArraySpec, ColumnKind, ColumnSpec, DatasetLayout, TableSpec, check_once};
 use catseye::base::error::{BadInput, Error, Result};
 use num_complex::Complex32;
 
@@ -264,7 +264,7 @@ impl Record {
     }
 }
 
-impl Layout {
+impl DatasetLayout {
     /// Checks that a record matches this layout.
     pub(super) fn check_record(&self, frame: u64, record: &Record) -> Result<()> {
         let bad =

@@ -81,10 +81,10 @@ fn layout_of(
     per_shard: u64,
     format: Format,
     compression: Compression,
-) -> Layout {
+) -> DatasetLayout {
     let mut attributes = serde_json::Map::new();
     attributes.insert("recipe".into(), "seed = 1\n".into());
-    Layout {
+    DatasetLayout {
         format,
         compression,
         frames,
@@ -95,7 +95,7 @@ fn layout_of(
     }
 }
 
-fn write_all(layout: &Layout, dir: &Path, make: &mut dyn FnMut(u64) -> Record) -> Vec<ShardFile> {
+fn write_all(layout: &DatasetLayout, dir: &Path, make: &mut dyn FnMut(u64) -> Record) -> Vec<ShardFile> {
     layout.create(dir).unwrap();
     (0..layout.shards()).flat_map(|s| layout.write_shard(dir, s, &mut |f| Ok(make(f))).unwrap()).collect()
 }
@@ -134,7 +134,7 @@ fn every_format_gives_back_what_was_stored() {
             let t = tempfile::tempdir().unwrap();
             let layout = layout_of(&sample(0), 7, 3, format, *compression);
             let files = write_all(&layout, t.path(), &mut sample);
-            let opened = Layout::open(t.path()).unwrap();
+            let opened = DatasetLayout::open(t.path()).unwrap();
             assert_eq!(opened, layout);
             for frame in [6, 0, 3, 5, 1, 2, 4] {
                 assert_same(&opened.read(t.path(), frame).unwrap(), &sample(frame));
@@ -236,7 +236,7 @@ fn records_of_another_layout_are_refused() {
 #[cfg(feature = "zarr")]
 #[test]
 fn layouts_that_cannot_be_stored_are_refused() {
-    type Change = fn(&mut Layout);
+    type Change = fn(&mut DatasetLayout);
     let cases: [(Change, &str); 19] = [
         (|l| l.frames = 0, "frames = 0"),
         (|l| l.frames = 1 << 32, "frames = 4294967296"),
@@ -289,11 +289,11 @@ fn a_folder_of_another_layout_is_not_touched() {
     write_all(&layout, t.path(), &mut sample);
     let before = files_below(t.path());
     for (other, expected) in [
-        (Layout { frames: 5, ..layout.clone() }, "4 frames, not 5"),
-        (Layout { frames_per_shard: 3, ..layout.clone() }, "2 frames a shard, not 3"),
-        (Layout { format: Format::Zarr, ..layout.clone() }, "format frames, not zarr"),
-        (Layout { arrays: layout.arrays[1..].to_vec(), ..layout.clone() }, "holds adc"),
-        (Layout { attributes: Default::default(), ..layout.clone() }, "attributes"),
+        (DatasetLayout { frames: 5, ..layout.clone() }, "4 frames, not 5"),
+        (DatasetLayout { frames_per_shard: 3, ..layout.clone() }, "2 frames a shard, not 3"),
+        (DatasetLayout { format: Format::Zarr, ..layout.clone() }, "format frames, not zarr"),
+        (DatasetLayout { arrays: layout.arrays[1..].to_vec(), ..layout.clone() }, "holds adc"),
+        (DatasetLayout { attributes: Default::default(), ..layout.clone() }, "attributes"),
     ] {
         if !other.format.is_built() {
             continue;
@@ -316,12 +316,12 @@ fn a_folder_of_another_layout_is_not_touched() {
         let changed = text.replacen(from, to, 1);
         assert_ne!(changed, text, "{from}");
         fs::write(&path, changed).unwrap();
-        let e = Layout::open(t.path()).unwrap_err();
+        let e = DatasetLayout::open(t.path()).unwrap_err();
         assert!(e.exit_code() == 2 && e.to_string().contains(expected), "{e}");
     }
     fs::remove_file(&path).unwrap();
-    assert!(Layout::open(t.path()).unwrap_err().to_string().contains("is no dataset"));
-    assert!(Layout::open(&path).unwrap_err().to_string().contains("is no dataset"));
+    assert!(DatasetLayout::open(t.path()).unwrap_err().to_string().contains("is no dataset"));
+    assert!(DatasetLayout::open(&path).unwrap_err().to_string().contains("is no dataset"));
 }
 
 /// A complaint of one line that names a file below `dir` and says what to do.
@@ -513,7 +513,7 @@ fn any_data(kind: ArrayKind, count: usize) -> BoxedStrategy<Data> {
 }
 
 /// Arrays, columns and frames of any type and shape.
-fn any_dataset() -> impl Strategy<Value = (Layout, Vec<Record>)> {
+fn any_dataset() -> impl Strategy<Value = (DatasetLayout, Vec<Record>)> {
     let kinds = [ArrayKind::C32, ArrayKind::F32, ArrayKind::U8, ArrayKind::I32];
     let columns = [
         ColumnKind::I64,
@@ -560,7 +560,7 @@ fn any_dataset() -> impl Strategy<Value = (Layout, Vec<Record>)> {
                 about: String::new(),
             })
             .collect();
-        let layout = Layout {
+        let layout = DatasetLayout {
             format: how.0,
             compression: how.1,
             frames,
@@ -604,7 +604,7 @@ proptest! {
     fn round_trip((layout, records) in any_dataset()) {
         let t = tempfile::tempdir().unwrap();
         write_all(&layout, t.path(), &mut |f| records[f as usize].clone());
-        let opened = Layout::open(t.path()).unwrap();
+        let opened = DatasetLayout::open(t.path()).unwrap();
         for record in &records {
             assert_same(&opened.read(t.path(), record.frame).unwrap(), record);
         }

@@ -4,10 +4,10 @@
 //! same bytes.
 
 use super::files::{ShardFile, ShardWriter, broken};
-use super::layout::{ArrayKind, ArraySpec, Compression, Layout};
+use super::layout::{ArrayKind, ArraySpec, Compression, DatasetLayout};
+use super::parquet_parts;
 use super::part::{Part, open};
 use super::record::{Data, Record};
-use super::rows;
 use catseye::base::error::{Error, Result};
 use catseye::formats::stage;
 use serde_json::{Value, json};
@@ -31,7 +31,7 @@ fn codecs(compression: Compression) -> Value {
 }
 
 /// Metadata of an array.
-fn metadata(layout: &Layout, spec: &ArraySpec) -> Value {
+fn metadata(layout: &DatasetLayout, spec: &ArraySpec) -> Value {
     let with = |first: u64| -> Vec<u64> {
         [first].into_iter().chain(spec.shape.iter().map(|n| *n as u64)).collect()
     };
@@ -70,7 +70,7 @@ fn metadata(layout: &Layout, spec: &ArraySpec) -> Value {
 
 /// Writes the group and its arrays without chunks. The group repeats the metadata of its arrays, so that a reader need not
 /// search the folder, in which tables and other files lie too.
-pub(super) fn create(layout: &Layout, dir: &Path) -> Result<()> {
+pub(super) fn create(layout: &DatasetLayout, dir: &Path) -> Result<()> {
     let mut arrays = serde_json::Map::new();
     for spec in &layout.arrays {
         let metadata = metadata(layout, spec);
@@ -135,12 +135,12 @@ impl ArrayShard {
 pub(super) struct Writer<'a> {
     first: u64,
     arrays: Vec<(&'a str, ArrayShard)>,
-    tables: Vec<rows::Writer<'a>>,
+    tables: Vec<parquet_parts::Writer<'a>>,
     zstd: Option<zstd::bulk::Compressor<'static>>,
 }
 
 impl<'a> Writer<'a> {
-    pub fn new(layout: &'a Layout, dir: &Path, shard: u64) -> Result<Self> {
+    pub fn new(layout: &'a DatasetLayout, dir: &Path, shard: u64) -> Result<Self> {
         let arrays = layout.arrays.iter().map(|spec| {
             let part = Part::create(dir, &shard_name(spec, shard))?;
             let file = File::create(part.path()).map_err(|e| part.failed(e))?;
@@ -148,7 +148,7 @@ impl<'a> Writer<'a> {
             Ok((spec.name.as_str(), ArrayShard { part, out: BufWriter::new(file), places, end: 0 }))
         });
         let arrays = arrays.collect::<Result<_>>()?;
-        let tables = layout.tables.iter().map(|spec| rows::Writer::new(spec, dir, shard));
+        let tables = layout.tables.iter().map(|spec| parquet_parts::Writer::new(spec, dir, shard));
         let zstd = match layout.compression {
             Compression::Zstd(level) => Some(
                 zstd::bulk::Compressor::new(level)
@@ -188,13 +188,13 @@ impl ShardWriter for Writer<'_> {
 
     fn finish(self: Box<Self>) -> Result<Vec<ShardFile>> {
         let arrays = self.arrays.into_iter().map(|(_, shard)| shard.finish());
-        let tables = self.tables.into_iter().map(rows::Writer::finish);
+        let tables = self.tables.into_iter().map(parquet_parts::Writer::finish);
         arrays.chain(tables).collect()
     }
 }
 
 /// Reads one frame of one array.
-pub(super) fn read(layout: &Layout, spec: &ArraySpec, dir: &Path, frame: u64) -> Result<Data> {
+pub(super) fn read(layout: &DatasetLayout, spec: &ArraySpec, dir: &Path, frame: u64) -> Result<Data> {
     let shard = layout.shard_of(frame);
     let path = dir.join(shard_name(spec, shard));
     let mut file = open(&path)?;

@@ -6,7 +6,7 @@
 //! vote space stays small whatever the number of parameters (Xu, Oja and Kultanen, Pattern Recognition
 //! Letters 11, 331, 1990; all sets in place of random ones).
 
-use super::pattern::{Site, turn};
+use super::pattern::{PatternPoint, turn};
 use super::scan::MarkerPattern;
 use glam::DVec2;
 use std::collections::BTreeMap;
@@ -109,7 +109,7 @@ struct Cell {
 }
 
 /// Finds rows among the points, the one with most points first; each point belongs to one row at most.
-pub fn rows(points: &[Site], options: &MarkerPattern) -> Vec<Found> {
+pub fn rows(points: &[PatternPoint], options: &MarkerPattern) -> Vec<Found> {
     let mut free: Vec<usize> = (0..points.len()).collect();
     let mut out = Vec::new();
     while free.len() >= options.path_least && out.len() < MOST_ROWS {
@@ -120,7 +120,7 @@ pub fn rows(points: &[Site], options: &MarkerPattern) -> Vec<Found> {
     out
 }
 
-fn best(points: &[Site], free: &[usize], options: &MarkerPattern) -> Option<Found> {
+fn best(points: &[PatternPoint], free: &[usize], options: &MarkerPattern) -> Option<Found> {
     let beside = beside(points, free, options);
     let mut found: Option<(usize, Found)> = None;
     for curve in candidates(points, free, &beside) {
@@ -135,8 +135,8 @@ fn best(points: &[Site], free: &[usize], options: &MarkerPattern) -> Option<Foun
 }
 
 /// For each free point (by its index in `free`) those a whole number of spacings away.
-fn beside(points: &[Site], free: &[usize], options: &MarkerPattern) -> Vec<Vec<usize>> {
-    let off = |a: &Site, b: &Site| {
+fn beside(points: &[PatternPoint], free: &[usize], options: &MarkerPattern) -> Vec<Vec<usize>> {
+    let off = |a: &PatternPoint, b: &PatternPoint| {
         let step = b.at_m - a.at_m;
         let steps = step.length() / options.spacing_m;
         let direction = step.normalize_or(DVec2::X);
@@ -152,7 +152,7 @@ fn beside(points: &[Site], free: &[usize], options: &MarkerPattern) -> Vec<Vec<u
         .collect()
 }
 
-fn candidates(points: &[Site], free: &[usize], beside: &[Vec<usize>]) -> Vec<Curve> {
+fn candidates(points: &[PatternPoint], free: &[usize], beside: &[Vec<usize>]) -> Vec<Curve> {
     let at = |k: usize| points[free[k]].at_m;
     let [mut lines, mut circles, mut parabolas]: [BTreeMap<[i32; 4], Cell>; 3] = Default::default();
     let vote = |cells: &mut BTreeMap<[i32; 4], Cell>, key: [f64; 4], value: [f64; 4]| {
@@ -264,7 +264,7 @@ fn parabola(a: DVec2, b: DVec2, c: DVec2, angle_rad: f64) -> Option<(DVec2, f64)
 
 /// The free points on a curve that stand at the spacing along it: at each place the nearest point, and of the
 /// stretches between gaps the longest.
-fn members(points: &[Site], free: &[usize], curve: &Curve, options: &MarkerPattern) -> Vec<usize> {
+fn members(points: &[PatternPoint], free: &[usize], curve: &Curve, options: &MarkerPattern) -> Vec<usize> {
     let d = options.spacing_m;
     let mut on: Vec<(f64, f64, usize, f64)> = free
         .iter()

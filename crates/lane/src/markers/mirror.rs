@@ -1,7 +1,7 @@
 //! Rows that are reflections of other rows in a wall, recognised by their positions alone: the wall shows by
 //! what stands along it.
 
-use super::pattern::Site;
+use super::pattern::PatternPoint;
 use super::scan::{MarkerPattern, Scan, stations};
 use crate::Line;
 use crate::curve::Clothoid;
@@ -89,7 +89,7 @@ pub(super) fn without_images(
             let off = (s - phase) / step;
             let off_m = (off - off.round()).abs() * step;
             let along = DVec2::from_angle(curve.at(s).heading_rad);
-            off_m < tolerance_m.hypot(2.0 * Site::of(p).along_m(along))
+            off_m < tolerance_m.hypot(2.0 * PatternPoint::of(p).along_m(along))
                 && walls.iter().filter(shown).count() >= 1
         };
         image.members.iter().filter(like).count() * 2 > image.members.len()

@@ -15,7 +15,7 @@ mod tests;
 
 pub use estimator::{MarkerSearch, Markers};
 pub use options::{MarkersOptions, from_json};
-pub use pattern::{Site, dis_cluster, exact, paths, spaced};
+pub use pattern::{PatternPoint, dis_cluster, exact, paths, spaced};
 pub use rest::{RadarMotion, at_rest, motion_from_rest, speed_from_rest};
 pub use scan::{ExpectedRcs, MarkerPattern, Scan};
 use scan::{REACH_M, stations};
@@ -135,9 +135,9 @@ fn rows(
     options: &MarkerPattern,
     steps: Option<&mut Steps>,
 ) -> Vec<Line> {
-    let places: Vec<Site> = far.iter().map(|i| Site::of(&scan.points[*i])).collect();
+    let places: Vec<PatternPoint> = far.iter().map(|i| PatternPoint::of(&scan.points[*i])).collect();
     let candidates = spaced(&places, options);
-    let on_paths: Vec<Site> = candidates.iter().map(|k| places[*k]).collect();
+    let on_paths: Vec<PatternPoint> = candidates.iter().map(|k| places[*k]).collect();
     let paths: Vec<Vec<usize>> = paths(&on_paths, options)
         .into_iter()
         .map(|path| path.into_iter().map(|k| far[candidates[k]]).collect())
@@ -169,8 +169,9 @@ fn rows(
     let mut by_hough = Vec::new();
     if options.hough {
         let free: Vec<usize> = far.iter().copied().filter(|i| !taken.contains(i)).collect();
-        let sites: Vec<Site> = free.iter().map(|i| Site::of(&scan.points[*i])).collect();
-        for found in hough::rows(&sites, options) {
+        let free_points: Vec<PatternPoint> =
+            free.iter().map(|i| PatternPoint::of(&scan.points[*i])).collect();
+        for found in hough::rows(&free_points, options) {
             let path: Vec<usize> = found.members.iter().map(|k| free[*k]).collect();
             if take(&path, &mut lines, &mut taken) {
                 by_hough.push(path);

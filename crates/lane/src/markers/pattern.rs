@@ -6,7 +6,7 @@ use glam::DVec2;
 
 /// A point as input of the pattern search.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Site {
+pub struct PatternPoint {
     /// Position in the vehicle's level frame, m.
     pub at_m: DVec2,
     /// Standard deviations along and across the direction `ahead`, m.
@@ -15,10 +15,14 @@ pub struct Site {
     pub ahead: DVec2,
 }
 
-impl Site {
+impl PatternPoint {
     /// Converts a lane point.
-    pub fn of(p: &LanePoint) -> Site {
-        Site { at_m: DVec2::from_array(p.at_m), std_m: p.std_m, ahead: DVec2::from_angle(p.azimuth_rad) }
+    pub fn of(p: &LanePoint) -> PatternPoint {
+        PatternPoint {
+            at_m: DVec2::from_array(p.at_m),
+            std_m: p.std_m,
+            ahead: DVec2::from_angle(p.azimuth_rad),
+        }
     }
 
     /// Standard deviation along a unit vector, m.
@@ -30,7 +34,7 @@ impl Site {
 
 /// Pairs of points at least `lo_m` and less than `hi_m` apart, each once, in the points' order. Both limits
 /// are widened by twice the effect of noise (at most a quarter of the least distance).
-fn edges(points: &[Site], lo_m: f64, hi_m: f64) -> Vec<(usize, usize)> {
+fn edges(points: &[PatternPoint], lo_m: f64, hi_m: f64) -> Vec<(usize, usize)> {
     let most = 0.25 * lo_m;
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by(|a, b| points[*a].at_m.x.total_cmp(&points[*b].at_m.x));
@@ -55,14 +59,14 @@ fn edges(points: &[Site], lo_m: f64, hi_m: f64) -> Vec<(usize, usize)> {
     out
 }
 
-/// Makes sites whose positions are known exactly.
-pub fn exact(points: &[DVec2]) -> Vec<Site> {
-    points.iter().map(|p| Site { at_m: *p, std_m: [0.0; 2], ahead: DVec2::X }).collect()
+/// Makes points whose positions are known exactly.
+pub fn exact(points: &[DVec2]) -> Vec<PatternPoint> {
+    points.iter().map(|p| PatternPoint { at_m: *p, std_m: [0.0; 2], ahead: DVec2::X }).collect()
 }
 
 /// Groups of at least `least` points joined by distances of at least d_ps - d_pt and less than d_ps + d_pt, m
 /// (Feng 2019, eq. 5.1), each in the points' order.
-pub fn dis_cluster(points: &[Site], d_ps: f64, d_pt: f64, least: usize) -> Vec<Vec<usize>> {
+pub fn dis_cluster(points: &[PatternPoint], d_ps: f64, d_pt: f64, least: usize) -> Vec<Vec<usize>> {
     let mut head: Vec<usize> = (0..points.len()).collect();
     fn root(head: &mut [usize], mut i: usize) -> usize {
         while head[i] != i {
@@ -88,7 +92,7 @@ pub fn dis_cluster(points: &[Site], d_ps: f64, d_pt: f64, least: usize) -> Vec<V
 
 /// Points at the spacing that are not among denser ones: {p1} - {p1} ∩ {p2}, and of these the ones still at
 /// the spacing (Feng 2019, eq. 5.2, 5.3). Indices in the points' order.
-pub fn spaced(points: &[Site], options: &MarkerPattern) -> Vec<usize> {
+pub fn spaced(points: &[PatternPoint], options: &MarkerPattern) -> Vec<usize> {
     let (d_ps, d_pt) = (options.spacing_m, options.tolerance_m);
     let first = dis_cluster(points, d_ps, d_pt, options.least);
     let half = 0.5 * (d_ps - d_pt);
@@ -96,7 +100,7 @@ pub fn spaced(points: &[Site], options: &MarkerPattern) -> Vec<usize> {
     dis_cluster(points, half, half, options.least).iter().flatten().for_each(|i| dense[*i] = true);
     let mut left: Vec<usize> = first.into_iter().flatten().filter(|i| !dense[*i]).collect();
     left.sort_unstable();
-    let places: Vec<Site> = left.iter().map(|i| points[*i]).collect();
+    let places: Vec<PatternPoint> = left.iter().map(|i| points[*i]).collect();
     let again = dis_cluster(&places, d_ps, d_pt, options.least);
     let mut out: Vec<usize> = again.into_iter().flatten().map(|k| left[k]).collect();
     out.sort_unstable();
@@ -111,7 +115,7 @@ const MOST_STEPS: usize = 20_000;
 /// Paths through points with steps at the spacing and little change of direction (Feng 2019, section 5.1.4):
 /// the longest first, each point in at most one path, three points or more. Ends are joined over gaps of
 /// whole spacings.
-pub fn paths(points: &[Site], options: &MarkerPattern) -> Vec<Vec<usize>> {
+pub fn paths(points: &[PatternPoint], options: &MarkerPattern) -> Vec<Vec<usize>> {
     let (d_ps, d_pt) = (options.spacing_m, options.tolerance_m);
     let mut beside: Vec<Vec<usize>> = vec![Vec::new(); points.len()];
     for (i, j) in edges(points, d_ps - d_pt, d_ps + d_pt) {
@@ -149,14 +153,14 @@ pub(super) fn turn(a: DVec2, b: DVec2) -> f64 {
 }
 
 /// Standard deviation of the turn from one step to the next, rad: three points, the middle one twice.
-fn turn_std(a: &Site, b: &Site, c: &Site, spacing_m: f64) -> f64 {
+fn turn_std(a: &PatternPoint, b: &PatternPoint, c: &PatternPoint, spacing_m: f64) -> f64 {
     let across = (c.at_m - a.at_m).normalize_or(DVec2::X).perp();
     let [a, b, c] = [a, b, c].map(|p| p.along_m(across) / spacing_m);
     (a * a + 4.0 * b * b + c * c).sqrt()
 }
 
 fn longest(
-    points: &[Site],
+    points: &[PatternPoint],
     beside: &[Vec<usize>],
     free: &[bool],
     begin: [usize; 2],
@@ -211,7 +215,7 @@ fn longest(
 }
 
 /// Joins paths whose ends face each other over a gap of two to `gap` spacings.
-fn join(points: &[Site], mut paths: Vec<Vec<usize>>, options: &MarkerPattern) -> Vec<Vec<usize>> {
+fn join(points: &[PatternPoint], mut paths: Vec<Vec<usize>>, options: &MarkerPattern) -> Vec<Vec<usize>> {
     loop {
         let mut best: Option<(f64, usize, usize, bool, bool)> = None;
         for a in 0..paths.len() {

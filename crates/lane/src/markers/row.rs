@@ -1,7 +1,7 @@
 //! A row of markers as a line: the curve through a path, without outliers, with the markers that crowds had
 //! hidden.
 
-use super::pattern::Site;
+use super::pattern::PatternPoint;
 use super::scan::{MarkerPattern, Scan};
 use crate::curve::{Fitted, Shape, fit, fit_simplest};
 use crate::numeric::median;
@@ -16,7 +16,7 @@ const PLACE_M: f64 = 0.02;
 
 /// Standard deviation of a point across a direction, m.
 fn across_m(p: &LanePoint, direction: DVec2) -> f64 {
-    Site::of(p).along_m(direction.perp()).hypot(PLACE_M)
+    PatternPoint::of(p).along_m(direction.perp()).hypot(PLACE_M)
 }
 
 /// Positions of points in their order, and their standard deviations across the curve through them.
@@ -258,7 +258,7 @@ fn hidden(
         let across = f.left_m.abs() / across_m(p, direction).hypot(fitted.lateral_std_m(f.s_m - more));
         let off = (f.s_m - phase) / d_ps;
         let off_m = (off - off.round()).abs() * d_ps;
-        let along = off_m / options.tolerance_m.hypot(2.0 * Site::of(p).along_m(direction));
+        let along = off_m / options.tolerance_m.hypot(2.0 * PatternPoint::of(p).along_m(direction));
         if across <= 3.0 && along < 1.0 && f.left_m.abs() < 0.5 * d_ps {
             near.push((across.hypot(along), i, f.s_m));
         }

@@ -102,7 +102,7 @@ fn markers_beside_a_car_come_back() {
     for k in 0..14 {
         points.push(point(DVec2::new(15.0 + 0.3 * f64::from(k), 2.1 + 0.1 * dice.roll()), 0.0, &mut dice));
     }
-    let places: Vec<Site> = points.iter().map(Site::of).collect();
+    let places: Vec<PatternPoint> = points.iter().map(PatternPoint::of).collect();
     let kept = spaced(&places, &MarkerPattern::default()).iter().filter(|i| **i < 24).count();
     let e = estimate(&scan(&points), &MarkerPattern::default());
     let used: Vec<usize> = e.lines.iter().flat_map(|l| l.members.clone()).collect();

@@ -2,7 +2,7 @@
 
 use super::cells::Cell;
 use super::lane::*;
-use super::rows::Marker;
+use super::marker_rows::Marker;
 use crate::matrix::solve;
 use glam::DVec2;
 use std::f64::consts::TAU;

@@ -185,7 +185,7 @@ impl LaneFromMap {
 
 impl LaneFromMap {
     /// Predicts the lane after the radar has moved by `ahead_m` along the lane and by `left_m` to its side
-    /// and has turned by `turn_rad`, as the start of a search by [`lane_near`].
+    /// and has turned by `turn_rad`, as the start of a search by [`lane_near`](super::lane_near).
     pub fn moved(&self, ahead_m: f64, left_m: f64, turn_rad: f64) -> LaneFromMap {
         let by = |p: Parameter, d: f64| Parameter { value: p.value + d, ..p };
         let mut out = self.clone();

@@ -20,7 +20,7 @@ mod cells;
 pub mod estimator;
 mod fit;
 mod lane;
-mod rows;
+mod marker_rows;
 mod search;
 
 pub use cells::{Cell, Parameter, speed_from_edge};
@@ -29,7 +29,7 @@ pub use estimator::{LaneLook, Options, RangeDopplerLane, from_json};
 use fit::Fit;
 use lane::*;
 pub use lane::{Along, CurveStart, LaneFromMap, LaneSettings, OtherLane, Sign, Speed, VALUES};
-pub use rows::Foreseen;
+pub use marker_rows::Foreseen;
 use search::Blots;
 
 /// Fits a lane to the cells of a map. The result is deterministic.

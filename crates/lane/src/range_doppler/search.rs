@@ -3,7 +3,7 @@
 use super::cells::Cell;
 use super::fit::Fit;
 use super::lane::*;
-use super::rows::Marker;
+use super::marker_rows::Marker;
 use glam::DVec2;
 use std::f64::consts::{PI, TAU};
 

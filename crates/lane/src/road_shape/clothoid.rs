@@ -9,7 +9,7 @@ use crate::error::{LaneError, Result, checked, finite, not_negative, positive};
 use crate::matrix::quadratic;
 use serde::{Deserialize, Serialize};
 
-/// An edge as measured by a fit: a = c0/2 + cubic[0] c1 and b + cubic[1] c1, with their covariance.
+/// An edge as measured by a fit: `a = c0/2 + cubic[0] c1` and `b + cubic[1] c1`, with their covariance.
 ///
 /// `cubic` = [0, 0] is Miyake's measurement, which takes the parabola for the clothoid's start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

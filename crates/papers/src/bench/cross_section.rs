@@ -14,7 +14,7 @@ use catseye::scene::{Scene, material};
 pub const BELOW_PEAK_DB: f64 = 30.0;
 
 /// A reflector and the directions from which it is seen.
-pub struct Sweep {
+pub struct ReflectorSweep {
     /// Text that names the reflector and its parameters.
     pub spec: &'static str,
     /// Directions to the radar.
@@ -40,9 +40,9 @@ fn steps(first: f64, step: f64, count: usize) -> Vec<f64> {
 }
 
 /// The sweep of W1: 451 directions, 46 when `quick`.
-pub fn trihedral(quick: bool) -> Sweep {
+pub fn trihedral(quick: bool) -> ReflectorSweep {
     let azimuth = if quick { steps(-45.0, 1.0, 46) } else { steps(-45.0, 0.1, 451) };
-    Sweep {
+    ReflectorSweep {
         spec: "trihedral:leg_m=0.1",
         aspects: aspects(&[0.5f64.sqrt().atan().to_degrees()], &azimuth),
         reference: [40.0, 80.0],
@@ -51,12 +51,12 @@ pub fn trihedral(quick: bool) -> Sweep {
 }
 
 /// The sweep of W2: 8,211 directions, 231 when `quick`.
-pub fn type1(quick: bool) -> Sweep {
+pub fn type1(quick: bool) -> ReflectorSweep {
     let (elevation, azimuth) = match quick {
         true => (steps(0.0, 0.5, 11), steps(-40.0, 4.0, 21)),
         false => (steps(0.0, 0.1, 51), steps(-40.0, 0.5, 161)),
     };
-    Sweep {
+    ReflectorSweep {
         spec: "type1:width_m=0.16,height_m=0.004,length_m=0",
         aspects: aspects(&elevation, &azimuth),
         reference: [160.0, 320.0],
@@ -65,7 +65,7 @@ pub fn type1(quick: bool) -> Sweep {
     }
 }
 
-impl Sweep {
+impl ReflectorSweep {
     /// Builds the scene of the reflector.
     ///
     /// # Errors
@@ -106,9 +106,9 @@ pub(super) fn w2(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Resu
     run(&type1(settings.quick), engine, sheet)
 }
 
-fn run(sweep: &Sweep, engine: &Engine, mut sheet: Sheet<'_>) -> Result<Outcome> {
+fn run(sweep: &ReflectorSweep, engine: &Engine, mut sheet: Sheet<'_>) -> Result<Outcome> {
     let scene = sheet.stage("scene", || sweep.scene())?;
-    let (looks, options) = (sweep.looks(), Sweep::options());
+    let (looks, options) = (sweep.looks(), ReflectorSweep::options());
     // Device start and compilation of shaders are not part of a sweep.
     sheet.stage("warm-up", || engine.rcs(&scene, &[DEFAULT_FREQUENCY_HZ], &looks[..1], &options))?;
     sheet.count("directions", looks.len());

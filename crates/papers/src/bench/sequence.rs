@@ -10,7 +10,7 @@ use catseye::road::site::Site;
 use catseye::road::w3::RADAR_HEIGHT_M;
 use catseye::scene::scenario::{self, Scenario};
 use catseye::simulate::{Frame, Prepared};
-use catseye_io::store::{Array, Column, Compression, Data, Format, Layout, Record, Table};
+use catseye_io::store::{Array, Column, Compression, Data, DatasetLayout, Format, Record, Table};
 use glam::{DQuat, DVec3};
 use std::path::Path;
 use std::sync::mpsc::sync_channel;
@@ -27,7 +27,7 @@ fn scenario(seed: u64) -> Result<Scenario> {
 }
 
 /// A record of samples and points, as a dataset stores them.
-fn record(number: u64, frame: Frame) -> Record {
+fn record(number: u64, mut frame: Frame) -> Result<Record> {
     let of = |f: fn(&catseye::detect::Point) -> f64| Column::F64(frame.points.iter().map(f).collect());
     let points = vec![
         ("range_m".to_string(), of(|p| p.range_m)),
@@ -35,7 +35,7 @@ fn record(number: u64, frame: Frame) -> Record {
         ("azimuth_deg".to_string(), of(|p| p.azimuth_rad.to_degrees())),
         ("snr_db".to_string(), of(|p| p.snr_db)),
     ];
-    let cube = frame.cube.into_f32();
+    let cube = frame.take_samples()?.into_f32();
     let adc = Array {
         name: "adc".into(),
         dims: ["chirp", "virtual_channel", "sample"].map(String::from).to_vec(),
@@ -43,11 +43,11 @@ fn record(number: u64, frame: Frame) -> Record {
         data: Data::C32(cube.data),
         unit: "sqrt(W)".into(),
     };
-    Record {
+    Ok(Record {
         frame: number,
         arrays: vec![adc],
         tables: vec![Table { name: "points".into(), columns: points }],
-    }
+    })
 }
 
 pub(super) fn w5(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> Result<Outcome> {
@@ -55,9 +55,9 @@ pub(super) fn w5(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
     let Site { scenario, scene, .. } = Site::new(&scenario(settings.seed)?)?;
     let prepared = Prepared::new(&scenario, &scene)?;
     let of = |index| prepared.frame(engine, 0, index, Control::default());
-    let first = record(0, sheet.part("steady_frame", || of(0))?);
+    let first = record(0, sheet.part("steady_frame", || of(0))?)?;
     let steady = sheet.outcome.stages.last().map_or(f64::NAN, |s| s.seconds);
-    let layout = Layout {
+    let layout = DatasetLayout {
         format: Format::Frames,
         compression: Compression::None,
         frames: frames.into(),
@@ -81,7 +81,7 @@ pub(super) fn w5(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
             });
             let mut computed = Ok(());
             for index in 0..frames {
-                match of(index).map(|frame| to.send(record(index.into(), frame))) {
+                match of(index).and_then(|frame| record(index.into(), frame)).map(|record| to.send(record)) {
                     Ok(Ok(())) => {}
                     // A writer that has ended reports its own error.
                     Ok(Err(_)) => break,

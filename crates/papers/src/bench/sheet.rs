@@ -2,6 +2,7 @@
 
 use catseye::base::error::Result;
 use catseye::engine::{Engine, EngineReport};
+use catseye::gpu::GpuCounts;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::time::Instant;
@@ -47,6 +48,9 @@ pub struct Stage {
     pub core_seconds: Option<f64>,
     /// Number of runs.
     pub runs: usize,
+    /// What the last run asked of the device, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub device: Option<GpuCounts>,
 }
 
 /// Duration above which a run is not repeated, s.
@@ -83,10 +87,11 @@ pub struct Outcome {
 pub(super) struct Sheet<'a> {
     pub(super) outcome: Outcome,
     pub(super) say: &'a dyn Fn(&str),
+    engine: &'a Engine,
 }
 
 impl<'a> Sheet<'a> {
-    pub(super) fn new(name: &'static str, engine: &Engine, say: &'a dyn Fn(&str)) -> Sheet<'a> {
+    pub(super) fn new(name: &'static str, engine: &'a Engine, say: &'a dyn Fn(&str)) -> Sheet<'a> {
         let title = WORKLOADS.iter().find(|w| w.0 == name).map_or("", |w| w.1);
         say(&format!("{name}: {title}"));
         let outcome = Outcome {
@@ -100,12 +105,12 @@ impl<'a> Sheet<'a> {
             accuracy: Map::new(),
             notes: Vec::new(),
         };
-        Sheet { outcome, say }
+        Sheet { outcome, say, engine }
     }
 
     /// Times a stage of the workload.
     pub(super) fn stage<T>(&mut self, name: &'static str, f: impl FnMut() -> Result<T>) -> Result<T> {
-        let (out, stage) = timed(name, f)?;
+        let (out, stage) = self.watched(name, f)?;
         self.add(stage);
         Ok(out)
     }
@@ -120,9 +125,20 @@ impl<'a> Sheet<'a> {
 
     /// Times something that is part of another stage.
     pub(super) fn part<T>(&mut self, name: &'static str, f: impl FnMut() -> Result<T>) -> Result<T> {
-        let (out, stage) = timed(name, f)?;
+        let (out, stage) = self.watched(name, f)?;
         self.put(stage);
         Ok(out)
+    }
+
+    fn watched<T>(&self, name: &'static str, mut f: impl FnMut() -> Result<T>) -> Result<(T, Stage)> {
+        let mut device = None;
+        let (out, stage) = timed(name, || {
+            let before = self.engine.device_counts();
+            let out = f()?;
+            device = self.engine.device_counts().zip(before).map(|(after, before)| after.since(&before));
+            Ok(out)
+        })?;
+        Ok((out, Stage { device, ..stage }))
     }
 
     fn put(&mut self, stage: Stage) {
@@ -162,7 +178,7 @@ fn timed<T>(name: &'static str, mut f: impl FnMut() -> Result<T>) -> Result<(T, 
         cores.extend(stage.core_seconds);
     }
     let core_seconds = (cores.len() == RUNS).then(|| median(&mut cores));
-    Ok((out, Stage { name, seconds: median(&mut all), core_seconds, runs: RUNS }))
+    Ok((out, Stage { name, seconds: median(&mut all), core_seconds, runs: RUNS, device: None }))
 }
 
 /// Times one run.
@@ -170,7 +186,7 @@ pub(super) fn once<T>(name: &'static str, f: impl FnOnce() -> Result<T>) -> Resu
     let (start, before) = (Instant::now(), cpu_seconds());
     let out = f()?;
     let core_seconds = cpu_seconds().zip(before).map(|(after, before)| after - before);
-    Ok((out, Stage { name, seconds: start.elapsed().as_secs_f64(), core_seconds, runs: 1 }))
+    Ok((out, Stage { name, seconds: start.elapsed().as_secs_f64(), core_seconds, runs: 1, device: None }))
 }
 
 /// Peak resident memory of the process, bytes; None where the system does not report it.

@@ -2,7 +2,7 @@
 
 use super::outcome::Outcome;
 use super::parameter::Value;
-use super::spec::{Fact, FactKind, Sweep};
+use super::spec::{Fact, FactKind, StudySweep};
 use catseye::base::error::BadInput;
 
 impl Fact {
@@ -95,7 +95,7 @@ impl Fact {
     fn chosen(&self, outcome: &Outcome, at: &[(usize, Value)]) -> (Vec<f64>, Vec<f64>) {
         let mut shape = outcome.shape();
         let mut y = outcome.fields[self.quantity].values.clone();
-        let mut places: Vec<Vec<f64>> = outcome.axes.iter().map(Sweep::places).collect();
+        let mut places: Vec<Vec<f64>> = outcome.axes.iter().map(StudySweep::places).collect();
         let mut keep: Vec<Vec<usize>> = shape.iter().map(|n| (0..*n).collect()).collect();
         for (axis, [lo, hi]) in &self.within {
             keep[*axis].retain(|&i| (*lo..=*hi).contains(&places[*axis][i]));
@@ -151,7 +151,7 @@ mod tests {
     use crate::study::outcome::Field;
 
     fn outcome() -> Outcome {
-        let axis = |name: &str, v: &[f64], names: &[&str]| Sweep {
+        let axis = |name: &str, v: &[f64], names: &[&str]| StudySweep {
             parameter: name.into(),
             label: name.into(),
             values: v.iter().map(|x| Value::Number(*x)).collect(),

@@ -3,7 +3,7 @@
 use super::parameter::{self, TARGET_PREFIX, Value, Values};
 use super::sigma_min::{Curve, Detection, GroundClutter, Magnitudes, noise_dbm};
 use super::spec::{
-    Fact, FactKind, Goal, PictureKind, PictureTable, Quantity, Reduce, SearchTable, Study, Sweep,
+    Fact, FactKind, Goal, PictureKind, PictureTable, Quantity, Reduce, SearchTable, Study, StudySweep,
 };
 use super::view::{Mount, ViewKind};
 use catseye::base::convention::Convention;
@@ -450,7 +450,7 @@ impl Reader<'_> {
         })
     }
 
-    fn sweep(&self, t: &SweepTable, fixed: &Values) -> Result<Sweep> {
+    fn sweep(&self, t: &SweepTable, fixed: &Values) -> Result<StudySweep> {
         let name = t.parameter.value.clone();
         if fixed.contains_key(&name) {
             return self.refused(&t.parameter, "is set and swept", "keep one of the two");
@@ -493,7 +493,7 @@ impl Reader<'_> {
             }
             None => values.iter().map(Value::to_string).collect(),
         };
-        Ok(Sweep {
+        Ok(StudySweep {
             label: t.label.clone().unwrap_or_else(|| parameter::label(&name)),
             parameter: name,
             values,
@@ -559,7 +559,7 @@ impl Reader<'_> {
         if study.picture.kind != PictureKind::Map || study.search.is_some() {
             return Ok(());
         }
-        let axes: Vec<&Sweep> = study.sweeps.iter().filter(|s| s.reduce.is_none()).collect();
+        let axes: Vec<&StudySweep> = study.sweeps.iter().filter(|s| s.reduce.is_none()).collect();
         let bad = |problem: &str| {
             let bad = self.about("picture.kind", problem).value("map");
             let bad = bad.allowed("two sweeps of evenly spaced numbers first");
@@ -693,7 +693,7 @@ impl Reader<'_> {
             let bad = self.about("search.parameter", "there is nothing to search, or too much");
             return Err(bad.value(t.parameter.len()).allowed("1..=8 parameters").into());
         }
-        let distances = |s: &Sweep| s.parameter == "longitudinal_m" && s.values.len() > 1;
+        let distances = |s: &StudySweep| s.parameter == "longitudinal_m" && s.values.len() > 1;
         if t.goal == Goal::DetectionRange && !study.sweeps.iter().any(distances) {
             let bad = self.about("search.goal", "a detection range needs distances");
             return Err(bad.remedy("sweep longitudinal_m").into());
@@ -713,7 +713,7 @@ impl Reader<'_> {
             }
             None => 0,
         };
-        let axes: Vec<&Sweep> = study.sweeps.iter().filter(|s| s.reduce.is_none()).collect();
+        let axes: Vec<&StudySweep> = study.sweeps.iter().filter(|s| s.reduce.is_none()).collect();
         let on_axis = |key: &str, at: &dyn Fn(BadInput) -> Error| -> Result<usize> {
             axes.iter().position(|s| s.parameter == key).ok_or_else(|| {
                 let names: Vec<&str> = axes.iter().map(|s| s.parameter.as_str()).collect();

@@ -1,8 +1,8 @@
 //! Studies: a quantity (radar cross section, least detectable cross section, detection range) over sweeps of
 //! any parameter of reflector, ground, radar and road, compared with the facts of a document.
 //!
-//! A study file ([`file`]) fixes some parameters and sweeps others. Each point of the sweeps becomes a
-//! [`view::Setting`]; the cross sections that all of them need are solved in batches ([`solve`]), turned into
+//! A study file ([`file`](mod@file)) fixes some parameters and sweeps others. Each point of the sweeps becomes a
+//! [`view::View`]; the cross sections that all of them need are solved in batches ([`solve`]), turned into
 //! quantities ([`outcome`]), compared with the file's facts ([`fact`]) and reported ([`report`]).
 
 // A complaint is made once in a run, and its caller says where in the file.
@@ -22,4 +22,4 @@ pub mod view;
 
 pub use file::StudyFile;
 pub use outcome::Outcome;
-pub use spec::{Quantity, Study, Sweep};
+pub use spec::{Quantity, Study, StudySweep};

@@ -3,7 +3,7 @@
 use super::parameter::{Values, number_of, word_of};
 use super::sigma_min::snr_db;
 use super::solve::{Cache, Case, Source, Sources, SphereMarking, cross_section_m2, solve};
-use super::spec::{Quantity, Reduce, Study, Sweep};
+use super::spec::{Quantity, Reduce, Study, StudySweep};
 use super::view::{View, view};
 use catseye::base::error::{Error, Result};
 use catseye::base::matrix::Matrix2;
@@ -28,7 +28,7 @@ pub struct Field {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// The remaining axes.
-    pub axes: Vec<Sweep>,
+    pub axes: Vec<StudySweep>,
     /// The quantities, one field each.
     pub fields: Vec<Field>,
     /// Number of different cross sections that were solved.
@@ -342,7 +342,7 @@ mod tests {
 
     #[test]
     fn an_axis_is_reduced_in_place() {
-        let axis = |name: &str, v: &[f64]| Sweep {
+        let axis = |name: &str, v: &[f64]| StudySweep {
             parameter: name.into(),
             label: name.into(),
             values: v.iter().map(|x| Value::Number(*x)).collect(),

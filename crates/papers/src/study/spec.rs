@@ -46,7 +46,7 @@ pub enum PictureKind {
 
 /// A parameter that varies.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sweep {
+pub struct StudySweep {
     /// Name of the parameter.
     pub parameter: String,
     /// Label in pictures, with the unit.
@@ -59,7 +59,7 @@ pub struct Sweep {
     pub reduce: Option<Reduce>,
 }
 
-impl Sweep {
+impl StudySweep {
     /// The numbers along the sweep, or None when a word is among them.
     pub fn numbers(&self) -> Option<Vec<f64>> {
         self.values.iter().map(Value::number).collect()
@@ -122,7 +122,7 @@ pub struct Study {
     /// Parameters that do not vary.
     pub fixed: Values,
     /// Parameters that vary.
-    pub sweeps: Vec<Sweep>,
+    pub sweeps: Vec<StudySweep>,
     /// Kind of place of radar and marker.
     pub place: ViewKind,
     /// Radars on the vehicle.

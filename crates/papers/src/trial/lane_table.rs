@@ -18,17 +18,17 @@ pub struct LaneTable {
     /// Settings of the method uwb.
     pub uwb: uwb::Settings,
     /// Settings of the method markers.
-    pub markers: markers::Settings,
+    pub markers: markers::MarkersOptions,
     /// Settings of the method range-doppler.
     pub range_doppler: range_doppler::Settings,
     /// Settings of the method signature.
     pub signature: signature::Settings,
     /// Settings of the method road-shape.
-    pub road_shape: road_shape::Settings,
+    pub road_shape: road_shape::RoadShapeOptions,
     /// Settings of the method hd-map.
     pub hd_map: hd_map::Settings,
     /// Settings of the method camera-fusion.
-    pub camera_fusion: camera_fusion::Settings,
+    pub camera_fusion: camera_fusion::CameraFusionOptions,
 }
 
 impl LaneTable {

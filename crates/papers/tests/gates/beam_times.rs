@@ -165,7 +165,7 @@ fn refinement_and_repeated_calls() {
     let (_, prepared) = timed(|| Geometry::build(&fine, 0.0, F).unwrap().faces().faces.len());
     println!("geometry and faces: {prepared:.3} core-s");
     let engine = Engine::open("cpu", Precision::F64).unwrap();
-    let options = cross_section::Sweep::options();
+    let options = cross_section::ReflectorSweep::options();
     let look = [BistaticAspect::monostatic(Aspect { azimuth: 0.3, elevation: 0.2 })];
     let times: Vec<f64> =
         (0..5).map(|_| timed(|| engine.rcs(&scene, &[F], &look, &options).unwrap()).1).collect();

@@ -4,7 +4,7 @@ use catseye::base::frames::{Pose, Target, World};
 use catseye::base::units::dbsm_from_amplitude;
 use catseye::engine::{Engine, Precision};
 use catseye::geom::Geometry;
-use catseye::gpu::compare::test_device_name;
+use catseye::gpu::compare::opened_for_tests;
 use catseye::rcs::{Aspect, BistaticAspect, Distance, RayGrid, RcsOptions, Scattering};
 use catseye::road::reflector::{Reflector, kinds};
 use catseye::scene::gltf::{self, ImportOptions};
@@ -125,7 +125,7 @@ fn rays_for(geometry: &Geometry) -> f64 {
 
 /// Relative L2 distance of the adapter's S from the cpu's for each kind.
 fn gpu_distances() -> Vec<(&'static str, f64)> {
-    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(opened_for_tests()));
     let mut found = Vec::new();
     for kind in small_kinds() {
         let g = build(&scene(kind.name));
@@ -148,7 +148,7 @@ fn reflectors_are_the_same_on_the_gpu() {
 /// on a software device. What is too intricate for the shaders is refused in words, never cut short.
 #[test]
 fn beams_of_reflectors_are_the_same_on_the_gpu() {
-    let gpu = Engine::open(&test_device_name(), Precision::F32).unwrap();
+    let gpu = Engine::Gpu(Box::new(opened_for_tests()));
     let exact = Engine::Cpu(Precision::F64);
     let (mut found, mut refused) = (Vec::new(), Vec::new());
     for kind in kinds().iter().filter(|k| !["type3", "string", "chaff"].contains(&k.name)) {

@@ -7,7 +7,7 @@ use catseye::detect::Point;
 use catseye::detect::{Bodies, label, locate};
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::geom::Geometry;
-use catseye::gpu::compare::test_device_name;
+use catseye::gpu::compare::opened_for_tests;
 use catseye::road::reflector::Reflector;
 use catseye::scene::radar::{Pattern, Radar, Window};
 use catseye::scene::{Scene, Shape, material, radar_toml};
@@ -18,11 +18,7 @@ use num_complex::Complex64;
 
 /// f64 first: it is the truth for the others.
 fn engines() -> Vec<Engine> {
-    vec![
-        Engine::Cpu(Precision::F64),
-        Engine::Cpu(Precision::F32),
-        Engine::open(&test_device_name(), Precision::F32).unwrap(),
-    ]
+    vec![Engine::Cpu(Precision::F64), Engine::Cpu(Precision::F32), Engine::Gpu(Box::new(opened_for_tests()))]
 }
 
 /// The small front radar with one row of transmitters raised, so that it sees elevation.

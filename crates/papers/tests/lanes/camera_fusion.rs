@@ -11,7 +11,7 @@ use catseye_lane::camera_fusion::{
 };
 use catseye_lane::{LaneError, LaneEstimator, LaneTrack, Measured, SensorInput};
 use catseye_papers::trial::camera::{Light, View};
-use catseye_papers::trial::camera_fusion::{CameraTable, Settings};
+use catseye_papers::trial::camera_fusion::{CameraFusionOptions, CameraTable};
 use catseye_papers::trial::{Drive, LaneMethod, TrialContext};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -133,12 +133,12 @@ fn a_picture_repeats_to_the_bit_and_bad_light_is_refused() {
 fn a_drive_joins_both_sensors() {
     let (scenario, path) = scenario("road_model_straight", 2.0, 14);
     let engine = Engine::open("cpu", Precision::F32).unwrap();
-    let settings = Settings {
+    let settings = CameraFusionOptions {
         conditions: vec![catseye_papers::trial::camera_fusion::Condition::Clear],
         seen_m: [6.0, 22.0],
         first_s: 2.2,
         range_m: [6.0, 45.0],
-        ..Settings::default()
+        ..CameraFusionOptions::default()
     };
     let given = TrialContext {
         scenario: &scenario,
@@ -177,7 +177,7 @@ fn settings_and_scenarios_that_cannot_be() {
         "fog_visibility_m = nan",
         "camera = { height_px = 8 }",
     ] {
-        let settings: Settings = match toml_of(text) {
+        let settings: CameraFusionOptions = match toml_of(text) {
             Ok(s) => s,
             Err(_) => continue,
         };
@@ -185,30 +185,32 @@ fn settings_and_scenarios_that_cannot_be() {
         assert!(e.contains("lane.camera_fusion.") && e.contains("allowed"), "{e}");
     }
     let engine = Engine::open("cpu", Precision::F32).unwrap();
-    let run_on = |scenario: &Scenario, path: &Path, settings: &Settings| {
+    let run_on = |scenario: &Scenario, path: &Path, settings: &CameraFusionOptions| {
         let given = TrialContext { scenario, path, engine: &engine, runs: 1, keep: None, watch: &|_, _| {} };
         settings.trial(&given).map(|_| ()).unwrap_err().to_string()
     };
     let (mut s, path) = scenario("road_model_straight", 2.0, 2);
-    let e = run_on(&s, &path, &Settings::default());
+    let e = run_on(&s, &path, &CameraFusionOptions::default());
     assert!(e.contains("first_s"), "{e}");
     // A camera that looks up has no trapezoid.
-    let up =
-        Settings { camera: CameraTable { pitch_deg: -30.0, ..Default::default() }, ..Settings::default() };
+    let up = CameraFusionOptions {
+        camera: CameraTable { pitch_deg: -30.0, ..Default::default() },
+        ..CameraFusionOptions::default()
+    };
     assert!(run_on(&s, &path, &up).contains("trapezoid"));
     // A vehicle beside the road.
     let at = DVec3::new(0.0, 60.0, 0.0);
     s.ego = EgoPlan::Free(Ego { position_m: at, yaw_rad: 0.0, speed_mps: 0.0, motion: None });
     s.frames.count = 1;
-    let e = run_on(&s, &path, &Settings { first_s: 0.0, ..Settings::default() });
+    let e = run_on(&s, &path, &CameraFusionOptions { first_s: 0.0, ..CameraFusionOptions::default() });
     assert!(e.contains("on_road"), "{e}");
 }
 
-fn toml_of(text: &str) -> Result<Settings, String> {
+fn toml_of(text: &str) -> Result<CameraFusionOptions, String> {
     #[derive(Default, serde::Deserialize)]
     #[serde(default)]
     struct Lane {
-        camera_fusion: Settings,
+        camera_fusion: CameraFusionOptions,
     }
     let name: String = text.chars().filter(|c| c.is_ascii_alphanumeric()).collect();
     let at = std::env::temp_dir().join(format!("catseye_settings_{name}.toml"));

@@ -4,7 +4,7 @@ use catseye::engine::{Engine, Precision};
 use catseye::scene::scenario::Scenario;
 use catseye_lane::markers::{MarkerPattern, MarkerSearch, Markers};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
-use catseye_papers::trial::markers::Settings;
+use catseye_papers::trial::markers::MarkersOptions;
 use catseye_papers::trial::{LaneMethod, Trial, TrialContext};
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ fn scenes() -> PathBuf {
     here.join("scenes/lane")
 }
 
-fn tried(path: &Path, frames: u32, settings: &Settings) -> catseye::base::error::Result<Trial> {
+fn tried(path: &Path, frames: u32, settings: &MarkersOptions) -> catseye::base::error::Result<Trial> {
     let mut scenario = Scenario::load(path)?;
     scenario.frames.count = frames;
     let engine = Engine::open("cpu", Precision::F32)?;
@@ -38,8 +38,12 @@ fn ours(trial: &Trial, quantity: &str) -> f64 {
 /// The lane of fig. 5.1 through the whole chain: two rows 3 m apart, the speed from the points, and no lane that is not there.
 #[test]
 fn the_marked_lane_is_found_from_echoes() {
-    let settings =
-        Settings { spacing_m: vec![2.0], missing_share: vec![], extra_points: vec![], ..Settings::default() };
+    let settings = MarkersOptions {
+        spacing_m: vec![2.0],
+        missing_share: vec![],
+        extra_points: vec![],
+        ..MarkersOptions::default()
+    };
     let trial = tried(&scenes().join("markers_fig_5_1.toml"), 4, &settings).unwrap();
     assert_eq!(ours(&trial, "looks with a lane"), 100.0);
     // The first look has seen no marker of one row within 14 m, and says how little it knows of the width beside the vehicle.
@@ -55,7 +59,7 @@ fn the_marked_lane_is_found_from_echoes() {
     assert!(ours(&trial, "members of lines that are markers") > 80.0);
     assert!(trial.pictures.len() >= 10);
     // Markers at another spacing than theirs are none.
-    let other = Settings { spacing_m: vec![3.3], tolerance_m: 0.1, ..settings };
+    let other = MarkersOptions { spacing_m: vec![3.3], tolerance_m: 0.1, ..settings };
     let trial = tried(&scenes().join("markers_fig_5_1.toml"), 1, &other).unwrap();
     let found = trial.rows.iter().find(|r| r.quantity.starts_with("recall of lines")).and_then(|r| r.ours);
     assert!(found.is_none_or(|f| f < 30.0), "{found:?}");
@@ -68,9 +72,9 @@ fn scenes_without_markers() {
         "empty.toml",
         "name = \"empty\"\nradar = \"demo77\"\n[[point]]\nposition_m = [20, 3, 0.5]\nrcs_dbsm = 10\n[ego]\nspeed_mps = 5\n[frames]\ncount = 1\n",
     );
-    let e = tried(&path, 1, &Settings::default()).unwrap_err().to_string();
+    let e = tried(&path, 1, &MarkersOptions::default()).unwrap_err().to_string();
     assert!(e.contains("lane.markers.spacing_m") && e.contains("[[road.markers]]"), "{e}");
-    let given = Settings { spacing_m: vec![2.0], ..Settings::default() };
+    let given = MarkersOptions { spacing_m: vec![2.0], ..MarkersOptions::default() };
     let trial = tried(&path, 1, &given).unwrap();
     assert!(trial.steps.iter().all(|s| s.estimate.no_lane.is_some() && s.estimate.lines.is_empty()));
     let again = tried(&path, 1, &given).unwrap();
@@ -80,17 +84,23 @@ fn scenes_without_markers() {
 #[test]
 fn settings_say_what_is_wrong() {
     let wrong = [
-        (Settings { spacing_m: vec![-1.0], ..Settings::default() }, "spacing_m = -1"),
-        (Settings { spacing_m: vec![2.0], tolerance_m: 1.5, ..Settings::default() }, "tolerance_m = 1.5"),
-        (Settings { reach_m: [20.0, 10.0], ..Settings::default() }, "reach_m = 10"),
-        (Settings { missing_share: vec![2.0], ..Settings::default() }, "missing_share = 2"),
-        (Settings { bus_speed_std_mps: Some(f64::NAN), ..Settings::default() }, "bus_speed_std_mps"),
+        (MarkersOptions { spacing_m: vec![-1.0], ..MarkersOptions::default() }, "spacing_m = -1"),
+        (
+            MarkersOptions { spacing_m: vec![2.0], tolerance_m: 1.5, ..MarkersOptions::default() },
+            "tolerance_m = 1.5",
+        ),
+        (MarkersOptions { reach_m: [20.0, 10.0], ..MarkersOptions::default() }, "reach_m = 10"),
+        (MarkersOptions { missing_share: vec![2.0], ..MarkersOptions::default() }, "missing_share = 2"),
+        (
+            MarkersOptions { bus_speed_std_mps: Some(f64::NAN), ..MarkersOptions::default() },
+            "bus_speed_std_mps",
+        ),
     ];
     for (settings, what) in wrong {
         let e = settings.check().unwrap_err().to_string();
         assert!(e.contains(what) && e.contains("allowed"), "{e}");
     }
-    Settings::default().check().unwrap();
+    MarkersOptions::default().check().unwrap();
 }
 
 fn point(x: f64, y: f64) -> LanePoint {

@@ -6,7 +6,7 @@ use catseye::scene::scenario::Scenario;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 use catseye_lane::road_shape::{RoadShapeEstimator, RoadShapeSetup};
 use catseye_lane::{LaneError, LaneEstimator, LanePoint, Measured, SensorInput};
-use catseye_papers::trial::road_shape::{Settings, Task};
+use catseye_papers::trial::road_shape::{RoadShapeOptions, Task};
 use catseye_papers::trial::{LaneMethod, Trial, TrialContext};
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ fn cpu() -> Engine {
 /// A file's trial, cut down; `quick` changes its scenario.
 fn trial(
     name: &str,
-    settings: &Settings,
+    settings: &RoadShapeOptions,
     runs: u32,
     keep: Option<PathBuf>,
     quick: impl FnOnce(&mut Scenario),
@@ -51,7 +51,7 @@ fn row(trial: &Trial, name: &str) -> f64 {
 
 #[test]
 fn wall_and_barrier_are_found_and_the_report_repeats() {
-    let settings = Settings { picture_frame: Some(3), ..Settings::default() };
+    let settings = RoadShapeOptions { picture_frame: Some(3), ..RoadShapeOptions::default() };
     let keep = std::env::temp_dir().join(format!("catseye-road-shape-{}", std::process::id()));
     std::fs::create_dir_all(&keep).unwrap();
     let first = trial("road_shape_wall.toml", &settings, 1, Some(keep.clone()), quick(4)).unwrap();
@@ -87,7 +87,12 @@ fn wall_and_barrier_are_found_and_the_report_repeats() {
 #[test]
 fn of_the_bend_only_the_right_edge_is_there() {
     // On the arc: the bend begins 90 m along the road.
-    let settings = Settings { c1_walk: 2e-5, max_range_m: 80.0, confirm_scans: 1, ..Settings::default() };
+    let settings = RoadShapeOptions {
+        c1_walk: 2e-5,
+        max_range_m: 80.0,
+        confirm_scans: 1,
+        ..RoadShapeOptions::default()
+    };
     let t = trial("road_shape_bend.toml", &settings, 1, None, |s| {
         quick(3)(s);
         if let Some(on) = s.ego.on_road_mut() {
@@ -109,7 +114,7 @@ fn of_the_bend_only_the_right_edge_is_there() {
 
 #[test]
 fn music_and_esprit_part_what_a_beam_does_not() {
-    let settings = Settings { task: Task::Corners, subarray: 4, ..Settings::default() };
+    let settings = RoadShapeOptions { task: Task::Corners, subarray: 4, ..RoadShapeOptions::default() };
     let t = trial("road_shape_corners.toml", &settings, 12, None, |_| {}).unwrap();
     for way in ["MUSIC", "Bi-SVD MUSIC", "ESPRIT"] {
         assert_eq!(row(&t, &format!("{way}: both reflectors told apart")), 100.0);
@@ -130,7 +135,7 @@ fn scenes_without_edges_and_radars_without_slopes() {
         s.objects.truncate(1);
     };
     // A single reflector is no edge.
-    let t = trial("road_shape_corners.toml", &Settings::default(), 1, None, empty).unwrap();
+    let t = trial("road_shape_corners.toml", &RoadShapeOptions::default(), 1, None, empty).unwrap();
     assert!(
         t.steps.iter().all(|s| s.estimate.no_lane.is_some() && s.score.recall.is_none()),
         "{:?}",
@@ -143,17 +148,20 @@ fn scenes_without_edges_and_radars_without_slopes() {
         s.radars = vec![s.radars[0].part(0)];
         s.radars[0].waveform = catseye::scene::waveform::Waveform::chirp(200e6, 1e-3, 1.1e-3);
     };
-    let image = Settings { source: catseye_papers::trial::road_shape::Source::Image, ..Settings::default() };
+    let image = RoadShapeOptions {
+        source: catseye_papers::trial::road_shape::Source::Image,
+        ..RoadShapeOptions::default()
+    };
     let e = trial("road_shape_corners.toml", &image, 1, None, one_slope).unwrap_err();
     assert_eq!(e.exit_code(), 2, "{e}");
-    let t = trial("road_shape_corners.toml", &Settings::default(), 1, None, one_slope).unwrap();
+    let t = trial("road_shape_corners.toml", &RoadShapeOptions::default(), 1, None, one_slope).unwrap();
     assert!(t.steps.iter().all(|s| s.estimate.no_lane.is_some()));
 }
 
 #[test]
 fn settings_name_what_is_wrong() {
-    let bad = |change: fn(&mut Settings)| {
-        let mut s = Settings::default();
+    let bad = |change: fn(&mut RoadShapeOptions)| {
+        let mut s = RoadShapeOptions::default();
         change(&mut s);
         let e = s.check().unwrap_err();
         assert_eq!(e.exit_code(), 2);
@@ -164,7 +172,7 @@ fn settings_name_what_is_wrong() {
     assert!(bad(|s| s.gate_floor_mps = f64::NAN).contains("gate_floor_mps"));
     assert!(bad(|s| s.to_m = s.from_m).contains("to_m"));
     assert!(bad(|s| s.max_range_m = -1.0).contains("max_range_m"));
-    Settings::default().check().unwrap();
+    RoadShapeOptions::default().check().unwrap();
     let path = scene("road_shape_wall.toml");
     let radar = Scenario::load(&path).unwrap().radars.remove(0);
     let many = ImageSettings { sources: 5, ..ImageSettings::default() };

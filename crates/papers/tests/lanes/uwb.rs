@@ -396,7 +396,8 @@ fn a_plate_has_side_lobes_where_a_strip_has_them() {
         let mut scenario = Scenario::load(&path).unwrap();
         scenario.radars[0].thermal_noise = false;
         let site = Site::new(&scenario).unwrap();
-        let cube = Drive::new(&site, &engine).unwrap().frame(0, 0).unwrap().cube.into_f32();
+        let cube =
+            Drive::new(&site, &engine).unwrap().frame(0, 0).unwrap().take_samples().unwrap().into_f32();
         cube.row(0, 0).iter().map(|z| f64::from(z.re)).collect::<Vec<f64>>()
     };
     let echo = |lateral_m: f64| {

@@ -2,7 +2,7 @@
 
 use crate::trial::kit::*;
 use crate::trial::report::number;
-use catseye_lane::camera_fusion::CameraFusionOptions as Settings;
+use catseye_lane::camera_fusion::CameraFusionOptions;
 use catseye_lane::camera_fusion::{Insight, Part, RoadModel, compare_fits, tell_lanes_apart};
 use std::collections::BTreeMap;
 
@@ -98,7 +98,7 @@ pub(super) struct Judged {
 }
 
 impl Judged {
-    pub(super) fn take(&mut self, insight: &Insight, truth: &TrueLanes, settings: &Settings) {
+    pub(super) fn take(&mut self, insight: &Insight, truth: &TrueLanes, settings: &CameraFusionOptions) {
         let lane_of = |p: DVec2| of_middle(truth, p).map(|m| (m.0 / settings.lane_width_m).round() as i32);
         let mut known = Vec::new();
         for way in &insight.ways {

@@ -14,7 +14,7 @@ use crate::trial::ready::Sense;
 use crate::trial::report::{has_lane, percent_of_runs, rms_of_runs, usual_refusal};
 use crate::trial::sensors::{KeptPoint, TrackFollower, kept_points};
 use catseye_lane::camera_fusion::{BendSettings, CameraFusion, Pnn, RoadModel, generate_bends};
-pub use catseye_lane::camera_fusion::{CameraFusionOptions as Settings, CameraTable, Condition};
+pub use catseye_lane::camera_fusion::{CameraFusionOptions, CameraTable, Condition};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -23,7 +23,7 @@ const METHOD: &str = "camera-fusion";
 const NETWORKS: u64 = 20;
 const UNSEEN: usize = 100;
 
-impl LaneMethod for Settings {
+impl LaneMethod for CameraFusionOptions {
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
         self.check()?;
         self.estimator()?;
@@ -124,7 +124,7 @@ struct Found {
 }
 
 /// Frames at which lanes are recognised.
-fn looks(scenario: &Scenario, settings: &Settings) -> Vec<u32> {
+fn looks(scenario: &Scenario, settings: &CameraFusionOptions) -> Vec<u32> {
     let mut next_s = settings.first_s;
     let mut out = Vec::new();
     for f in 0..scenario.frames.count {
@@ -140,7 +140,7 @@ fn looks(scenario: &Scenario, settings: &Settings) -> Vec<u32> {
 /// One drive in all conditions, with each sensor alone and both together.
 struct FusedDrive<'a> {
     given: &'a TrialContext<'a>,
-    settings: &'a Settings,
+    settings: &'a CameraFusionOptions,
     which: usize,
     looks: &'a [u32],
     /// One for each course.
@@ -200,7 +200,7 @@ impl Looks for FusedDrive<'_> {
 }
 
 /// Bends that a network has not seen, and how many of 100 each of some networks puts right.
-fn networks(settings: &Settings) -> (Vec<f64>, Option<Sheet>) {
+fn networks(settings: &CameraFusionOptions) -> (Vec<f64>, Option<Sheet>) {
     let mut right = Vec::new();
     let mut sheet = None;
     let bends = settings.setup().bends;
@@ -227,7 +227,7 @@ fn networks(settings: &Settings) -> (Vec<f64>, Option<Sheet>) {
     (right, sheet)
 }
 
-fn report(settings: &Settings, courses: &[Course], judged: &Judged, trial: &mut Trial) {
+fn report(settings: &CameraFusionOptions, courses: &[Course], judged: &Judged, trial: &mut Trial) {
     trial.rows = common_rows(&courses[1].steps);
     let (right, table) = networks(settings);
     let what = format!("road models right of {UNSEEN} unseen bends");
@@ -271,7 +271,7 @@ fn report(settings: &Settings, courses: &[Course], judged: &Judged, trial: &mut 
     trial.sheets.push(judged.sheet());
 }
 
-fn notes(scenario: &Scenario, settings: &Settings, trial: &mut Trial) {
+fn notes(scenario: &Scenario, settings: &CameraFusionOptions, trial: &mut Trial) {
     trial.notes.push(format!(
         "The method tells the vehicle's own lane, so that recall is over its two lines, between {} and {} m. Pictures and radar are of \
          the same scene; speed and yaw rate come from a bus with noise, and the camera's pitch shakes by {} degrees, which the \

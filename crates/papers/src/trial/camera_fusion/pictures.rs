@@ -3,7 +3,7 @@
 
 use crate::trial::kit::*;
 use catseye_lane::camera_fusion::{Camera, Image, Insight, Part, Trapezoid, compare_fits};
-use catseye_lane::camera_fusion::{CameraFusionOptions as Settings, Condition};
+use catseye_lane::camera_fusion::{CameraFusionOptions, Condition};
 
 /// The sensors that an estimator uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +34,7 @@ pub struct Shown {
 const YELLOW: Rgb = [250, 210, 0];
 const GREYS: usize = 64;
 
-pub(super) fn draw(settings: &Settings, shown: &[Shown], trial: &mut Trial) -> Result<()> {
+pub(super) fn draw(settings: &CameraFusionOptions, shown: &[Shown], trial: &mut Trial) -> Result<()> {
     let camera = settings.camera.camera();
     let Ok(trapezoid) =
         Trapezoid::of_ground(&camera, settings.seen_m[0], settings.seen_m[1], settings.half_width_m)
@@ -73,7 +73,7 @@ fn joined(s: &Shown) -> bool {
 
 /// For each condition a row: the picture, and the lane by the camera, by both and by the radar, at the time of `best`.
 fn conditions(
-    settings: &Settings,
+    settings: &CameraFusionOptions,
     shown: &[Shown],
     best: &Shown,
     camera: &Camera,

@@ -4,11 +4,11 @@ use crate::trial::camera::{Light, View};
 use crate::trial::kit::*;
 use catseye::geom::Geometry;
 use catseye_lane::camera_fusion::Image;
-use catseye_lane::camera_fusion::{CameraFusionOptions as Settings, Condition};
+use catseye_lane::camera_fusion::{CameraFusionOptions, Condition};
 
 /// A camera whose pitch varies from frame to frame.
 pub struct VehicleCamera {
-    settings: Settings,
+    settings: CameraFusionOptions,
     carrier_hz: f64,
     seed: u64,
     shake: Draws,
@@ -19,7 +19,7 @@ pub struct VehicleCamera {
 }
 
 impl VehicleCamera {
-    pub fn new(settings: &Settings, carrier_hz: f64, seed: u64) -> VehicleCamera {
+    pub fn new(settings: &CameraFusionOptions, carrier_hz: f64, seed: u64) -> VehicleCamera {
         let (settings, shake) = (settings.clone(), draws(seed, 0x5a4e));
         VehicleCamera { settings, carrier_hz, seed, shake, seen: None, lit: Vec::new() }
     }
@@ -55,7 +55,7 @@ impl VehicleCamera {
 }
 
 /// The light of a condition.
-fn light(settings: &Settings, condition: Condition) -> Light {
+fn light(settings: &CameraFusionOptions, condition: Condition) -> Light {
     match condition {
         Condition::Clear => Light::CLEAR,
         Condition::Night => Light::night(),

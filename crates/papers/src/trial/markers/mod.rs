@@ -9,7 +9,7 @@ use crate::trial::kit::*;
 use crate::trial::markers::looks::{Kept, MarkerLook, excess_db, of_runs, tally_within};
 use crate::trial::markers::tally::{Tally, View, markers_in_view, tally, truth_in_view};
 use catseye::scene::radar::AngleMethod;
-pub use catseye_lane::markers::MarkersOptions as Settings;
+pub use catseye_lane::markers::MarkersOptions;
 use catseye_lane::markers::{MarkerPattern, MarkerSearch, Markers};
 
 /// Angular distance from the edge of the grid within which points are left out, rad.
@@ -17,7 +17,7 @@ const EDGE_RAD: f64 = 0.01;
 /// Level that files hold for points without an echo, dBsm.
 const NO_LEVEL_DBSM: f64 = -300.0;
 
-impl LaneMethod for Settings {
+impl LaneMethod for MarkersOptions {
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
         self.check_in_scenario()?;
         let scenario = given.scenario;
@@ -91,7 +91,7 @@ impl LaneMethod for Settings {
 
 /// The looks of one drive.
 struct MarkerDrive<'a> {
-    settings: &'a Settings,
+    settings: &'a MarkersOptions,
     view: &'a View,
     estimator: Markers,
     speed: Option<BusSensor>,
@@ -147,7 +147,7 @@ impl Looks for MarkerDrive<'_> {
 }
 
 /// The look that pictures show.
-fn pictured<'a>(seen: &'a [MarkerLook], settings: &Settings) -> Option<&'a MarkerLook> {
+fn pictured<'a>(seen: &'a [MarkerLook], settings: &MarkersOptions) -> Option<&'a MarkerLook> {
     let first = || seen.iter().filter(|s| s.step.run == 0);
     match settings.picture_frame {
         Some(f) => first().find(|s| s.step.frame == f).or_else(|| first().next()),
@@ -251,7 +251,7 @@ fn looks_sheet(seen: &[MarkerLook], options: &MarkerSearch) -> Sheet {
     sheet
 }
 
-fn by_range(seen: &[MarkerLook], settings: &Settings, view: &View) -> Sheet {
+fn by_range(seen: &[MarkerLook], settings: &MarkersOptions, view: &View) -> Sheet {
     let mut sheet = Sheet::new("by_range", "from_m to_m markers detected found recall precision");
     let edges = [0.0f64, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 60.0];
     for w in edges.windows(2) {
@@ -268,7 +268,7 @@ fn by_range(seen: &[MarkerLook], settings: &Settings, view: &View) -> Sheet {
 }
 
 /// Recall and precision when points are removed and added after the chain.
-fn robustness(seen: &[MarkerLook], options: &MarkerSearch, settings: &Settings, view: &View) -> Sheet {
+fn robustness(seen: &[MarkerLook], options: &MarkerSearch, settings: &MarkersOptions, view: &View) -> Sheet {
     let columns = "missing_share extra_points hough recall precision looks_with_two_lines";
     let mut sheet = Sheet::new("robustness", columns).noted(
         "# Points were taken away at random and points at rest strewn over 5 to 40 m ahead, 10 m to each side, after the chain.",
@@ -326,7 +326,7 @@ fn injected(s: &MarkerLook, missing: f64, extra: u32) -> Vec<LanePoint> {
     points
 }
 
-fn notes(options: &MarkerSearch, settings: &Settings, radar: &Radar) -> Vec<String> {
+fn notes(options: &MarkerSearch, settings: &MarkersOptions, radar: &Radar) -> Vec<String> {
     let spacings: Vec<String> = options.patterns.iter().map(|p| format!("{} m", p.spacing_m)).collect();
     let mut out = vec![format!(
         "Rows are looked for at spacings of {} with a tolerance of {} m; lines and markers count from {} to {} m in the radar's view.",

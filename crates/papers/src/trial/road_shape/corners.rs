@@ -4,7 +4,7 @@
 use crate::trial::kit::*;
 use crate::trial::road_shape::input::chosen;
 use catseye::dsp::doa_bisvd::costs;
-use catseye_lane::road_shape::RoadShapeOptions as Settings;
+use catseye_lane::road_shape::RoadShapeOptions;
 use catseye_lane::road_shape::image::{Angles, ImageSettings, Imager};
 
 /// Data of one run: for each method and frame the directions found, rad, and the true ones of each frame.
@@ -32,7 +32,7 @@ const METHODS: [AngleMethod; 5] = [
 ];
 
 /// The site with both reflectors, displaced along their lines of sight by random draws of this run.
-fn put_up(given: &TrialContext<'_>, run: u32, settings: &Settings) -> Result<Site> {
+fn put_up(given: &TrialContext<'_>, run: u32, settings: &RoadShapeOptions) -> Result<Site> {
     let mut scenario = given.scenario_of(run);
     let at = scenario.ego.free().map_or(DVec3::ZERO, |ego| ego.position_m);
     let mut draws = catseye::base::rng::Draws::new(scenario.seed as u32, 0x6d75_7369);
@@ -51,7 +51,7 @@ fn put_up(given: &TrialContext<'_>, run: u32, settings: &Settings) -> Result<Sit
     Site::new(&scenario)
 }
 
-fn one_run(given: &TrialContext<'_>, run: u32, settings: &Settings, shown: u32) -> Result<KeptRun> {
+fn one_run(given: &TrialContext<'_>, run: u32, settings: &RoadShapeOptions, shown: u32) -> Result<KeptRun> {
     let site = put_up(given, run, settings)?;
     let (which, by_image) = chosen(&site.scenario.radars, settings)?;
     if !by_image {
@@ -93,7 +93,7 @@ fn one_run(given: &TrialContext<'_>, run: u32, settings: &Settings, shown: u32) 
         out.truth_rad.push(truth);
         for (k, imager) in imagers.iter_mut().enumerate() {
             let with = run == 0 && index == shown;
-            let [image, _] = imager.look(given.engine, &frame.cube, with)?;
+            let [image, _] = imager.look(given.engine, frame.samples()?, with)?;
             let row = (0..image.row_w.len()).max_by(|a, b| image.row_w[*a].total_cmp(&image.row_w[*b]));
             let Some(row) = row else { continue };
             let mut found: Vec<f64> = image.sources[row].iter().map(|s| s.azimuth_rad).collect();
@@ -109,7 +109,7 @@ fn one_run(given: &TrialContext<'_>, run: u32, settings: &Settings, shown: u32) 
             }
             if k == 0 && index == 0 {
                 // As the document counts: the whole line, one snapshot.
-                let all = imager.snapshots(&frame.cube, 0)?;
+                let all = imager.snapshots(frame.samples()?, 0)?;
                 let n = radar.rx.len();
                 let each = radar.chirps * n;
                 let c = costs(&all[row * each..(row + 1) * each], n, settings.sources, settings.forgetting)?;
@@ -121,7 +121,7 @@ fn one_run(given: &TrialContext<'_>, run: u32, settings: &Settings, shown: u32) 
     Ok(out)
 }
 
-pub fn run(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
+pub fn run(given: &TrialContext<'_>, settings: &RoadShapeOptions) -> Result<Trial> {
     let mut trial = Trial::new("road-shape", format!("Two reflectors: {}", given.scenario.name));
     let count = given.scenario.frames.count;
     let shown = settings.picture_frame.unwrap_or(0).min(count.saturating_sub(1));

@@ -3,14 +3,14 @@
 use crate::trial::kit::*;
 use crate::trial::road_shape::pictures::KeptImage;
 use catseye_lane::road_shape::image::{Imager, suits};
-use catseye_lane::road_shape::options::{RoadShapeOptions as Settings, Source};
+use catseye_lane::road_shape::options::{RoadShapeOptions, Source};
 use catseye_lane::road_shape::{Ego, RadarMount};
 
 /// Makes the points of successive radar images.
 pub struct ImagePoints(Imager);
 
 impl ImagePoints {
-    pub fn new(radar: &Radar, settings: &Settings) -> Result<ImagePoints> {
+    pub fn new(radar: &Radar, settings: &RoadShapeOptions) -> Result<ImagePoints> {
         Ok(ImagePoints(Imager::new(radar, &settings.image())?))
     }
 
@@ -23,7 +23,7 @@ impl ImagePoints {
         with: bool,
     ) -> Result<(Vec<LanePoint>, Option<KeptImage>)> {
         let radar = drive.radar(frame.radar);
-        let images = self.0.look(drive.engine(), &frame.cube, with)?;
+        let images = self.0.look(drive.engine(), frame.samples()?, with)?;
         let (at, yaw_rad) = mount(radar);
         let ego = Ego {
             speed_mps: speed.value,
@@ -38,7 +38,7 @@ impl ImagePoints {
 }
 
 /// Index of the radar that is used, and whether its image is.
-pub fn chosen(radars: &[Radar], settings: &Settings) -> Result<(usize, bool)> {
+pub fn chosen(radars: &[Radar], settings: &RoadShapeOptions) -> Result<(usize, bool)> {
     let image = radars.iter().position(suits);
     let points =
         radars.iter().position(|r| !matches!(r.waveform, Waveform::Pulse { .. }) && r.virtual_channels() > 1);

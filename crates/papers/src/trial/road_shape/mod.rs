@@ -12,7 +12,7 @@ use crate::trial::ready::Finds;
 use crate::trial::report::mean_of_runs;
 use crate::trial::road_shape::input::{ImagePoints, chosen, kept_whole};
 use crate::trial::road_shape::pictures::{KeptImage, Tracked};
-pub use catseye_lane::road_shape::options::{RoadShapeOptions as Settings, Source, Task};
+pub use catseye_lane::road_shape::options::{RoadShapeOptions, Source, Task};
 use catseye_lane::road_shape::{EdgeStatus, HoughSettings, RoadShape, Side, VoteMap};
 
 const METHOD: &str = "road-shape";
@@ -24,7 +24,7 @@ struct Kept {
     image: Option<KeptImage>,
 }
 
-impl LaneMethod for Settings {
+impl LaneMethod for RoadShapeOptions {
     fn trial(&self, given: &TrialContext<'_>) -> Result<Trial> {
         self.check()?;
         match self.task {
@@ -60,7 +60,7 @@ impl LaneMethod for Settings {
 fn seen(
     given: &TrialContext<'_>,
     run: u32,
-    settings: &Settings,
+    settings: &RoadShapeOptions,
     drive: &Drive<'_>,
     shown: u32,
 ) -> Result<Vec<Kept>> {
@@ -81,7 +81,7 @@ fn seen(
     Ok(out)
 }
 
-fn bus_of(seed: u64, s: &Settings) -> Bus {
+fn bus_of(seed: u64, s: &RoadShapeOptions) -> Bus {
     Bus::new(seed, [s.speed_std_mps, 0.0], (draws(seed ^ 0x0079_6177, 0x5eed), s.yaw_rate_std_deg_per_s))
 }
 
@@ -154,7 +154,7 @@ fn lateral_at(line: &[[f64; 2]], x: f64) -> Option<f64> {
 /// Distances at which lateral errors are stated, m.
 const AHEAD_M: [f64; 3] = [20.0, 40.0, 60.0];
 
-fn drives(given: &TrialContext<'_>, settings: &Settings) -> Result<Trial> {
+fn drives(given: &TrialContext<'_>, settings: &RoadShapeOptions) -> Result<Trial> {
     let mut trial = Trial::new(METHOD, format!("Road shape: {}", given.scenario.name));
     let mut tallies = Vec::new();
     let count = given.scenario.frames.count;
@@ -289,7 +289,7 @@ impl Tally {
     }
 }
 
-fn rows(trial: &mut Trial, tallies: &[Tally], settings: &Settings) {
+fn rows(trial: &mut Trial, tallies: &[Tally], settings: &RoadShapeOptions) {
     let share = |of: &dyn Fn(&Tally) -> [f64; 2]| -> Vec<f64> {
         tallies.iter().map(of).filter(|v| v[1] > 0.0).map(|v| 100.0 * v[0] / v[1]).collect()
     };

@@ -358,7 +358,7 @@ impl<'a> Drives<'a> {
 /// The scans of some frames.
 fn block(drive: &Drive<'_>, radars: &[ImpulseRadar], frames: Range<u32>) -> Result<Scans> {
     let scan = |radar: &ImpulseRadar, index: u32| {
-        let cube = drive.frame(radar.which, index)?.cube.into_f32();
+        let cube = drive.frame(radar.which, index)?.take_samples()?.into_f32();
         // One scan a frame: the first where a radar gives several.
         Ok(cube.row(0, 0).iter().take(radar.samples).map(|z| z.re).collect())
     };
@@ -692,7 +692,13 @@ mod tests {
         // Beside a plate, between two, and by the end of what is left.
         for index in [4, 33, BLOCK - 1] {
             let scan = |site: &Site| -> Vec<f32> {
-                let cube = Drive::new(site, &engine).unwrap().frame(0, index).unwrap().cube.into_f32();
+                let cube = Drive::new(site, &engine)
+                    .unwrap()
+                    .frame(0, index)
+                    .unwrap()
+                    .take_samples()
+                    .unwrap()
+                    .into_f32();
                 cube.row(0, 0).iter().take(impulse_radars[0].samples).map(|z| z.re).collect()
             };
             let (all, part) = (scan(&site), scan(&near));

@@ -4,7 +4,7 @@
 //! row group.
 
 use super::files::{ShardFile, broken};
-use super::layout::{ColumnKind, FRAME, Layout, TableSpec};
+use super::layout::{ColumnKind, DatasetLayout, FRAME, TableSpec};
 use super::part::{Part, open};
 use super::record::{Column, Rows, Table};
 use catseye::base::error::{Error, Result, json_in_words};
@@ -180,7 +180,7 @@ fn write_column(writer: &mut ColumnWriter<'_>, column: &Column) -> std::result::
 }
 
 /// Reads the rows of one frame.
-pub(super) fn read(layout: &Layout, spec: &TableSpec, dir: &Path, frame: u64) -> Result<Table> {
+pub(super) fn read(layout: &DatasetLayout, spec: &TableSpec, dir: &Path, frame: u64) -> Result<Table> {
     let shard = layout.shard_of(frame);
     let path = dir.join(table_name(spec, shard));
     let mut file = open(&path)?;

@@ -154,7 +154,7 @@ pub fn number(x: f64) -> Value {
 
 /// Counts of what was compared, and the differences found.
 #[derive(Debug, Default)]
-pub struct Found {
+pub struct DifferenceTally {
     differences: BTreeMap<(String, String), Difference>,
     /// Number of files and arrays that were compared.
     pub files: u64,
@@ -162,7 +162,7 @@ pub struct Found {
     pub values: u64,
 }
 
-impl Found {
+impl DifferenceTally {
     /// Whether nothing differs.
     pub fn is_alike(&self) -> bool {
         self.differences.is_empty()
@@ -184,7 +184,7 @@ impl Found {
     }
 
     /// Adds the counts and differences of another comparison.
-    pub fn add(&mut self, other: Found) {
+    pub fn add(&mut self, other: DifferenceTally) {
         self.files += other.files;
         self.values += other.values;
         other.differences.into_values().for_each(|d| self.note(d));
