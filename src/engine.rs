@@ -116,8 +116,21 @@ impl AnyCube {
     }
 }
 
-/// Looks between two reports of progress.
+/// Looks between two reports of progress, on the cpu engine and at least.
 const ASPECTS_PER_BATCH: usize = 1024;
+/// Looks between two reports of progress on a device, which waits six times for each batch: at most, and times faces.
+const ASPECTS_ON_DEVICE: [usize; 2] = [1 << 14, 1 << 18];
+
+impl Engine {
+    /// Looks between two reports of progress of a sweep over so many faces.
+    fn aspects_per_batch(&self, faces: usize) -> usize {
+        let [most, times_faces] = ASPECTS_ON_DEVICE;
+        match self {
+            Engine::Cpu(_) => ASPECTS_PER_BATCH,
+            Engine::Gpu(_) => (times_faces / faces.max(1)).clamp(ASPECTS_PER_BATCH, most),
+        }
+    }
+}
 
 fn not_a_number(aspect: &Aspect) -> Error {
     Error::Failed(format!(
@@ -340,7 +353,7 @@ impl Engine {
         let mut beams = BeamOptions::new(options.bounces, options.accuracy_db, options.last);
         beams.tau /= finer;
         let mut by_aspect = Vec::with_capacity(aspects.len());
-        for batch in aspects.chunks(ASPECTS_PER_BATCH) {
+        for batch in aspects.chunks(self.aspects_per_batch(geometry.faces().faces.len())) {
             by_aspect.extend(match self {
                 Engine::Cpu(_) => {
                     beam_sum::by_beams(&geometry, &frequencies, batch, options.distance, &beams).map_err(

@@ -3,10 +3,11 @@
 
 use catseye::base::frames::Pose;
 use catseye::base::units::{dbsm_from_amplitude, wavenumber};
+use catseye::engine::Engine;
 use catseye::geom::Geometry;
 use catseye::gpu::{Gpu, Want, compare};
 use catseye::rcs::beam_sum::{self, FrequencyPoint};
-use catseye::rcs::{Aspect, BistaticAspect, Distance, Scattering};
+use catseye::rcs::{Aspect, BistaticAspect, Distance, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::material::{self, Material, MaterialKind};
 use catseye::scene::{Mesh, Scene};
@@ -280,6 +281,22 @@ fn runs_repeat_to_the_bit_whatever_fits_a_buffer() {
     // Room for 1,820 of the 2,100 pairs of looks and faces.
     let small = Gpu::open(Want::Named(&compare::test_device_name())).unwrap().with_binding_limit(1 << 18);
     assert_eq!(whole, run(&small).unwrap());
+}
+
+/// A sweep of thousands of looks waits for the device as often as one of a few: once for what the radar sees, twice for each bounce that
+/// goes on and once for the last.
+#[test]
+fn a_sweep_waits_six_times() {
+    let engine = Engine::Gpu(Box::new(compare::opened_for_tests()));
+    let target = Reflector::parse("type1:width_m=0.16,height_m=0.004").unwrap();
+    let scene = target.to_scene(&material::by_name).unwrap();
+    let looks = monostatic((0..8211).map(|i| (-40.0 + 0.5 * (i % 161) as f64, 0.1 * (i / 161) as f64)));
+    let options = RcsOptions { last: false, ..RcsOptions::default() };
+    assert_eq!(options.bounces, 3);
+    let before = engine.device_counts().unwrap();
+    engine.rcs(&scene, &[FREQ_HZ], &looks, &options).unwrap();
+    let used = engine.device_counts().unwrap().since(&before);
+    assert!(used.submits <= 6, "{used:?}");
 }
 
 #[test]
