@@ -34,8 +34,12 @@ const PAD: f64 = 1e-6;
 const FARTHEST_M: f64 = 1e5;
 
 /// Walls of a window: inside where positive, in coordinates along (u, v, k).
-const WALLS: [Vec3; 4] =
-    [Vec3::new(1.0, 0.0, 1.0), Vec3::new(-1.0, 0.0, 1.0), Vec3::new(0.0, 1.0, 1.0), Vec3::new(0.0, -1.0, 1.0)];
+const WALLS: [Vec3; 4] = [
+    Vec3::new(1.0, 0.0, 1.0),
+    Vec3::new(-1.0, 0.0, 1.0),
+    Vec3::new(0.0, 1.0, 1.0),
+    Vec3::new(0.0, -1.0, 1.0),
+];
 
 /// Number of a line of view, from which it can be had again exactly.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -223,7 +227,7 @@ fn narrow(line: Cutter, polygon: &[Corner], lines: &mut Vec<Cutter>) -> bool {
 /// Takes the inside of `lines` out of `pieces`. Tells whether anything was cut away.
 fn subtract(lines: &[Cutter], least: f32, pieces: &mut Vec<Outline>) -> bool {
     let (mut new, mut kept, mut is_cut) = (Vec::new(), Vec::new(), false);
-    let mut keep = |p: &[Corner], new: &mut Vec<Outline>| {
+    let keep = |p: &[Corner], new: &mut Vec<Outline>| {
         if p.len() >= 3 && area(p).abs() > least {
             new.push(p.to_vec());
         }
@@ -469,7 +473,8 @@ impl<'a> Beams<'a> {
     }
 
     fn facing(&self, view: u32, f: u32) -> f32 {
-        self.shared.offsets[f as usize] - self.shared.normals[f as usize].dot(self.views[view as usize].origin)
+        self.shared.offsets[f as usize]
+            - self.shared.normals[f as usize].dot(self.views[view as usize].origin)
     }
 
     /// Facing of the face, or None when it cannot be lit from there.
@@ -573,7 +578,12 @@ impl<'a> Beams<'a> {
         let id = LineId { of: Of::Crossing { chain, patches: [a.min(b), a.max(b)] }, received: false };
         let across = q.truncate().length();
         if across <= PARALLEL * q.z.abs() {
-            return Cutter { at: Vec2::ZERO, normal: Vec2::ZERO, id, all: if q.z >= 0.0 { 1.0 } else { -1.0 } };
+            return Cutter {
+                at: Vec2::ZERO,
+                normal: Vec2::ZERO,
+                id,
+                all: if q.z >= 0.0 { 1.0 } else { -1.0 },
+            };
         }
         let normal = q.truncate() / across;
         Cutter { at: normal * (-q.z / across), normal, id, all: 0.0 }

@@ -173,6 +173,32 @@ fn changes<K: Ord>(
     [worst, all]
 }
 
+/// Decisions in f32 change less than a sixteenth of the accuracy does: sums of echoes by chain and stretch of the path, on ten looks.
+#[test]
+fn decisions_in_f32_cost_less_than_the_accuracy() {
+    let engine = Engine::Cpu(Precision::F64);
+    for look in &ten_looks() {
+        let of = |accuracy_db: f64, f32_decisions: bool| {
+            let plain =
+                TraceOptions { merge: false, least: 0.0, most_bounces: 0, least_cut: None, ..look.options };
+            let options = TraceOptions { accuracy_db, f32_decisions, ..plain };
+            let start = std::time::Instant::now();
+            let list =
+                engine.echoes(&look.geometry, &look.radar, &look.pose, look.velocity_mps, &options).list;
+            (list.len(), start.elapsed().as_secs_f64(), sums_of(look, &list))
+        };
+        let accuracy_db = look.options.accuracy_db;
+        let ((n, s, want), (m, t, got)) = (of(accuracy_db, false), of(accuracy_db, true));
+        let (_, _, finer) = of(accuracy_db / 16.0, false);
+        let [strong, moved] = changes(&want, &got, 1e-4);
+        let [own_strong, own] = changes(&finer, &want, 1e-4);
+        println!(
+            "{}: {n} and {m} echoes in {s:.2} and {t:.2} s; f32 moves {moved:.1e} of the power, worst {strong:.1e}; accuracy {own:.1e}, worst {own_strong:.1e}",
+            look.name
+        );
+    }
+}
+
 /// Nothing hangs on the last digit: the radar moved by 10 nm, along and across, turns phases by 3e-5 rad and changes nothing more.
 #[test]
 fn ten_nanometres_change_nothing() {
