@@ -44,6 +44,23 @@ impl Polygon {
         &self.p[..self.n]
     }
 
+    /// The polygons of at most as many corners as one holds that make up a convex one with these corners: more than one where it has
+    /// more.
+    pub(super) fn of(corners: &[DVec2]) -> Vec<Polygon> {
+        let mut out = Vec::with_capacity(1);
+        // A fan from the first corner, in as few pieces as hold it.
+        let mut from = 1;
+        while from + 1 < corners.len() {
+            let to = (from + CAP - 2).min(corners.len() - 1);
+            let mut polygon = Polygon::EMPTY;
+            polygon.push(corners[0]);
+            corners[from..=to].iter().for_each(|c| polygon.push(*c));
+            out.push(polygon);
+            from = to;
+        }
+        out
+    }
+
     #[inline]
     pub(super) fn push(&mut self, p: DVec2) {
         self.p[self.n] = p;
@@ -614,7 +631,7 @@ pub fn clip_windows(
     clipper.follow_all(&lit, None, Port::At(at))
 }
 
-fn joined(parts: Vec<Clipped>) -> Clipped {
+pub(super) fn joined(parts: Vec<Clipped>) -> Clipped {
     let mut parts = parts.into_iter();
     let mut all = parts.next().unwrap_or_default();
     for part in parts {
@@ -683,7 +700,7 @@ impl Clipper<'_> {
     /// Whether a face lies on the plane of another, of a larger patch of another body: then it is seen and the other is not, whichever
     /// of them rounding puts in front.
     #[inline]
-    fn lies_on(&self, face: &Face, other: &Face) -> bool {
+    pub(super) fn lies_on(&self, face: &Face, other: &Face) -> bool {
         if self.lies_m == 0.0 || face.body == other.body {
             return false;
         }
@@ -1091,7 +1108,7 @@ impl Clipper<'_> {
     }
 
     /// Bounces of a chain; the one on an endless mirror ahead of what it lights comes on top.
-    fn most(&self, endless: bool) -> usize {
+    pub(super) fn most(&self, endless: bool) -> usize {
         (self.options.bounces + usize::from(endless)).min(MAX_BOUNCES)
     }
 

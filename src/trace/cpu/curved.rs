@@ -278,7 +278,9 @@ impl<'a> Curved<'a> {
             let (weight, change) = match self.cell(corners, m.centroid, &at) {
                 Cell::Shut => continue,
                 Cell::Split(across) if depth < DEPTH => {
-                    stack.extend(polygon.split(m.centroid, across).map(|p| (p, depth + 1)));
+                    // A sliver as narrow as rounding has nothing on one of the two sides.
+                    let halves = polygon.split(m.centroid, across).into_iter();
+                    stack.extend(halves.filter(|p| p.corners().len() >= 3).map(|p| (p, depth + 1)));
                     continue;
                 }
                 Cell::Split(_) => (self.weight(&at.glance), DVec2::ZERO),

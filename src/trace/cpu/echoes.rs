@@ -12,13 +12,14 @@ use super::diffuse;
 use super::ended;
 use super::field::{Bounce, sent};
 use super::points::{Reflecting, SAME, TAU, point_echoes_over};
+use super::topology;
 use crate::base::convention::Convention;
 use crate::base::frames::{Pose, Sensor, World};
 use crate::base::matrix::Matrix2;
 use crate::base::units::wavenumber;
 use crate::em::aperture::Moments;
 use crate::geom::Geometry;
-use crate::geom::faces::{Face, NOT_CURVED};
+use crate::geom::faces::{Face, Faces, NOT_CURVED};
 use crate::geom::hash::FastMap;
 use crate::geom::outline::outline;
 use crate::trace::beams::{BeamOptions, Frame};
@@ -97,11 +98,15 @@ pub fn echoes(
         // An echo may stand for paths that are longer by the spread.
         false => faces.near(pose.translation_m, options.reach_m + spread_for(options.bandwidth_hz)),
     };
+    let clip = |faces: &Faces| match options.f32_decisions && !last {
+        true => topology::clip_windows(faces, windows, &beams),
+        false => clip_windows(faces, windows, &beams, ends),
+    };
     let Some(near) = near else {
-        let clipped = clip_windows(faces, windows, &beams, ends);
+        let clipped = clip(faces);
         return from_clipped(geometry, &clipped, pose, velocity_mps, options);
     };
-    let mut clipped = clip_windows(&near.faces, windows, &beams, ends);
+    let mut clipped = clip(&near.faces);
     clipped.nodes.iter_mut().for_each(|n| n.face = near.numbers[n.face as usize]);
     clipped.ended.iter_mut().for_each(|e| e.face = near.numbers[e.face as usize]);
     let beyond_reach = (faces.faces.len() - near.numbers.len()) as u64;

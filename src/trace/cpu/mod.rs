@@ -14,4 +14,5 @@ pub mod points;
 pub mod rays;
 pub mod refract;
 pub mod scan;
+pub mod topology;
 pub mod volume;
