@@ -91,7 +91,7 @@ impl Counters {
 }
 
 /// A buffer of the arena.
-pub(super) struct Kept {
+pub(super) struct KeptBuffer {
     pub buffer: wgpu::Buffer,
     /// Its own among all buffers of the arena.
     pub id: u64,
@@ -105,7 +105,7 @@ pub(super) type GroupKey = (&'static str, Vec<[u64; 3]>);
 #[derive(Default)]
 struct Idle {
     /// By use and size, then by number; with the submission after which each was last needed.
-    buffers: BTreeMap<(u32, u64), BTreeMap<u64, (Kept, u64)>>,
+    buffers: BTreeMap<(u32, u64), BTreeMap<u64, (KeptBuffer, u64)>>,
     bytes: u64,
     groups: HashMap<GroupKey, wgpu::BindGroup>,
 }
@@ -126,7 +126,7 @@ pub(super) fn size_class(bytes: u64, limit: u64) -> u64 {
 
 impl Arena {
     /// An idle buffer of this use and class.
-    pub fn take(&self, usage: wgpu::BufferUsages, size: u64) -> Option<Kept> {
+    pub fn take(&self, usage: wgpu::BufferUsages, size: u64) -> Option<KeptBuffer> {
         let mut idle = lock(&self.idle);
         let (kept, _) = idle.buffers.get_mut(&(usage.bits(), size))?.pop_first()?.1;
         idle.bytes -= kept.size;
@@ -134,15 +134,15 @@ impl Arena {
     }
 
     /// A buffer that has just been allocated, under a number of its own.
-    pub fn adopt(&self, buffer: wgpu::Buffer) -> Kept {
+    pub fn adopt(&self, buffer: wgpu::Buffer) -> KeptBuffer {
         let size = buffer.size();
         Counters::add(&self.counters.buffers, 1);
         Counters::add(&self.counters.buffer_bytes, size);
-        Kept { id: self.next.fetch_add(1, Ordering::Relaxed), size, buffer }
+        KeptBuffer { id: self.next.fetch_add(1, Ordering::Relaxed), size, buffer }
     }
 
     /// Takes a buffer back that nobody refers to. One that hosts write has to be mapped, one that they read unmapped.
-    pub fn give(&self, kept: Kept) {
+    pub fn give(&self, kept: KeptBuffer) {
         let now = self.counters.submits.load(Ordering::Relaxed);
         let mut idle = lock(&self.idle);
         idle.bytes += kept.size;

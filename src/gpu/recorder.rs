@@ -1,7 +1,7 @@
 //! Commands as data, and the one place that runs them. A recorder that has met an error ignores
 //! further commands; `submit` returns the first error.
 
-use super::arena::{Arena, Counters, GroupKey, Kept, size_class};
+use super::arena::{Arena, Counters, GroupKey, KeptBuffer, size_class};
 use super::context::Gpu;
 use super::kernel::Kernel;
 use crate::base::error::{Error, Result};
@@ -46,11 +46,11 @@ impl<T> Buffer<T> {
 }
 
 mod sealed {
-    use crate::gpu::arena::{Arena, Kept};
+    use crate::gpu::arena::{Arena, KeptBuffer};
 
     pub struct Raw {
         /// None only while it is dropped.
-        pub(super) kept: Option<Kept>,
+        pub(super) kept: Option<KeptBuffer>,
         pub(super) arena: std::sync::Arc<Arena>,
         /// Bytes that it holds, of those that it has room for.
         pub(super) bytes: u64,
@@ -127,7 +127,7 @@ enum Fill {
     Unspecified,
     Zeros,
     /// What lies at the beginning of this one, which the host has written.
-    Upload(Kept),
+    Upload(KeptBuffer),
 }
 
 enum Command {
@@ -140,7 +140,7 @@ enum Command {
     },
     Read {
         from: Arc<Raw>,
-        to: Kept,
+        to: KeptBuffer,
     },
 }
 
@@ -254,7 +254,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// A buffer of the arena for `bytes`, or a new one. One that the host writes is mapped.
-    fn kept(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> Result<Kept> {
+    fn kept(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> Result<KeptBuffer> {
         let gpu = self.gpu;
         let size = size_class(bytes, gpu.limits.max_buffer_size);
         if let Some(kept) = gpu.arena.take(usage, size) {
@@ -272,7 +272,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// A buffer that the host has filled with these bytes, to be copied to where they belong.
-    fn staged(&self, label: &str, contents: &[u8]) -> Result<Kept> {
+    fn staged(&self, label: &str, contents: &[u8]) -> Result<KeptBuffer> {
         let kept = self.kept(label, (contents.len() as u64).next_multiple_of(4), UPLOAD)?;
         let mut view = kept
             .buffer
@@ -492,7 +492,7 @@ impl<'a> Recorder<'a> {
             let pipeline = gpu.pipeline(kernel)?;
             let uniform = kernel.params.map(|_| (&uniforms, params.0, params.1));
             let buffers = storage.iter().filter_map(|raw| Some((raw.kept.as_ref()?, 0, raw.bytes)));
-            let bound: Vec<(&Kept, u64, u64)> = uniform.into_iter().chain(buffers).collect();
+            let bound: Vec<(&KeptBuffer, u64, u64)> = uniform.into_iter().chain(buffers).collect();
             let key: GroupKey =
                 (kernel.stem, bound.iter().map(|(kept, offset, size)| [kept.id, *offset, *size]).collect());
             let first = u32::from(uniform.is_none());
@@ -578,15 +578,15 @@ impl<'a> Recorder<'a> {
 /// Commands ready for the device, and the buffers that are theirs alone.
 struct Encoded {
     commands: wgpu::CommandBuffer,
-    uniforms: Kept,
+    uniforms: KeptBuffer,
     /// Those that the host has written.
-    staged: Vec<Kept>,
+    staged: Vec<KeptBuffer>,
 }
 
 /// A buffer that came back, and what it holds.
 struct ReadBack {
     view: Option<wgpu::BufferView>,
-    kept: Option<Kept>,
+    kept: Option<KeptBuffer>,
     arena: Arc<Arena>,
 }
 

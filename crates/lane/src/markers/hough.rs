@@ -84,7 +84,7 @@ const RADIUS_M: std::ops::Range<f64> = 6.0..300.0;
 
 /// A row found: the curve and the points on it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub struct MarkerRow {
     /// The curve that the points lie on.
     pub curve: Curve,
     /// Indices of the points, in their order along the curve.
@@ -109,7 +109,7 @@ struct Cell {
 }
 
 /// Finds rows among the points, the one with most points first; each point belongs to one row at most.
-pub fn rows(points: &[PatternPoint], options: &MarkerPattern) -> Vec<Found> {
+pub fn rows(points: &[PatternPoint], options: &MarkerPattern) -> Vec<MarkerRow> {
     let mut free: Vec<usize> = (0..points.len()).collect();
     let mut out = Vec::new();
     while free.len() >= options.path_least && out.len() < MOST_ROWS {
@@ -120,15 +120,15 @@ pub fn rows(points: &[PatternPoint], options: &MarkerPattern) -> Vec<Found> {
     out
 }
 
-fn best(points: &[PatternPoint], free: &[usize], options: &MarkerPattern) -> Option<Found> {
+fn best(points: &[PatternPoint], free: &[usize], options: &MarkerPattern) -> Option<MarkerRow> {
     let beside = beside(points, free, options);
-    let mut found: Option<(usize, Found)> = None;
+    let mut found: Option<(usize, MarkerRow)> = None;
     for curve in candidates(points, free, &beside) {
         let members = members(points, free, &curve, options);
         // Simpler curves first.
         let worth = (members.len() + 2 * MORE_POINTS).saturating_sub(MORE_POINTS * (curve.parameters() - 2));
         if members.len() >= options.path_least && found.as_ref().is_none_or(|f| worth > f.0) {
-            found = Some((worth, Found { curve, members }));
+            found = Some((worth, MarkerRow { curve, members }));
         }
     }
     found.map(|f| f.1)
@@ -351,7 +351,7 @@ mod tests {
             .map(|k| centre + DVec2::from_angle(f64::from(k) * 0.2 - 1.57) * 10.0)
             .collect();
         let found = rows(&exact(&points), &options());
-        let Some(Found { curve: Curve::Circle { centre_m, radius_m }, members }) = found.first() else {
+        let Some(MarkerRow { curve: Curve::Circle { centre_m, radius_m }, members }) = found.first() else {
             panic!("{found:?}")
         };
         assert!((radius_m - 10.0).abs() < 0.2 && DVec2::from_array(*centre_m).distance(centre) < 0.3);

@@ -55,7 +55,7 @@ struct Score {
 
 /// Best result of a search so far.
 #[derive(Debug, Default)]
-struct Found {
+struct BestSoFar {
     best: Option<(Vec<f64>, Score)>,
     tried: u64,
 }
@@ -65,7 +65,7 @@ struct Problem<'a> {
     study: &'a Study,
     search: &'a SearchTable,
     cost: f64,
-    found: RefCell<Found>,
+    found: RefCell<BestSoFar>,
     /// The first real failure; the optimiser has its own error type.
     failed: RefCell<Option<Error>>,
 }
@@ -245,7 +245,7 @@ pub fn best(
         }
         run.map(|r| r.state.get_iter()).map_err(|e| Error::Failed(format!("the search failed: {e}")))?;
     }
-    let Found { best, tried } = problem.found.take();
+    let BestSoFar { best, tried } = problem.found.take();
     let (parameters, score) = best.ok_or_else(|| {
         Error::Failed(format!(
             "no design with {} = {cost} within the limits can be built",

@@ -40,7 +40,7 @@ impl LaneMethod for CameraFusionOptions {
             return Err(bad.remedy("raise frames.count, or set first_s and period_s lower").into());
         };
         let course = |condition, sensors| Course { condition, sensors, steps: Vec::new() };
-        let mut found = Found {
+        let mut found = DriveResults {
             courses: self.conditions.iter().flat_map(|c| Sensors::ALL.map(|s| course(*c, s))).collect(),
             judged: Judged::default(),
             shown: Vec::new(),
@@ -70,7 +70,7 @@ impl LaneMethod for CameraFusionOptions {
                 given.told(run, frame, frames);
             }
         }
-        let Found { mut courses, judged, shown } = found;
+        let DriveResults { mut courses, judged, shown } = found;
         let mut trial = Trial::new(METHOD, format!("Camera and radar: {}", scenario.name));
         report(self, &courses, &judged, &mut trial);
         pictures::draw(self, &shown, &mut trial)?;
@@ -117,7 +117,7 @@ struct Course {
 }
 
 /// Results of all drives.
-struct Found {
+struct DriveResults {
     courses: Vec<Course>,
     judged: Judged,
     shown: Vec<Shown>,
@@ -148,7 +148,7 @@ struct FusedDrive<'a> {
     follower: TrackFollower,
     bus: Bus,
     camera: VehicleCamera,
-    found: &'a mut Found,
+    found: &'a mut DriveResults,
 }
 
 impl Looks for FusedDrive<'_> {
@@ -160,7 +160,7 @@ impl Looks for FusedDrive<'_> {
 
     fn look(&mut self, now: &Now<'_>, seen: Vec<KeptPoint>) -> Result<()> {
         let Now { drive, run, frame, time_s, level } = *now;
-        let (settings, Found { courses, judged, shown }) = (self.settings, &mut *self.found);
+        let (settings, DriveResults { courses, judged, shown }) = (self.settings, &mut *self.found);
         let read = self.bus.read(&level);
         let scenario = &drive.site.scenario;
         let tracks = self.follower.step(scenario, drive.radar(self.which), frame, &seen, read)?;

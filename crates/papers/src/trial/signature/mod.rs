@@ -84,7 +84,8 @@ impl LaneMethod for Settings {
         let later = TrialContext { watch: &watch, keep: given.keep.clone(), ..*given };
         let all = before + u64::from(given.runs) * u64::from(scenario.frames.count);
         let mut mapped = map_drive(given, self, which, &plan, &mut |n| (given.watch)(n, all))?;
-        let mut found = Found { row_pictures: self.row.iter().map(|_| None).collect(), ..Found::default() };
+        let mut found =
+            DriveResults { row_pictures: self.row.iter().map(|_| None).collect(), ..DriveResults::default() };
         for run in 0..given.runs {
             let mut scenario = given.scenario_of(run);
             let mut draws = Draws::new(scenario.seed as u32, 0x57a7);
@@ -116,7 +117,7 @@ impl LaneMethod for Settings {
         }
 
         let Mapped { map, way, errors, road, moving, .. } = mapped;
-        let Found { steps, places, words, row_pictures, shown } = found;
+        let DriveResults { steps, places, words, row_pictures, shown } = found;
         let mut trial =
             Trial::new("signature", format!("{}: place in a map of static points", scenario.name));
         trial.rows = common_rows(&steps);
@@ -146,7 +147,7 @@ impl LaneMethod for Settings {
 
 /// Results of all drives.
 #[derive(Default)]
-struct Found {
+struct DriveResults {
     steps: Vec<Step>,
     places: Vec<Located>,
     words: Vec<WordRead>,
@@ -169,7 +170,7 @@ struct LocatedDrive<'a> {
     /// Position of the vehicle at the last look.
     before: Option<DVec2>,
     mapped: &'a mut Mapped,
-    found: &'a mut Found,
+    found: &'a mut DriveResults,
 }
 
 impl Looks for LocatedDrive<'_> {
