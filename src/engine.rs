@@ -116,9 +116,10 @@ impl AnyCube {
     }
 }
 
-/// Looks between two reports of progress, on the cpu engine and at least.
+/// Looks between two reports of progress on the cpu engine, and at least on a device.
 const ASPECTS_PER_BATCH: usize = 1024;
-/// Looks between two reports of progress on a device, which waits six times for each batch: at most, and times faces.
+/// On a device, which is waited for six times in each batch: looks between two reports at most, and so many pairs of looks and faces where that
+/// is fewer.
 const ASPECTS_ON_DEVICE: [usize; 2] = [1 << 14, 1 << 18];
 
 impl Engine {

@@ -61,7 +61,7 @@ const ITEMS: [usize; 2] = [1 << 18, 1 << 22];
 fn items(gpu: &Gpu) -> usize {
     let [few, many] = ITEMS;
     let room = gpu.max_binding_bytes() as usize / (RECORD * size_of::<[u32; 4]>());
-    if gpu.is_hardware() { many.min(room - 1) } else { few }
+    if gpu.is_hardware() { many.min(room.saturating_sub(1)) } else { few }
 }
 
 /// Cuts by which a polygon is shared out among threads where its phase is curved, which may make thousands

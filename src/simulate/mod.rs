@@ -98,7 +98,7 @@ impl Frame {
 }
 
 fn no_samples() -> Error {
-    Error::Failed("this frame was made without its samples".into())
+    Error::Failed("this frame was made without its samples: leave out Prepared::without_cubes".into())
 }
 
 /// Pose of the radar at a time from the middle of frame 0, and its velocity in the world, m/s.

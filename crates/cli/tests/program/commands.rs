@@ -279,7 +279,10 @@ fn thresholds_and_the_scene_are_written_on_request() {
     let object =
         "[[object]]\nreflector = \"type1\"\nposition_m = [12, 1, 0]\nvelocity_mps = [-2, 0, 0]\n[frames]";
     let asked = text
-        .replace("plots = false", "plots = false\ncfar_threshold = true\nangle_spectra = true\nscene = true")
+        .replace(
+            "plots = false",
+            "plots = false\ncfar_threshold = true\nangle_spectra = true\nreturn_places = true\nscene = true",
+        )
         .replace("[frames]", object);
     std::fs::write(d.join("asked.toml"), asked).unwrap();
     done(d, &["simulate", "s.toml", "-o", "plain"]);
@@ -323,6 +326,42 @@ fn thresholds_and_the_scene_are_written_on_request() {
         &["simulate", "no.toml", "-o", "no"],
         &["no.toml", "output.angle_spectra", "without a spectrum", "music"],
     );
+    // A method that looks for sources has its own spectrum, with the same peak in the cell of each of its points.
+    let music = "angle = { method = \"music\", sources = 1 }\nazimuth_bins";
+    std::fs::write(d.join("music.toml"), small_radar().replace("azimuth_bins", music)).unwrap();
+    let text = std::fs::read_to_string(d.join("asked.toml")).unwrap().replace("radar.toml", "music.toml");
+    std::fs::write(d.join("m.toml"), text).unwrap();
+    done(d, &["simulate", "m.toml", "-o", "m", "--frames", "1"]);
+    let values = catseye::formats::npy::read_f32(d.join("m/frame_000000/angle_spectra.npy")).unwrap();
+    // At least 1 by its meaning; single precision may round a value just below.
+    assert!(!values.data.is_empty() && values.data.iter().all(|v| *v >= 1.0 - 1e-6));
+    let m_points = catseye::formats::csv::Table::read(d.join("m/frame_000000/points.csv")).unwrap();
+    let tops: Vec<f64> = values
+        .data
+        .chunks_exact(azimuth_deg.len())
+        .map(|row| azimuth_deg[(0..row.len()).max_by(|a, b| row[*a].total_cmp(&row[*b])).unwrap()])
+        .collect();
+    for azimuth in column(&m_points, "azimuth_deg") {
+        assert!(tops.iter().any(|top| (top - azimuth).abs() < 2.0), "{azimuth}: {tops:?}");
+    }
+    // The places of each echo make up its path, out from the radar and back to it.
+    let places = read("return_places.npy");
+    let returns = catseye::formats::csv::Table::read(frame.join("returns.csv")).unwrap();
+    let (ranges, bounces) = (column(&returns, "range_m"), column(&returns, "bounces"));
+    let [rows, most, 3] = places.shape[..] else { panic!("{:?}", places.shape) };
+    assert_eq!((rows, most), (ranges.len(), bounces.iter().fold(0.0, |a: f64, b| a.max(*b)) as usize));
+    for ((row, range), bounces) in places.data.chunks_exact(3 * most).zip(ranges).zip(bounces) {
+        let (met, none) = row.split_at(3 * bounces as usize);
+        let mut at = [0.0; 3];
+        let mut length = 0.0;
+        for place in met.chunks_exact(3).chain([&[0.0; 3][..]]) {
+            let next = [0, 1, 2].map(|k| f64::from(place[k]));
+            length += (0..3).map(|k| (next[k] - at[k]).powi(2)).sum::<f64>().sqrt();
+            at = next;
+        }
+        // Places are in single precision.
+        assert!((0.5 * length - range).abs() < 1e-5 * range && none.iter().all(|v| v.is_nan()), "{row:?}");
+    }
     // It is the scene that the frames were traced in, and the manifest knows it.
     let scene = catseye::scene::gltf::import(&d.join("out/scene.glb"), &Default::default()).unwrap();
     let mut speeds: Vec<f64> = scene.objects.iter().map(|o| o.velocity_mps.x).collect();

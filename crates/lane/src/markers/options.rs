@@ -293,3 +293,18 @@ fn laid(road: Option<&RoadTruth>) -> Vec<f64> {
     out.dedup();
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the radar's mounting gives has one place: a scenario's table refuses it, and points without a scenario take it.
+    #[test]
+    fn the_mounting_is_given_once() {
+        let options = MarkersOptions { radar_height_m: Some(0.5), ..MarkersOptions::default() };
+        let e = options.check_in_scenario().unwrap_err().to_string();
+        assert!(e.contains("lane.markers.radar_height_m") && e.contains("mounting"), "{e}");
+        assert_eq!(options.search().unwrap().patterns[0].radar_height_m, 0.5);
+        MarkersOptions::default().check_in_scenario().unwrap();
+    }
+}
