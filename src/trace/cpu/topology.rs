@@ -8,7 +8,7 @@
 //! Rules without which corners are wrong: a line knows the chain of mirrors through which it was seen, and whether by the receiver; the
 //! direction of an edge comes from the stored edge, never from two corners (walls and crossings of planes have it from the corners of
 //! their side, and sides too short for that are passed over); a target is cut by the sides of its beam, not the beam by those of the
-//! target; a corner that rounding puts on a line is on it within [`EPS`].
+//! target; a corner that rounding puts on a line is on it within `EPS`.
 
 use super::beams::{Clipped, Clipper, Node, Piece, Polygon, in_chunks, joined};
 use crate::geom::faces::{Face, Faces, HalfSpace, LIES_M};
