@@ -26,7 +26,7 @@ use crate::rcs::{
 use crate::scene::Scene;
 use crate::trace::beams::BeamOptions;
 use crate::trace::cpu::refract::Media;
-use crate::trace::{beam_ahead, beam_clip, closest, scan};
+use crate::trace::{beam_ahead, beam_clip, closest, scan, view_ahead, view_gather, view_hide, view_target};
 
 /// The row of every shader in `shaders/`.
 pub fn all_kernels() -> Vec<&'static Kernel> {
@@ -36,6 +36,10 @@ pub fn all_kernels() -> Vec<&'static Kernel> {
         &scan::KERNEL,
         &beam_clip::KERNEL,
         &beam_ahead::KERNEL,
+        &view_target::KERNEL,
+        &view_hide::KERNEL,
+        &view_gather::KERNEL,
+        &view_ahead::KERNEL,
         &po_sum::KERNEL,
         &rcs::beam_sum::KERNEL,
         &adc::synthesis::KERNEL,

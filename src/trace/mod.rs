@@ -14,6 +14,12 @@ pub mod launch;
 pub mod merge;
 pub mod scan;
 pub mod upload;
+pub mod view_ahead;
+pub mod view_clipper;
+pub mod view_gather;
+pub mod view_hide;
+pub mod view_target;
+pub mod views;
 pub mod windows;
 
 use crate::base::convention::Convention;

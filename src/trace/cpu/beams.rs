@@ -508,7 +508,7 @@ pub struct Ends<'a> {
 
 impl Ends<'_> {
     /// The most that a beam of so many steradians returns from as far as it went, however what it meets is turned, 1/m.
-    fn most(&self, solid_angle_sr: f64) -> f64 {
+    pub(super) fn most(&self, solid_angle_sr: f64) -> f64 {
         self.wavenumber / (2.0 * PI) * solid_angle_sr
     }
 }
@@ -1036,7 +1036,7 @@ impl Clipper<'_> {
 
     /// The largest share of the amplitude that a beam has left after its last node, by the way of the ray at `uv`, whose coordinates
     /// mirrors do not change.
-    fn left(&self, ends: &Ends, nodes: &[Node], last: u32, uv: DVec2) -> f64 {
+    pub(super) fn left(&self, ends: &Ends, nodes: &[Node], last: u32, uv: DVec2) -> f64 {
         let parent = |i: &u32| Some(nodes[*i as usize].parent).filter(|p| *p != u32::MAX);
         let share = |i: u32| {
             let node = &nodes[i as usize];
@@ -1049,7 +1049,7 @@ impl Clipper<'_> {
     }
 
     /// Lists what a beam that ends after it has left `source` would meet next, in cells no wider than the first Fresnel zone.
-    fn end(
+    pub(super) fn end(
         &self,
         ends: &Ends,
         (node, left): (u32, f64),
@@ -1321,12 +1321,12 @@ impl Clipper<'_> {
 }
 
 /// The mean of a polygon's corners.
-fn middle(p: &Polygon) -> DVec2 {
+pub(super) fn middle(p: &Polygon) -> DVec2 {
     p.corners().iter().sum::<DVec2>() / p.n as f64
 }
 
 /// Solid angle, sr, of a narrow beam from a point, given in the tangents of angles of its frame.
-fn solid_angle_sr(p: &Polygon) -> f64 {
+pub(super) fn solid_angle_sr(p: &Polygon) -> f64 {
     p.area().abs() / (1.0 + middle(p).length_squared()).powf(1.5)
 }
 

@@ -27,6 +27,7 @@ use crate::trace::{Echo, Echoes, MAX_BOUNCES, TraceOptions, drop_weak, strength}
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
+use std::convert::Infallible;
 use std::f64::consts::PI;
 
 /// Radians from the place of mirror reflection to a wave up to which the amplitude's change about that place
@@ -85,6 +86,29 @@ pub fn echoes(
     velocity_mps: DVec3,
     options: &TraceOptions,
 ) -> Echoes {
+    let clip = |faces: &Faces, beams: &BeamOptions, ends: Option<Ends<'_>>| {
+        Ok::<_, Infallible>(match options.f32_decisions && !beams.last {
+            true => topology::clip_windows(faces, windows, beams),
+            false => clip_windows(faces, windows, beams, ends),
+        })
+    };
+    match echoes_by(geometry, clip, pose, velocity_mps, options) {
+        Ok(echoes) => echoes,
+        Err(never) => match never {},
+    }
+}
+
+/// The same with beams that `clip` follows against the faces it is given.
+///
+/// # Errors
+/// Returns the errors of `clip`.
+pub fn echoes_by<E>(
+    geometry: &Geometry,
+    clip: impl Fn(&Faces, &BeamOptions, Option<Ends<'_>>) -> Result<Clipped, E>,
+    pose: &Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    options: &TraceOptions,
+) -> Result<Echoes, E> {
     let last = options.convention == Convention::Last;
     let images = options.images && !last;
     let beams = BeamOptions { images, ..BeamOptions::new(options.bounces, options.accuracy_db, last) };
@@ -98,19 +122,15 @@ pub fn echoes(
         // An echo may stand for paths that are longer by the spread.
         false => faces.near(pose.translation_m, options.reach_m + spread_for(options.bandwidth_hz)),
     };
-    let clip = |faces: &Faces| match options.f32_decisions && !last {
-        true => topology::clip_windows(faces, windows, &beams),
-        false => clip_windows(faces, windows, &beams, ends),
-    };
     let Some(near) = near else {
-        let clipped = clip(faces);
-        return from_clipped(geometry, &clipped, pose, velocity_mps, options);
+        let clipped = clip(faces, &beams, ends)?;
+        return Ok(from_clipped(geometry, &clipped, pose, velocity_mps, options));
     };
-    let mut clipped = clip(&near.faces);
+    let mut clipped = clip(&near.faces, &beams, ends)?;
     clipped.nodes.iter_mut().for_each(|n| n.face = near.numbers[n.face as usize]);
     clipped.ended.iter_mut().for_each(|e| e.face = near.numbers[e.face as usize]);
     let beyond_reach = (faces.faces.len() - near.numbers.len()) as u64;
-    Echoes { beyond_reach, ..from_clipped(geometry, &clipped, pose, velocity_mps, options) }
+    Ok(Echoes { beyond_reach, ..from_clipped(geometry, &clipped, pose, velocity_mps, options) })
 }
 
 /// Computes echoes from what beams have met.

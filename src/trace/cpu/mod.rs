@@ -10,6 +10,7 @@ pub mod diffuse;
 pub mod echoes;
 mod ended;
 pub mod field;
+pub(super) mod levels;
 pub mod points;
 pub mod rays;
 pub mod refract;

@@ -30,7 +30,7 @@ const ASTRAY: f64 = 3e-5;
 /// Planes that differ by less in nearness, as a share of it, do not cross in view.
 const PARALLEL: f32 = 1e-6;
 /// Share of the scene's radius by which boxes may be off in f32.
-const PAD: f64 = 1e-6;
+pub(crate) const PAD: f64 = 1e-6;
 /// Farthest from a face's corner that a corner of a piece may be, m: beyond lies the horizon.
 const FARTHEST_M: f64 = 1e5;
 
@@ -44,33 +44,35 @@ const WALLS: [Vec3; 4] = [
 
 /// Number of a line of view, from which it can be had again exactly.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct LineId {
-    of: Of,
+pub(super) struct LineId {
+    pub of: Of,
     /// Whether it bounds what the receiver sees, and not what lights it.
-    received: bool,
+    pub received: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Of {
+pub(super) enum Of {
     /// An edge, seen through a chain of mirrors.
     Edge { chain: u32, edge: u32 },
     /// Where the planes of two patches cross, seen through a chain of mirrors.
     Crossing { chain: u32, patches: [u32; 2] },
     /// A wall of the window of a view.
     Wall { view: u32, wall: u32 },
+    /// Where u (axis 0) or v (1) of a view has this value, as the bits of an f32: polygons of many corners are halved there.
+    Halving { view: u32, axis: u32, bits: u32 },
 }
 
 /// A corner of a polygon in the coordinates of a view.
 #[derive(Clone, Copy, Debug)]
-struct Corner {
-    at: Vec2,
+pub(super) struct Corner {
+    pub at: Vec2,
     /// The two lines that it lies on.
-    on: [LineId; 2],
+    pub on: [LineId; 2],
     /// The line of the side to the next corner.
-    side: LineId,
+    pub side: LineId,
 }
 
-type Outline = Vec<Corner>;
+pub(super) type Outline = Vec<Corner>;
 
 /// The same before it is projected: along (u, v, k) of a view, m.
 type Spatial = (Vec3, [LineId; 2], LineId);
@@ -127,7 +129,7 @@ fn are_apart((lo, hi): (Vec2, Vec2), (low, high): (Vec2, Vec2)) -> bool {
 }
 
 /// 1 where a plane's front is lit, which faces the radar with less than zero.
-fn front(facing: f32) -> f32 {
+pub(super) fn front(facing: f32) -> f32 {
     if facing < 0.0 { 1.0 } else { -1.0 }
 }
 
@@ -264,42 +266,42 @@ fn subtract(lines: &[Cutter], least: f32, pieces: &mut Vec<Outline>) -> bool {
 
 /// A view along rays from the radar or one of its images.
 #[derive(Clone)]
-struct View {
-    frame: Frame,
+pub(super) struct View {
+    pub frame: Frame,
     /// Number of the chain of mirrors.
-    chain: u32,
+    pub chain: u32,
     /// Rows that take places from the radar along the sensor's axes to (u, v, k).
-    rows: [Vec4; 3],
+    pub rows: [Vec4; 3],
     /// Its origin from the radar along the sensor's axes, m.
-    origin: Vec3,
+    pub origin: Vec3,
     /// The view that the last mirror turned into this one; u32::MAX for a window.
-    parent: u32,
+    pub parent: u32,
 }
 
 /// The scene as f32 sees it, along the axes of the first window and from the radar, with names for what lines are made of.
-struct Shared<'a> {
-    faces: &'a Faces,
-    options: &'a BeamOptions,
+pub(crate) struct Shared<'a> {
+    pub faces: &'a Faces,
+    pub(super) options: &'a BeamOptions,
     /// What decides in f64 because places do not enter it.
-    exact: Clipper<'a>,
+    pub(super) exact: Clipper<'a>,
     axes: [DVec3; 3],
     radar: DVec3,
-    corners: Vec<Vec3>,
-    normals: Vec<Vec3>,
-    offsets: Vec<f32>,
+    pub corners: Vec<Vec3>,
+    pub normals: Vec<Vec3>,
+    pub offsets: Vec<f32>,
     /// The edge that begins at each corner.
-    edge_of: Vec<u32>,
+    pub edge_of: Vec<u32>,
     /// Numbers of its two ends.
     edges: Vec<[u32; 2]>,
     /// From the first of them to the second.
-    along: Vec<Vec3>,
+    pub along: Vec<Vec3>,
     vertices: Vec<DVec3>,
     /// A face of each patch, whose plane stands for it.
     face_of_patch: Vec<u32>,
 }
 
 impl<'a> Shared<'a> {
-    fn new(faces: &'a Faces, root: &Frame, options: &'a BeamOptions) -> Shared<'a> {
+    pub fn new(faces: &'a Faces, root: &Frame, options: &'a BeamOptions) -> Shared<'a> {
         let (axes, radar) = ([root.k, root.u, root.v], root.origin);
         let turn = |d: DVec3| DVec3::from(axes.map(|a| a.dot(d))).as_vec3();
         let mut numbers: FastMap<[u64; 3], u32> = FastMap::default();
@@ -387,9 +389,9 @@ impl<'a> Shared<'a> {
 }
 
 /// What of every face a window sees.
-struct Seen {
-    polygons: Vec<Vec<Outline>>,
-    whole: Vec<bool>,
+pub(super) struct Seen {
+    pub polygons: Vec<Vec<Outline>>,
+    pub whole: Vec<bool>,
 }
 
 /// Follows the beams of a radar that may stand amid the faces, as [`super::beams::clip_windows`] does, with decisions in f32. Where beams
@@ -416,11 +418,11 @@ pub fn clip_windows(faces: &Faces, windows: &[Frame], options: &BeamOptions) -> 
 }
 
 /// Beams on their way, with the views that they look along.
-struct Beams<'a> {
-    shared: &'a Shared<'a>,
+pub(super) struct Beams<'a> {
+    pub shared: &'a Shared<'a>,
     faces: &'a Faces,
     /// Those of the windows first.
-    views: Vec<View>,
+    pub views: Vec<View>,
     windows: u32,
     /// By view and patch of the mirror.
     view_of: FastMap<(u32, u32), u32>,
@@ -431,7 +433,7 @@ struct Beams<'a> {
 }
 
 impl<'a> Beams<'a> {
-    fn new(shared: &'a Shared<'a>, windows: &[Frame]) -> Beams<'a> {
+    pub fn new(shared: &'a Shared<'a>, windows: &[Frame]) -> Beams<'a> {
         Beams {
             shared,
             faces: shared.faces,
@@ -443,12 +445,12 @@ impl<'a> Beams<'a> {
         }
     }
 
-    fn face(&self, f: u32) -> &'a Face {
+    pub fn face(&self, f: u32) -> &'a Face {
         &self.faces.faces[f as usize]
     }
 
     /// The view behind the mirror that a face is. Mirrors of one patch have one.
-    fn mirrored(&mut self, view: u32, face: u32, normal: DVec3) -> u32 {
+    pub fn mirrored(&mut self, view: u32, face: u32, normal: DVec3) -> u32 {
         let f = self.face(face);
         if let Some(known) = self.view_of.get(&(view, f.patch)) {
             return *known;
@@ -473,7 +475,7 @@ impl<'a> Beams<'a> {
         Vec3::from(self.views[view as usize].rows.map(|r| r.truncate().dot(place) + r.w))
     }
 
-    fn facing(&self, view: u32, f: u32) -> f32 {
+    pub fn facing(&self, view: u32, f: u32) -> f32 {
         self.shared.offsets[f as usize]
             - self.shared.normals[f as usize].dot(self.views[view as usize].origin)
     }
@@ -746,7 +748,7 @@ impl<'a> Beams<'a> {
     }
 
     /// Keeps the part of a lit polygon that the radar sees, its corners worked out from their lines.
-    fn radiate(
+    pub fn radiate(
         &self,
         (index, node): (u32, &Node),
         (view, sign): (u32, f32),
@@ -810,7 +812,7 @@ impl<'a> Beams<'a> {
     /// The view among `view` and those before it in which a line was seen.
     fn seen_in(&self, id: LineId, view: u32) -> u32 {
         let is_here = |v: &u32| match id.of {
-            Of::Wall { view, .. } => *v == view,
+            Of::Wall { view, .. } | Of::Halving { view, .. } => *v == view,
             Of::Edge { chain, .. } | Of::Crossing { chain, .. } => self.views[*v as usize].chain == chain,
         };
         let before = |v: &u32| Some(self.views[*v as usize].parent).filter(|p| *p != u32::MAX);
@@ -842,6 +844,11 @@ impl<'a> Beams<'a> {
             Of::Wall { view, wall } => {
                 let (f, w) = (&self.views[view as usize].frame, WALLS[wall as usize].as_dvec3());
                 (f.u * w.x + f.v * w.y + f.k * w.z, f.origin)
+            }
+            Of::Halving { view, axis, bits } => {
+                let f = &self.views[view as usize].frame;
+                let along = if axis == 0 { f.u } else { f.v };
+                (along - f.k * f64::from(f32::from_bits(bits)), f.origin)
             }
         };
         if id.received {

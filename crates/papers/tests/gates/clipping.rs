@@ -5,13 +5,17 @@ use catseye::adc::synthesis::{Levels, passes};
 use catseye::base::frames::{Pose, Sensor, World};
 use catseye::base::units::{db_from_power, wavenumber};
 use catseye::engine::{Engine, Precision};
+use catseye::geom::faces::Faces;
 use catseye::geom::{Geometry, curved};
+use catseye::gpu::compare;
 use catseye::road::{site::Site, w3};
 use catseye::scene::radar::Radar;
 use catseye::scene::{Scene, material, radar_toml, scenario};
 use catseye::simulate::{radar_pose, trace_options};
 use catseye::trace::beams::BeamOptions;
-use catseye::trace::cpu::{beams, echoes};
+use catseye::trace::cpu::beams::{self, Ends};
+use catseye::trace::cpu::echoes;
+use catseye::trace::view_clipper::{self, Traced};
 use catseye::trace::windows::windows;
 use catseye::trace::{Echo, TraceOptions};
 use catseye_io::{dataset, recipe::Recipe};
@@ -203,6 +207,56 @@ fn decisions_in_f32_cost_less_than_the_accuracy() {
         // does not move there with the radar, so that f32 is wrong; neither sides of planes decided in f64 nor exact directions of lines mend it.
         let most = if number == 4 { 1e-3 } else { own.max(1e-7) };
         assert!(n > 1000 && m > 1000 && moved <= most, "{}: {moved:e}, {own:e}", look.name);
+    }
+}
+
+/// Shaders that clip the beams of a frame move less of the power than a sixteenth of the accuracy does, or than 1e-7 of it. (On
+/// the other four of the ten looks too.)
+#[test]
+fn a_device_traces_what_the_host_traces() {
+    // The others take a minute more.
+    const LOOKS: [usize; 6] = [0, 1, 2, 4, 6, 9];
+    let looks = ten_looks();
+    for number in LOOKS {
+        let look = &looks[number];
+        let Look { geometry, radar, pose, velocity_mps, .. } = look;
+        let windows = windows(radar, pose);
+        let options = TraceOptions { least: 0.0, least_cut: None, ..look.options };
+        let start = Instant::now();
+        let host = echoes::echoes(geometry, &windows, pose, *velocity_mps, &options).list;
+        let host_s = start.elapsed().as_secs_f64();
+        let finer = TraceOptions { accuracy_db: options.accuracy_db / 16.0, ..options };
+        let finer = echoes::echoes(geometry, &windows, pose, *velocity_mps, &finer).list;
+        let gpu = compare::test_gpu();
+        let start = Instant::now();
+        let before = gpu.counts();
+        let clip =
+            |faces: &Faces, beams: &BeamOptions, ends: Option<Ends<'_>>| match view_clipper::clip_windows(
+                gpu, faces, &windows, beams, ends,
+            )
+            .unwrap()
+            {
+                Traced::Whole(clipped) => Ok(clipped),
+                Traced::Refused(why) => Err(why),
+            };
+        let device = echoes::echoes_by(geometry, clip, pose, *velocity_mps, &options);
+        let device = device.unwrap_or_else(|why| panic!("{}: {why}", look.name)).list;
+        let device_s = start.elapsed().as_secs_f64();
+        let counts = gpu.counts().since(&before);
+        let (want, got, finer) = (sums_of(look, &host), sums_of(look, &device), sums_of(look, &finer));
+        let [strong, moved] = changes(&want, &got, 1e-4);
+        let [own_strong, own] = changes(&finer, &want, 1e-4);
+        println!(
+            "{}: {} and {} echoes in {host_s:.2} and {device_s:.2} s; the device moves {moved:.1e} of the power, a chain by {strong:.1e} at \
+             most; the accuracy {own:.1e} and {own_strong:.1e}; {} submissions, {} kernels",
+            look.name,
+            host.len(),
+            device.len(),
+            counts.submits,
+            counts.dispatches
+        );
+        let most = if number == 4 { 1e-3 } else { own.max(1e-7) };
+        assert!(host.len() > 1000 && moved <= most, "{}: {moved:e}, {own:e}", look.name);
     }
 }
 

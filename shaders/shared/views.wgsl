@@ -1,0 +1,515 @@
+// What a radar amid a scene sees, and what its beams see after each mirror, decided in f32. Coordinates (u, v) of a view say on which
+// side of a line a corner is, and nothing else: a corner is the pair of lines that it lies on, and the host works its place out from
+// these. The host's twin is src/trace/cpu/topology.rs, whose rules hold here.
+//
+// `body`: three words a face, (normal, offset), (first corner, corners | one-sided << 8, patch, body), (rank by area, area of the patch,
+// 0, 0); then the corners (place, the edge that begins there), two words a node of the tree in the order of a walk, (centre, node behind
+// the branch), (half size, first face | faces << 24, 0 above the leaves), and the edges (from one end to the other, 0). Places are seen
+// from the radar, along the axes (k, u, v) of the first window. `views`: five words each, the rows that take a place to (u, v, k), the
+// origin with the view before the mirror, and (level, 0, 0, 0).
+//
+// A line is told by two words, (kind << 28 | level of the view in which it was seen << 24 | number, second number).
+
+// Tangents nearer to a line than this are on it.
+const EPS: f32 = 5e-7;
+// Pieces of less area than this share of what they are cut from are dropped.
+const SLIVER: f32 = 1e-11;
+// Share of the distances that enter it by which a distance from a plane may be wrong.
+const FLAT: f32 = 3e-7;
+// What hides others is no narrower than this share of its length, on the mean.
+const THIN: f32 = 1e-7;
+// Planes that differ by less in nearness, as a share of it, do not cross in view.
+const PARALLEL: f32 = 1e-6;
+// A plane of so many square metres, so many times larger than the next one, goes on as if it were endless.
+const ENDLESS_M2: f32 = 1.0;
+const ENDLESS_RATIO: f32 = 100.0;
+
+const EDGE: u32 = 1u;
+const CROSSING: u32 = 2u;
+const WALL: u32 = 3u;
+// A line along which a polygon of many corners is halved: u (number 0) or v (1) equals the second number, an f32.
+const HALVING: u32 = 4u;
+// What stands for a wall among the edges of a face.
+const OF_WALL: u32 = 0xff0000u;
+
+// Corners that a polygon may have while it is cut, when it is kept, and above which it is halved before it is cut again.
+const CAP: u32 = 24u;
+const MOST: u32 = 16u;
+const MANY: u32 = 12u;
+const NONE: u32 = 0xffffffffu;
+
+
+// What a thread has no room for; the host refuses the result.
+const TOO_MANY_CORNERS: u32 = 1u;
+const TOO_MANY_STEPS: u32 = 2u;
+const NOT_FINITE: u32 = 4u;
+var<private> trouble: u32;
+
+struct View {
+    u: vec4<f32>,
+    v: vec4<f32>,
+    k: vec4<f32>,
+    origin: vec3<f32>,
+    level: u32,
+}
+
+struct Corner {
+    at: vec2<f32>,
+    on: vec2<u32>,
+    also_on: vec2<u32>,
+    side: vec2<u32>,
+}
+
+// A line that cuts, positive inside. One at infinity keeps everything (all = 1) or nothing (-1).
+struct Cutter {
+    at: vec2<f32>,
+    normal: vec2<f32>,
+    id: vec2<u32>,
+    all: f32,
+}
+
+fn view_at(i: u32) -> View {
+    let o = views[5u * i + 3u];
+    return View(
+        bitcast<vec4<f32>>(views[5u * i]),
+        bitcast<vec4<f32>>(views[5u * i + 1u]),
+        bitcast<vec4<f32>>(views[5u * i + 2u]),
+        bitcast<vec3<f32>>(o.xyz),
+        views[5u * i + 4u].x,
+    );
+}
+
+// The view of that level among `view` and those before it.
+fn seen_in(view: u32, level: u32) -> u32 {
+    var i = view;
+    for (var steps = views[5u * view + 4u].x; steps > level; steps -= 1u) {
+        i = views[5u * i + 3u].w;
+    }
+    return i;
+}
+
+fn along(f: View, d: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(dot(f.u.xyz, d), dot(f.v.xyz, d), dot(f.k.xyz, d));
+}
+
+fn there(f: View, p: vec3<f32>) -> vec3<f32> {
+    return along(f, p) + vec3<f32>(f.u.w, f.v.w, f.k.w);
+}
+
+fn plane_of(face: u32) -> vec4<f32> {
+    return bitcast<vec4<f32>>(body[3u * face]);
+}
+
+fn first_corner(face: u32) -> u32 {
+    return body[3u * face + 1u].x;
+}
+
+fn corners_of(face: u32) -> u32 {
+    return body[3u * face + 1u].y & 0xffu;
+}
+
+fn patch_of(face: u32) -> u32 {
+    return body[3u * face + 1u].z;
+}
+
+fn corner_of(i: u32) -> vec4<u32> {
+    return body[3u * params.faces + i];
+}
+
+fn edge_along(edge: u32) -> vec3<f32> {
+    return bitcast<vec3<f32>>(body[params.edges_at + edge].xyz);
+}
+
+// Tells how a plane faces the view: negative where its front is lit. 0 where the face cannot be lit.
+fn lit(f: View, face: u32) -> f32 {
+    let plane = plane_of(face);
+    let facing = plane.w - dot(plane.xyz, f.origin);
+    let far = abs(plane.w) + length(f.origin);
+    let one_sided = (body[3u * face + 1u].y & 0x100u) != 0u;
+    let dark = abs(facing) <= 2.4e-7 * far + 1e-7 || (one_sided && facing > 0.0);
+    return select(facing, 0.0, dark);
+}
+
+// 1 where a plane's front is lit.
+fn front(facing: f32) -> f32 {
+    return select(-1.0, 1.0, facing < 0.0);
+}
+
+const BEFORE: u32 = 0u;
+const ACROSS: u32 = 1u;
+const BEHIND: u32 = 2u;
+
+// Where the corners of `face` lie against the plane of `other`, of which `lit_side` 1 says that its front is lit.
+fn place(face: u32, other: u32, lit_side: f32, flat: f32) -> u32 {
+    let plane = plane_of(other) * lit_side;
+    let first = first_corner(face);
+    let count = corners_of(face);
+    var below = true;
+    var above = true;
+    for (var i = 0u; i < count; i += 1u) {
+        let c = bitcast<vec3<f32>>(corner_of(first + i).xyz);
+        let d = dot(plane.xyz, c) - plane.w;
+        let near = flat + FLAT * (length(c) + abs(plane.w));
+        below = below && d <= near;
+        above = above && d >= -near;
+    }
+    return select(select(ACROSS, BEFORE, above), BEHIND, below);
+}
+
+// Whether a face lies on a larger one of another body.
+fn lies_on(face: u32, other: u32) -> bool {
+    if body[3u * face + 1u].w == body[3u * other + 1u].w || body[3u * face + 2u].x >= body[3u * other + 2u].x {
+        return false;
+    }
+    let plane = plane_of(other);
+    let first = first_corner(face);
+    let count = corners_of(face);
+    for (var i = 0u; i < count; i += 1u) {
+        let c = bitcast<vec3<f32>>(corner_of(first + i).xyz);
+        if abs(dot(plane.xyz, c) - plane.w) > params.lies_m {
+            return false;
+        }
+    }
+    return true;
+}
+
+fn cross2(a: vec2<f32>, b: vec2<f32>) -> f32 {
+    return a.x * b.y - a.y * b.x;
+}
+
+// ---- the outline of a face in a view, cut to its window ----
+
+var<private> outline_count: u32;
+var<private> outline_at: array<vec3<f32>, 13>;
+// The edge of the side to the next corner, or OF_WALL and the number of a wall; and of the two lines through the corner.
+var<private> outline_side: array<u32, 13>;
+var<private> outline_on: array<vec2<u32>, 13>;
+// False where walls cut something away.
+var<private> outline_whole: bool;
+
+fn wall(i: u32) -> vec3<f32> {
+    let s = select(1.0, -1.0, (i & 1u) != 0u);
+    return select(vec3<f32>(s, 0.0, 1.0), vec3<f32>(0.0, s, 1.0), i >= 2u);
+}
+
+fn outline_of(f: View, face: u32) {
+    let first = first_corner(face);
+    let count = corners_of(face);
+    outline_count = 0u;
+    outline_whole = true;
+    var outside = 0xfu;
+    var within = true;
+    var last_edge = corner_of(first + count - 1u).w;
+    for (var i = 0u; i < count; i += 1u) {
+        let c = corner_of(first + i);
+        let p = there(f, bitcast<vec3<f32>>(c.xyz));
+        outline_at[i] = p;
+        outline_side[i] = c.w;
+        outline_on[i] = vec2<u32>(last_edge, c.w);
+        last_edge = c.w;
+        var out = 0u;
+        for (var w = 0u; w < 4u; w += 1u) {
+            let d = dot(wall(w), p);
+            out |= select(0u, 1u << w, d < 0.0);
+        }
+        outside &= out;
+        within = within && out == 0u;
+    }
+    if outside != 0u {
+        return;
+    }
+    var n = count;
+    if !within {
+        outline_whole = false;
+        for (var w = 0u; w < 4u && n >= 3u; w += 1u) {
+            n = outline_within(n, w);
+        }
+        if n < 3u {
+            return;
+        }
+    }
+    // Places without nearness have no coordinates.
+    var kept = 0u;
+    for (var i = 0u; i < n; i += 1u) {
+        let p = outline_at[i];
+        if p.z > 0.0 {
+            outline_at[kept] = vec3<f32>(p.xy / p.z, 1.0);
+            outline_side[kept] = outline_side[i];
+            outline_on[kept] = outline_on[i];
+            kept += 1u;
+        }
+    }
+    outline_count = kept;
+}
+
+// Cuts `n` corners by a wall; how many are left.
+fn outline_within(n: u32, w: u32) -> u32 {
+    let normal = wall(w);
+    let code = OF_WALL | w;
+    let first_at = outline_at[0];
+    let first_d = dot(normal, first_at);
+    var p = first_at;
+    var d = first_d;
+    var side = outline_side[0];
+    var on = outline_on[0];
+    var kept = 0u;
+    for (var i = 1u; i <= n; i += 1u) {
+        var q = first_at;
+        var e = first_d;
+        var next_side = 0u;
+        var next_on = vec2<u32>();
+        if i < n {
+            q = outline_at[i];
+            e = dot(normal, q);
+            next_side = outline_side[i];
+            next_on = outline_on[i];
+        }
+        if d >= 0.0 {
+            outline_at[kept] = p;
+            outline_side[kept] = select(side, code, d == 0.0 && e < 0.0);
+            outline_on[kept] = on;
+            kept += 1u;
+        }
+        if (d < 0.0 && e > 0.0) || (d > 0.0 && e < 0.0) {
+            outline_at[kept] = p + (q - p) * (d / (d - e));
+            outline_side[kept] = select(side, code, d > 0.0);
+            outline_on[kept] = vec2<u32>(side, code);
+            kept += 1u;
+        }
+        // No convex polygon crosses a line more than twice.
+        if kept > i + 1u || kept > 12u {
+            trouble |= TOO_MANY_CORNERS;
+            break;
+        }
+        p = q;
+        d = e;
+        side = next_side;
+        on = next_on;
+    }
+    return kept;
+}
+
+fn line_id(code: u32, level: u32) -> vec2<u32> {
+    let is_wall = code >= OF_WALL;
+    return vec2<u32>((select(EDGE, WALL, is_wall) << 28u) | (level << 24u) | select(code, code & 3u, is_wall), 0u);
+}
+
+// Makes the outline the polygon at work.
+fn take_outline(level: u32) {
+    corners = outline_count;
+    for (var i = 0u; i < corners; i += 1u) {
+        let on = outline_on[i];
+        let side = line_id(outline_side[i], level);
+        ring[i] = Corner(outline_at[i].xy, line_id(on.x, level), line_id(on.y, level), side);
+    }
+}
+
+// ---- lines ----
+
+// The line of an edge from its side from `p` to `q`, with the inside on the left where `turn` is positive. The plane of view holds the
+// ray at `p` and the edge's own direction.
+fn edge_cutter(f: View, id: vec2<u32>, edge: u32, p: vec2<f32>, q: vec2<f32>, turn: f32) -> Cutter {
+    let m = cross(vec3<f32>(p, 1.0), along(f, edge_along(edge))).xy;
+    let d = q - p;
+    let left = vec2<f32>(-d.y, d.x) * select(-1.0, 1.0, turn >= 0.0);
+    let l = length(m);
+    if l < 1e-12 {
+        return Cutter(p, vec2<f32>(), id, 1.0);
+    }
+    return Cutter(p, select(m, -m, dot(m, left) < 0.0) / l, id, 0.0);
+}
+
+// The line of a side that is no edge, from its corners.
+fn side_cutter(id: vec2<u32>, p: vec2<f32>, q: vec2<f32>, turn: f32) -> Cutter {
+    let d = q - p;
+    let left = vec2<f32>(-d.y, d.x) * select(-1.0, 1.0, turn >= 0.0);
+    return Cutter(p, left / length(d), id, 0.0);
+}
+
+// Positive where plane `f` is nearer than plane `g`.
+fn crossing(view: View, f: u32, g: u32) -> Cutter {
+    let a = plane_of(f);
+    let b = plane_of(g);
+    let q = along(view, a.xyz) / (a.w - dot(a.xyz, view.origin)) - along(view, b.xyz) / (b.w - dot(b.xyz, view.origin));
+    let p0 = patch_of(f);
+    let p1 = patch_of(g);
+    let id = vec2<u32>((CROSSING << 28u) | (view.level << 24u) | min(p0, p1), max(p0, p1));
+    let across = length(q.xy);
+    if across <= PARALLEL * abs(q.z) {
+        return Cutter(vec2<f32>(), vec2<f32>(), id, select(-1.0, 1.0, q.z >= 0.0));
+    }
+    let normal = q.xy / across;
+    return Cutter(normal * (-q.z / across), normal, id, 0.0);
+}
+
+// The line through the middle of a box, across its longer side.
+fn halving(level: u32, box: vec4<f32>) -> Cutter {
+    let size = box.zw - box.xy;
+    let middle = 0.5 * (box.xy + box.zw);
+    let first = (HALVING << 28u) | (level << 24u);
+    if size.x >= size.y {
+        return Cutter(middle, vec2<f32>(1.0, 0.0), vec2<u32>(first, bitcast<u32>(middle.x)), 0.0);
+    }
+    return Cutter(middle, vec2<f32>(0.0, 1.0), vec2<u32>(first | 1u, bitcast<u32>(middle.y)), 0.0);
+}
+
+fn distance_from(line: Cutter, p: vec2<f32>) -> f32 {
+    let d = dot(line.normal, p - line.at);
+    return select(select(d, 0.0, abs(d) <= EPS), line.all, line.all != 0.0);
+}
+
+// ---- the polygon at work ----
+
+var<private> ring: array<Corner, 24>;
+var<private> corners: u32;
+var<private> distances: array<f32, 24>;
+
+fn area() -> f32 {
+    var twice = 0.0;
+    let o = ring[0].at;
+    for (var i = 2u; i < corners; i += 1u) {
+        twice += cross2(ring[i - 1u].at - o, ring[i].at - o);
+    }
+    return 0.5 * twice;
+}
+
+fn bounds() -> vec4<f32> {
+    var box = vec4<f32>(ring[0].at, ring[0].at);
+    for (var i = 1u; i < corners; i += 1u) {
+        let p = ring[i].at;
+        box = vec4<f32>(min(box.xy, p), max(box.zw, p));
+    }
+    return box;
+}
+
+const KEEPS_ALL: u32 = 0u;
+const KEEPS_NOTHING: u32 = 1u;
+const KEEPS_PART: u32 = 2u;
+
+// On which sides of a line the polygon at work lies; `distances` are there for `cut`.
+fn sides(line: Cutter) -> u32 {
+    var low = false;
+    var high = false;
+    for (var i = 0u; i < corners; i += 1u) {
+        let d = distance_from(line, ring[i].at);
+        distances[i] = d;
+        low = low || d < 0.0;
+        high = high || d > 0.0;
+    }
+    return select(KEEPS_ALL, select(KEEPS_NOTHING, KEEPS_PART, high), low);
+}
+
+// Keeps the part where the line of `sides` is positive.
+fn cut(id: vec2<u32>) {
+    let n = corners;
+    let first = ring[0];
+    var p = first;
+    var kept = 0u;
+    for (var i = 0u; i < n; i += 1u) {
+        let d = distances[i];
+        var q = first;
+        var e = distances[0];
+        if i + 1u < n {
+            q = ring[i + 1u];
+            e = distances[i + 1u];
+        }
+        if d >= 0.0 {
+            ring[kept] = Corner(p.at, p.on, p.also_on, select(p.side, id, d == 0.0 && e < 0.0));
+            kept += 1u;
+        }
+        if (d < 0.0 && e > 0.0) || (d > 0.0 && e < 0.0) {
+            let x = p.at + (q.at - p.at) * (d / (d - e));
+            ring[kept] = Corner(x, p.side, id, select(p.side, id, d > 0.0));
+            kept += 1u;
+        }
+        if kept > i + 2u || kept >= CAP {
+            trouble |= TOO_MANY_CORNERS;
+            break;
+        }
+        p = q;
+    }
+    corners = kept;
+}
+
+// ---- the tree of faces ----
+
+// Half-spaces (normal, offset), where normal . p >= offset, in which faces are looked for.
+var<private> walls: mat4x4<f32>;
+var<private> ahead_of: vec4<f32>;
+var<private> also_ahead_of: vec4<f32>;
+// The next node, the one to stop at, the next face of the last leaf, and how many are left of it.
+var<private> node: u32;
+var<private> last_node: u32;
+var<private> next_face: u32;
+var<private> faces_left: u32;
+var<private> steps: u32;
+
+fn prism_wall(axis: vec4<f32>, k: vec4<f32>, x: f32, inward: f32) -> vec4<f32> {
+    let a = (axis - k * x) * inward;
+    return vec4<f32>(a.xyz, -a.w - params.pad_m);
+}
+
+// Looks for faces around the rays through the box, on the lit side of two planes.
+fn look_within(f: View, box: vec4<f32>, side: vec4<f32>, other: vec4<f32>) {
+    walls = mat4x4<f32>(
+        prism_wall(f.u, f.k, box.x - 1e-6, 1.0),
+        prism_wall(f.u, f.k, box.z + 1e-6, -1.0),
+        prism_wall(f.v, f.k, box.y - 1e-6, 1.0),
+        prism_wall(f.v, f.k, box.w + 1e-6, -1.0),
+    );
+    ahead_of = side - vec4<f32>(0.0, 0.0, 0.0, params.pad_m);
+    also_ahead_of = other - vec4<f32>(0.0, 0.0, 0.0, params.pad_m);
+}
+
+fn reaches(space: vec4<f32>, centre: vec3<f32>, half: vec3<f32>) -> bool {
+    return dot(space.xyz, centre) + dot(abs(space.xyz), half) >= space.w;
+}
+
+// A face is worth so many nodes.
+const STEPS_OF_FACE: u32 = 24u;
+
+// Finds the next face whose leaf reaches into all half-spaces into `found_face`. False at the end, and when the thread has taken as many
+// steps as it may: then `steps` has come to the budget.
+var<private> found_face: u32;
+fn find_next() -> bool {
+    while faces_left == 0u {
+        if node >= last_node || steps >= params.budget {
+            return false;
+        }
+        steps += 1u;
+        let a = body[params.nodes_at + 2u * node];
+        let b = body[params.nodes_at + 2u * node + 1u];
+        let centre = bitcast<vec3<f32>>(a.xyz);
+        let half = bitcast<vec3<f32>>(b.xyz);
+        let inside = reaches(walls[0], centre, half)
+            && reaches(walls[1], centre, half)
+            && reaches(walls[2], centre, half)
+            && reaches(walls[3], centre, half)
+            && reaches(ahead_of, centre, half)
+            && reaches(also_ahead_of, centre, half);
+        node = select(a.w, node + 1u, inside);
+        if inside && b.w != 0u {
+            next_face = b.w & 0xffffffu;
+            faces_left = b.w >> 24u;
+        }
+    }
+    if steps >= params.budget {
+        return false;
+    }
+    steps += STEPS_OF_FACE;
+    found_face = next_face;
+    next_face += 1u;
+    faces_left -= 1u;
+    return true;
+}
+
+// A driver that ends loops after so many steps of the thread ends this one too early as well.
+fn check_steps() {
+    var taken = 0u;
+    while taken < params.probe {
+        taken += 1u;
+    }
+    if taken != params.probe {
+        trouble |= TOO_MANY_STEPS;
+    }
+}

@@ -1,0 +1,129 @@
+// The part of a face that a beam's own lines hold, before anything hides it: of every face in every window (level 0, thread window *
+// faces + face), or of every pair of a beam and a face ahead of it. Counts first; then, the counts being summed, writes pieces.
+
+@group(0) @binding(0) var<uniform> params: ViewParams;
+@group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
+@group(0) @binding(2) var<storage, read> views: array<vec4<u32>>;
+@group(0) @binding(3) var<storage, read> beams: array<vec4<u32>>;
+@group(0) @binding(4) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(5) var<storage, read_write> counts: array<u32>;
+@group(0) @binding(6) var<storage, read_write> pieces: array<vec4<u32>>;
+@group(0) @binding(7) var<storage, read_write> troubles: array<atomic<u32>>;
+
+// Cuts the polygon at work; false where nothing is left.
+fn keeps(line: Cutter) -> bool {
+    let side = sides(line);
+    if side == KEEPS_NOTHING {
+        return false;
+    }
+    if side == KEEPS_PART {
+        cut(line.id);
+    }
+    return corners >= 3u;
+}
+
+fn beam_corner(beam: u32, i: u32) -> vec2<f32> {
+    return bitcast<vec2<f32>>(beams[beam + 2u + 2u * i].xy);
+}
+
+// Cuts the polygon at work by the lines of the beam's sides.
+fn keeps_beam(beam: u32, view: u32, n: u32) -> bool {
+    let o = beam_corner(beam, 0u);
+    var turn = 0.0;
+    for (var i = 2u; i < n; i += 1u) {
+        turn += cross2(beam_corner(beam, i - 1u) - o, beam_corner(beam, i) - o);
+    }
+    for (var i = 0u; i < n; i += 1u) {
+        let p = beam_corner(beam, i);
+        let q = beam_corner(beam, select(i + 1u, 0u, i + 1u == n));
+        let id = beams[beam + 3u + 2u * i].zw;
+        if (id.x >> 28u) == EDGE {
+            let seen = view_at(seen_in(view, (id.x >> 24u) & 0xfu));
+            if !keeps(edge_cutter(seen, id, id.x & 0xffffffu, p, q, turn)) {
+                return false;
+            }
+        } else if distance(p, q) > EPS {
+            if !keeps(side_cutter(id, p, q, turn)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) workgroups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let thread = linear_id(workgroup, workgroups, local, 64u);
+    let id = params.first + thread;
+    if thread >= params.threads || id >= params.count {
+        return;
+    }
+    let slot = counts[thread];
+    if params.mode == 1u && counts[thread + 1u] == slot {
+        return;
+    }
+    var target_face: u32;
+    var view: u32;
+    var source = NONE;
+    var beam_index: u32;
+    if params.level == 0u {
+        target_face = id % params.faces;
+        view = id / params.faces;
+        beam_index = id;
+    } else {
+        let pair = pairs[id];
+        beam_index = pair.x;
+        target_face = pair.y;
+        view = beams[pair.x * PIECE].y;
+        source = beams[pair.x * PIECE + 1u].z;
+    }
+    let f = view_at(view);
+    var is_kept = false;
+    if lit(f, target_face) != 0.0 {
+        outline_of(f, target_face);
+        if outline_count >= 3u {
+            take_outline(f.level);
+            is_kept = true;
+            if params.level != 0u {
+                let beam = beam_index * PIECE;
+                let from_face = source & 0x7fffffffu;
+                let from_side = select(1.0, -1.0, (source & 0x80000000u) != 0u);
+                if place(target_face, from_face, from_side, max(params.flat_m, params.lies_m)) == ACROSS {
+                    is_kept = keeps(crossing(f, from_face, target_face));
+                }
+                is_kept = is_kept && keeps_beam(beam, view, beams[beam].z & 0xffu);
+            }
+        }
+    }
+    let size = select(0.0, abs(area()), is_kept);
+    if corners > MOST && is_kept {
+        trouble |= TOO_MANY_CORNERS;
+    }
+    if !(size >= 0.0 && size < 1e30) {
+        trouble |= NOT_FINITE;
+    }
+    check_steps();
+    if trouble != 0u {
+        atomicOr(&troubles[0], trouble);
+    }
+    is_kept = is_kept && trouble == 0u && size > select(SLIVER * SLIVER, 0.0, params.level == 0u);
+    if params.mode == 0u {
+        counts[thread] = select(0u, 1u, is_kept);
+        return;
+    }
+    if !is_kept {
+        return;
+    }
+    let to = slot * PIECE;
+    pieces[to] = vec4<u32>(target_face, view, corners | select(0u, 0x100u, outline_whole), 0u);
+    pieces[to + 1u] = vec4<u32>(0u, bitcast<u32>(SLIVER * size), source, beam_index);
+    for (var i = 0u; i < corners; i += 1u) {
+        let c = ring[i];
+        pieces[to + 2u + 2u * i] = vec4<u32>(bitcast<vec2<u32>>(c.at), c.on);
+        pieces[to + 3u + 2u * i] = vec4<u32>(c.also_on, c.side);
+    }
+}
