@@ -13,7 +13,7 @@ use crate::base::units::{power_from_db, wavenumber};
 use crate::detect::points::Point;
 use crate::detect::{Bodies, label, locate};
 use crate::dsp::RangeDoppler;
-use crate::engine::{AnyCube, Engine, MadeFrame};
+use crate::engine::{AnyCube, Engine, FrameInput, MadeFrame};
 use crate::geom::{Facets, Geometry, RigidScene, curved, remarks as of_scene};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
@@ -403,7 +403,15 @@ impl<'a> Prepared<'a> {
         let mut stages = Stages { geometry_s: seconds[0], trace_s: seconds[1], ..Default::default() };
         engine.check_memory(radar, echoes.list.len())?;
         let interference = arrivals(scenario, scene, which, time_s)?;
-        let made = engine.frame(radar, &echoes, &interference, (seed, index), self.cubes, control)?;
+        let input = FrameInput {
+            radar,
+            echoes: &echoes,
+            interference: &interference,
+            seed,
+            frame: index,
+            wanted: self.cubes,
+        };
+        let made = engine.frame(&input, control)?;
         let MadeFrame { cube, front_end, mut maps, seconds } = made;
         [stages.synthesis_s, stages.processing_s] = seconds;
         let mut clock = Clock::start();
