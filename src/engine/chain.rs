@@ -16,7 +16,7 @@ use crate::base::control::Control;
 use crate::base::error::{Error, Result};
 use crate::base::frames::{Pose, Sensor, World};
 use crate::base::units::{power_from_db, wavenumber};
-use crate::dsp::doa_beamform::Beamformer;
+use crate::dsp::doa_beamform::{BeamCells, Beamformer};
 use crate::dsp::doa_spectrum::{Forms, Steering};
 use crate::dsp::stream::Source;
 use crate::dsp::transform::Transform;
@@ -535,6 +535,23 @@ impl Engine {
             Engine::Cpu(Precision::F32) => widen(crate::dsp::cpu::doa_spectrum::spectra(steering, forms)),
             Engine::Gpu(gpu) => widen(dsp::doa_spectrum::spectra(gpu, steering, forms)?),
         })
+    }
+
+    /// [`Engine::angular_power`] of several beamformers, which share a submission on the gpu engine.
+    ///
+    /// # Errors
+    /// Returns an error if the adapter fails.
+    pub fn angular_powers(&self, all: &[BeamCells<'_>]) -> Result<Vec<Vec<f64>>> {
+        match self {
+            _ if all.is_empty() => Ok(Vec::new()),
+            Engine::Cpu(_) => {
+                all.iter().map(|c| self.angular_power(c.beam, &c.snapshots, &c.range_rates_mps)).collect()
+            }
+            Engine::Gpu(gpu) => {
+                let powers = dsp::doa_beamform::spectra_of_all(gpu, all)?;
+                Ok(powers.into_iter().map(|p| p.into_iter().map(f64::from).collect()).collect())
+            }
+        }
     }
 
     /// |y|^2 in W over the beamformer's grid, `[cell, elevation, azimuth]` (CONVENTIONS eq. 19).

@@ -1,14 +1,17 @@
 //! Frames that share submissions: few submissions, and the bytes of frames that are made singly.
 
 use catseye::base::control::Control;
+use catseye::base::error::Error;
 use catseye::dsp::RangeDoppler;
 use catseye::engine::{Engine, FrameInput, MadeFrame};
 use catseye::gpu::GpuCounts;
 use catseye::gpu::compare::opened_for_tests;
 use catseye::road::site::Site;
+use catseye::scene::radar::{AngleMethod, Sources};
 use catseye::scene::scenario;
-use catseye::simulate::{Heard, Prepared};
+use catseye::simulate::{Frame, Heard, Prepared};
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// A drive past guard rails.
 fn site() -> Site {
@@ -115,4 +118,69 @@ fn an_error_is_that_of_its_frame() {
     assert_eq!(made.len(), 5);
     assert!(made[..4].iter().all(Result::is_ok));
     assert_eq!(made[4].as_ref().unwrap_err().to_string(), alone.to_string());
+}
+
+/// A batch of 64 frames of a drive takes few submissions, and its frames are those that are made singly, whatever the size of the batch.
+#[test]
+fn a_batch_of_64_frames_waits_rarely() {
+    let (site, engine) = (site(), Engine::Gpu(Box::new(opened_for_tests())));
+    let prepared = Prepared::new(&site.scenario, &site.scene).unwrap();
+    let wanted: Vec<(usize, u32)> = (0..64).map(|index| (0, index)).collect();
+    let all = |together: usize| -> Vec<Frame> {
+        let mut made: Vec<Frame> = Vec::new();
+        while made.len() < wanted.len() {
+            let some = &wanted[made.len()..(made.len() + together).min(wanted.len())];
+            made.extend(prepared.frames(&engine, some, Control::default()).into_iter().map(Result::unwrap));
+        }
+        made
+    };
+    let (many, counts) = used(&engine, || all(64));
+    let a_frame = counts.submits as f64 / 64.0;
+    assert!(a_frame <= 0.2, "{a_frame} submissions a frame: {counts:?}");
+    let (singly, counts) = used(&engine, || all(1));
+    assert_eq!(counts.submits, 128);
+    assert!(singly.iter().all(|f| !f.points.is_empty()));
+    for frames in [many, all(3)] {
+        for (a, b) in frames.iter().zip(&singly) {
+            assert_eq!((a.index, &a.points, a.front_end), (b.index, &b.points, b.front_end));
+            assert!(a.maps == b.maps && a.cube == b.cube && a.echoes.list == b.echoes.list, "{}", a.index);
+        }
+    }
+}
+
+/// Radars of several kinds in one batch: other methods for angles, ramps of two slopes, a front end that needs the host.
+#[test]
+fn mixed_radars_share_a_batch() {
+    let site = {
+        let mut site = site();
+        let first = &mut site.scenario.radars[0];
+        first.name = "bartlett".into();
+        let mut music = first.clone();
+        music.name = "music".into();
+        music.processing.angle.method = AngleMethod::Music;
+        music.processing.angle.sources = Sources::Given(1);
+        let mut hosted = first.clone();
+        hosted.name = "hosted".into();
+        hosted.front_end.aperture_jitter_rms_s = Some(1e-12);
+        site.scenario.radars.extend([music, hosted]);
+        site
+    };
+    let engine = Engine::Gpu(Box::new(opened_for_tests()));
+    let prepared = Prepared::new(&site.scenario, &site.scene).unwrap().without_cubes();
+    let wanted: Vec<(usize, u32)> =
+        (0..4).flat_map(|index| (0..3).map(move |which| (which, index))).collect();
+    let together = prepared.frames(&engine, &wanted, Control::default());
+    assert_eq!(together.len(), wanted.len());
+    for ((which, index), made) in wanted.into_iter().zip(together) {
+        let made = made.unwrap();
+        let alone = prepared.frame(&engine, which, index, Control::default()).unwrap();
+        assert!(!alone.points.is_empty() && made.cube.is_none());
+        assert_eq!((made.radar, made.index, &made.points), (which, index, &alone.points));
+        assert!(made.maps == alone.maps);
+    }
+    // What is cancelled makes nothing, and says so.
+    let cancel = AtomicBool::new(true);
+    let control = Control { progress: None, cancel: Some(&cancel) };
+    let made = prepared.frames(&engine, &[(0, 0), (1, 0)], control);
+    assert!(matches!(&made[..], [Err(Error::Interrupted(_))]));
 }
