@@ -280,7 +280,7 @@ impl Engine {
         while made.len() < inputs.len() && !matches!(made.last(), Some(Err(_))) {
             let left = &inputs[made.len()..];
             let many = match self {
-                Engine::Gpu(gpu) if left.len() > 1 => self.together(gpu, left),
+                Engine::Gpu(gpu) if left.len() > 1 => self.together(gpu, left, control),
                 _ => Vec::new(),
             };
             match many.is_empty() {
@@ -294,9 +294,9 @@ impl Engine {
         made
     }
 
-    /// Frames from the front of `inputs` in one submission. Empty where the first of them has to be made singly: because its radar is not
-    /// of the usual kind, or because it or the submission failed, so that the error is found again in the frame whose it is.
-    fn together(&self, gpu: &Gpu, inputs: &[FrameInput<'_>]) -> Vec<Result<MadeFrame>> {
+    /// Frames from the front of `inputs` in one submission, or one after another where that fails. Empty where the first of them has to be
+    /// made singly: because its radar is not of the usual kind, or because it failed, so that its error is found again.
+    fn together(&self, gpu: &Gpu, inputs: &[FrameInput<'_>], control: Control<'_>) -> Vec<Result<MadeFrame>> {
         let start = Instant::now();
         let most = self.batch_bytes();
         let mut recorder = gpu.recorder("frames");
@@ -316,7 +316,17 @@ impl Engine {
         if frames.is_empty() {
             return Vec::new();
         }
-        let Ok(mut done) = recorder.submit() else { return Vec::new() };
+        let Ok(mut done) = recorder.submit() else {
+            // Alone they may have memory enough, and an error is that of a frame.
+            let mut made = Vec::with_capacity(frames.len());
+            for input in &inputs[..frames.len()] {
+                made.push(self.frame(input, control));
+                if matches!(made.last(), Some(Err(_))) {
+                    break;
+                }
+            }
+            return made;
+        };
         let mut rest = Vec::with_capacity(frames.len());
         let mut found = Vec::with_capacity(frames.len());
         for frame in frames {

@@ -487,8 +487,7 @@ pub fn frames(engine: &Engine, wanted: &[Wanted<'_, '_>], control: Control<'_>) 
     let (mut heard, mut failure, mut bytes) = (Vec::new(), None, 0.0);
     while heard.len() < most && failure.is_none() {
         if control.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
-            failure = Some(cancelled());
-            break;
+            return vec![Err(Error::Interrupted("the frames were cancelled".into()))];
         }
         let left = &wanted[heard.len()..most];
         // What is certain before anything is traced; then as the number of echoes is known.
@@ -520,10 +519,6 @@ pub fn frames(engine: &Engine, wanted: &[Wanted<'_, '_>], control: Control<'_>) 
         frames.extend(failure.map(Err));
     }
     frames
-}
-
-fn cancelled() -> Error {
-    Error::Interrupted("the frames were cancelled".into())
 }
 
 /// What is heard in frames, which are traced side by side.
