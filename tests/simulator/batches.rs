@@ -184,3 +184,25 @@ fn mixed_radars_share_a_batch() {
     let made = prepared.frames(&engine, &[(0, 0), (1, 0)], control);
     assert!(matches!(&made[..], [Err(Error::Interrupted(_))]));
 }
+
+/// Frames with more detected cells than there was room for fetch them in one further submission together.
+#[test]
+fn crowded_frames_share_their_second_submission() {
+    let (site, engine) = (site(), Engine::Gpu(Box::new(opened_for_tests())));
+    let heard = heard(&site, &engine);
+    let mut inputs = inputs(&site, &heard);
+    inputs.truncate(5);
+    let mut crowded = site.scenario.radars[0].clone();
+    crowded.processing.cfar.pfa = 0.6;
+    (crowded.chirps, crowded.processing.doppler_fft) = (512, 512);
+    for i in [1, 3, 4] {
+        inputs[i].radar = &crowded;
+    }
+    let (made, counts) = used(&engine, || engine.frames(&inputs, Control::default()));
+    assert_eq!((made.len(), counts.submits), (5, 2));
+    for (made, input) in made.into_iter().zip(&inputs) {
+        let (made, alone) = (made.unwrap(), engine.frame(input, Control::default()).unwrap());
+        assert!(content(&made) == content(&alone));
+        assert_eq!(made.maps[0].cells.len() > 4096, std::ptr::eq(input.radar, &crowded));
+    }
+}
