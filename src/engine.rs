@@ -8,7 +8,7 @@ pub mod reach;
 pub mod solver;
 pub mod sweep;
 
-pub use chain::MadeFrame;
+pub use chain::{FrameInput, MadeFrame};
 
 use crate::adc::{self, Cube};
 use crate::base::error::{BadInput, Error, Result};

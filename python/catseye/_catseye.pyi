@@ -396,6 +396,7 @@ def dataset(
     *,
     shards: tuple[int, int] | None = None,
     jobs: int | None = None,
+    batch: int | None = None,
     seed: int | None = None,
     engine: _Engine | None = None,
     mixed_devices: bool = False,

@@ -7,7 +7,7 @@ use crate::{engine, work};
 use catseye::base::error::BadInput;
 use catseye_cli::draw_frame;
 use catseye_io::dataset::{DATASET, DatasetFile};
-use catseye_io::produce::{self, produce};
+use catseye_io::produce::{self, produce_in_batches};
 use catseye_io::recipe::{Recipe, SPLITS};
 use catseye_io::store::{Array, Column, Data, DatasetLayout, Table};
 use catseye_io::verify as checks;
@@ -21,14 +21,15 @@ use std::sync::Arc;
 /// interruptions.
 ///
 /// recipe: path of a recipe TOML. out: folder. shards: (first, end) of those to make, default all; others are left to
-/// other runs. jobs: workers, each with its share of the cores (default: one a core, on a GPU one). seed: in place of the recipe's. mixed_devices: go on
+/// other runs. jobs: workers, each with its share of the cores (default: one a core, on a GPU one). batch: frames that a GPU takes at once, as
+/// far as memory allows (default 64); the bytes do not depend on it, and the CPU takes one. seed: in place of the recipe's. mixed_devices: go on
 /// with a dataset that another device began. force: begin anew in a folder that holds another dataset. progress: called with the numbers of
 /// frames done and of all.
 ///
 /// Returns a dictionary: folder, frames, shards, shards_complete, shards_resumed, shards_repaired, frames_made, complete, tally, bytes.
 /// Raises BadInput for a folder of another recipe or device. Ctrl-C ends it after the frames in work; the same call goes on.
 #[pyfunction]
-#[pyo3(signature = (recipe, out, *, shards = None, jobs = None, seed = None, engine = None, mixed_devices = false, force = false,
+#[pyo3(signature = (recipe, out, *, shards = None, jobs = None, batch = None, seed = None, engine = None, mixed_devices = false, force = false,
     progress = None))]
 #[allow(clippy::too_many_arguments)] // keywords
 pub fn dataset(
@@ -37,6 +38,7 @@ pub fn dataset(
     out: PathBuf,
     shards: Option<(u64, u64)>,
     jobs: Option<usize>,
+    batch: Option<usize>,
     seed: Option<u64>,
     engine: Option<&Bound<'_, PyAny>>,
     mixed_devices: bool,
@@ -45,6 +47,12 @@ pub fn dataset(
 ) -> PyResult<Py<PyAny>> {
     if jobs == Some(0) {
         return refuse(py, BadInput::new("nobody would work").key("jobs").value(0).allowed("1 or more"));
+    }
+    if batch == Some(0) {
+        return refuse(
+            py,
+            BadInput::new("no frame would be made").key("batch").value(0).allowed("1 or more"),
+        );
     }
     let recipe = py.detach(|| Recipe::load(&recipe, seed)).or_raise(py)?;
     let engine = engine::resolve(py, engine)?;
@@ -63,7 +71,7 @@ pub fn dataset(
             },
             pictures: &draw_frame,
         };
-        produce(&engine, &recipe, &out, &options)
+        produce_in_batches(&engine, &recipe, &out, &options, batch)
     })?;
     plain(py, &report)
 }

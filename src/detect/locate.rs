@@ -9,13 +9,13 @@ use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
 use crate::base::error::{Error, Result};
 use crate::base::frames::direction_from_angles;
 use crate::base::units::{db_from_power, wavenumber};
-use crate::dsp::doa_beamform::{Beamformer, Grid};
+use crate::dsp::doa_beamform::{BeamCells, Beamformer, Grid};
 use crate::dsp::doa_calibration::Calibration;
-use crate::dsp::doa_estimate::{Cells, Estimator, Method, Options, Smoothing, SourceNumber};
+use crate::dsp::doa_estimate::{Cells, Estimator, Method, Options, Smoothing, Source, SourceNumber};
 use crate::dsp::doa_manifold::Manifold;
 use crate::dsp::doa_order::Criterion;
 use crate::dsp::multiplex::decode;
-use crate::dsp::peaks::group;
+use crate::dsp::peaks::{Peak, group};
 use crate::dsp::{RangeDoppler, Snapshots, window};
 use crate::engine::Engine;
 use crate::formats::csv::Table;
@@ -135,36 +135,119 @@ pub fn detected(
     accuracy: &PointAccuracy,
     velocity_mps: Option<DVec3>,
 ) -> Result<Vec<Detected>> {
-    if radar.processing.group != [0; 2] {
-        keep_heads(found, radar.processing.group);
+    let Some(search) = Search::new(radar, found, accuracy, velocity_mps)? else { return Ok(Vec::new()) };
+    let mut looked = looked(engine, &[&search])?;
+    Ok(looked.pop().map_or_else(Vec::new, |looked| search.detections(&looked)))
+}
+
+/// What looks for the directions of cells: an array with its method.
+#[derive(PartialEq)]
+enum Finder {
+    Beam(Beamformer),
+    Estimator(Box<Estimator>),
+}
+
+/// What a finder saw in the cells of a map.
+enum Looked {
+    /// Power in W, `[cell, elevation, azimuth]`.
+    Powers(Vec<f64>),
+    /// Sources of each cell.
+    Sources(Vec<Vec<Source>>),
+}
+
+/// The cells of one map, whose directions are still to be found.
+struct Search {
+    finder: Finder,
+    grid: Grid,
+    tops: Vec<Peak>,
+    /// Power of each peak over that of its cell.
+    scalloping: Vec<f64>,
+    /// Range rate of each cell's row, m/s.
+    rates: Vec<f64>,
+    cells: Decoded,
+    /// What stands as the radar sees it, where folds of the range rate leave the direction as it is.
+    standing: Option<Standing>,
+}
+
+impl Search {
+    /// Chooses the cells of `found` and tells their transmitters apart. None where there are no cells.
+    fn new(
+        radar: &Radar,
+        found: &mut RangeDoppler<f64>,
+        accuracy: &PointAccuracy,
+        velocity_mps: Option<DVec3>,
+    ) -> Result<Option<Search>> {
+        if radar.processing.group != [0; 2] {
+            keep_heads(found, radar.processing.group);
+        }
+        let (tops, rates) = peaks(radar, found, accuracy);
+        let channels = found.snapshots.channels;
+        found.cells.truncate(tops.len());
+        found.snapshots.data.truncate(tops.len() * channels);
+        if tops.is_empty() {
+            return Ok(None);
+        }
+        found.noise.truncate(tops.len());
+        let folds = fold_test(radar)?;
+        let standing = velocity_mps.map(|velocity_mps| Standing::seen_by(radar, velocity_mps));
+        let cells = decoded(radar, found, &rates, folds.as_ref(), standing.as_ref());
+        let scalloping = tops
+            .iter()
+            .zip(&found.cells)
+            .map(|(top, cell)| {
+                let at = found.map.at(cell.doppler as usize, cell.range as usize);
+                if at > 0.0 { top.power / at } else { 1.0 }
+            })
+            .collect();
+        let grid = Grid::new(radar)?;
+        let angle = &radar.processing.angle;
+        let finder = match angle.method == AngleMethod::Bartlett && angle.calibration.is_none() {
+            true => Finder::Beam(Beamformer::new(radar)?),
+            false => {
+                let estimator = Estimator::new(manifold(radar)?, grid.clone(), options(angle))?;
+                Finder::Estimator(Box::new(estimator))
+            }
+        };
+        let standing = standing.filter(|_| folds.is_none());
+        Ok(Some(Search { finder, grid, tops, scalloping, rates, cells, standing }))
     }
-    let (tops, rates) = peaks(radar, found, accuracy);
-    let channels = found.snapshots.channels;
-    found.cells.truncate(tops.len());
-    found.snapshots.data.truncate(tops.len() * channels);
-    if tops.is_empty() {
-        return Ok(Vec::new());
+
+    /// Bytes that the spectra of all cells take on the device and on the host.
+    fn spectrum_bytes(&self) -> usize {
+        self.tops.len() * self.grid.len() * (2 * size_of::<f32>() + size_of::<f64>())
     }
-    found.noise.truncate(tops.len());
-    let folds = fold_test(radar)?;
-    let standing = velocity_mps.map(|velocity_mps| Standing::seen_by(radar, velocity_mps));
-    let Decoded { snapshots, noise, rates: decoded } =
-        decoded(radar, found, &rates, folds.as_ref(), standing.as_ref());
-    let scalloping: Vec<f64> = tops
-        .iter()
-        .zip(&found.cells)
-        .map(|(top, cell)| {
-            let at = found.map.at(cell.doppler as usize, cell.range as usize);
-            if at > 0.0 { top.power / at } else { 1.0 }
-        })
-        .collect();
-    let searched = Grid::new(radar)?;
-    let make = |i: usize, azimuth_rad: f64, elevation_rad: f64, power_w: f64| {
-        let (rate, mut ambiguity, modulo_mps) = decoded[i];
-        let mut unfolded_mps = rate - rates[i];
-        // Folds that leave the direction as it is.
-        let stands = standing.filter(|_| folds.is_none());
-        match stands.and_then(|s| s.fold(rate, (azimuth_rad, elevation_rad), modulo_mps)) {
+
+    fn detections(&self, looked: &Looked) -> Vec<Detected> {
+        match (looked, &self.finder) {
+            (Looked::Powers(powers), Finder::Beam(beam)) => powers
+                .chunks_exact(beam.grid.len())
+                .enumerate()
+                .filter_map(|(i, power)| {
+                    let a = beam.strongest(power, self.cells.snapshots.of(i), 0.0)?;
+                    Some(self.detection(i, a.azimuth_rad, a.elevation_rad, a.amplitude.norm_sqr()))
+                })
+                .collect(),
+            (Looked::Sources(sources), _) => sources
+                .iter()
+                .enumerate()
+                .flat_map(|(i, list)| list.iter().map(move |s| (i, s)))
+                .map(|(i, s)| {
+                    let d = self.detection(i, s.azimuth_rad, s.elevation_rad, s.power_w);
+                    Detected {
+                        angle_std_rad: Some([s.azimuth_std_rad, s.elevation_std_rad]),
+                        ambiguity: if s.ambiguous { Ambiguity::Ambiguous } else { d.ambiguity },
+                        ..d
+                    }
+                })
+                .collect(),
+            (Looked::Powers(_), Finder::Estimator(_)) => Vec::new(),
+        }
+    }
+
+    fn detection(&self, i: usize, azimuth_rad: f64, elevation_rad: f64, power_w: f64) -> Detected {
+        let (rate, mut ambiguity, modulo_mps) = self.cells.rates[i];
+        let mut unfolded_mps = rate - self.rates[i];
+        match self.standing.and_then(|s| s.fold(rate, (azimuth_rad, elevation_rad), modulo_mps)) {
             Some(n) if n != 0.0 || !ambiguity.is_settled() => {
                 unfolded_mps += n * modulo_mps;
                 ambiguity = Ambiguity::EgoSpeed;
@@ -172,52 +255,100 @@ pub fn detected(
             _ => {}
         }
         Detected {
-            range_bin: tops[i].range,
-            doppler_row: tops[i].doppler,
+            range_bin: self.tops[i].range,
+            doppler_row: self.tops[i].doppler,
             unfolded_mps,
             azimuth_rad,
             elevation_rad,
             power_w,
-            scalloping: scalloping[i],
-            noise_w: noise[i],
+            scalloping: self.scalloping[i],
+            noise_w: self.cells.noise[i],
             ambiguity,
             modulo_mps,
             angle_std_rad: None,
             looks: 1,
-            at_search_edge: is_at_edge(&searched.azimuth_rad, azimuth_rad)
-                || is_at_edge(&searched.elevation_rad, elevation_rad),
+            at_search_edge: is_at_edge(&self.grid.azimuth_rad, azimuth_rad)
+                || is_at_edge(&self.grid.elevation_rad, elevation_rad),
         }
-    };
-    let angle = &radar.processing.angle;
-    if angle.method == AngleMethod::Bartlett && angle.calibration.is_none() {
-        let beam = Beamformer::new(radar)?;
-        // The turns between transmitters are out already.
-        let still = vec![0.0; tops.len()];
-        let power = engine.angular_power(&beam, &snapshots, &still)?;
-        let rows = power.chunks_exact(beam.grid.len()).enumerate();
-        return Ok(rows
-            .filter_map(|(i, power)| {
-                let a = beam.strongest(power, snapshots.of(i), 0.0)?;
-                Some(make(i, a.azimuth_rad, a.elevation_rad, a.amplitude.norm_sqr()))
-            })
-            .collect());
     }
-    let estimator = Estimator::new(manifold(radar)?, searched.clone(), options(angle))?;
-    let cells = Cells { snapshots: 1, data: &snapshots.data, noise_w: Some(&noise) };
-    let sources = estimator.estimate_cells(&cells, |steering, forms| engine.forms(steering, forms))?;
-    Ok(sources
-        .iter()
-        .enumerate()
-        .flat_map(|(i, list)| list.iter().map(move |s| (i, s)))
-        .map(|(i, s)| {
-            let d = make(i, s.azimuth_rad, s.elevation_rad, s.power_w);
-            Detected {
-                angle_std_rad: Some([s.azimuth_std_rad, s.elevation_std_rad]),
-                ambiguity: if s.ambiguous { Ambiguity::Ambiguous } else { d.ambiguity },
-                ..d
+}
+
+/// Looks for the directions of the cells of many maps. What beamformers see is one submission on the gpu engine, and so is what each
+/// other finder sees, as far as [`Estimator::estimate_cells`] takes its cells at once. A cell's spectrum does not depend on others.
+fn looked(engine: &Engine, searches: &[&Search]) -> Result<Vec<Looked>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (i, search) in searches.iter().enumerate() {
+        match groups.iter_mut().find(|g| searches[g[0]].finder == search.finder) {
+            Some(group) => group.push(i),
+            None => groups.push(vec![i]),
+        }
+    }
+    let snapshots_of = |group: &[usize]| {
+        let channels = searches[group[0]].cells.snapshots.channels;
+        let data = group.iter().flat_map(|i| searches[*i].cells.snapshots.data.iter().copied()).collect();
+        Snapshots { channels, data }
+    };
+    let mut out: Vec<(usize, Looked)> = Vec::with_capacity(searches.len());
+    let (mut beams, mut of_beams) = (Vec::new(), Vec::new());
+    for group in groups {
+        let snapshots = snapshots_of(&group);
+        match &searches[group[0]].finder {
+            Finder::Beam(beam) => {
+                // The turns between transmitters are out already.
+                let range_rates_mps = vec![0.0; snapshots.data.len() / snapshots.channels.max(1)];
+                beams.push(BeamCells { beam, snapshots, range_rates_mps });
+                of_beams.push(group);
             }
-        })
-        .collect())
+            Finder::Estimator(estimator) => {
+                let noise: Vec<f64> = group.iter().flat_map(|i| searches[*i].cells.noise.clone()).collect();
+                let cells = Cells { snapshots: 1, data: &snapshots.data, noise_w: Some(&noise) };
+                let mut sources = estimator
+                    .estimate_cells(&cells, |steering, forms| engine.forms(steering, forms))?
+                    .into_iter();
+                for i in group {
+                    let own = sources.by_ref().take(searches[i].tops.len()).collect();
+                    out.push((i, Looked::Sources(own)));
+                }
+            }
+        }
+    }
+    let powers = engine.angular_powers(&beams)?;
+    for (group, powers) in of_beams.into_iter().zip(powers) {
+        let mut rest = powers.as_slice();
+        for i in group {
+            let (own, behind) = rest.split_at(searches[i].tops.len() * searches[i].grid.len());
+            out.push((i, Looked::Powers(own.to_vec())));
+            rest = behind;
+        }
+    }
+    out.sort_by_key(|(i, _)| *i);
+    Ok(out.into_iter().map(|(_, looked)| looked).collect())
+}
+
+/// The most that the spectra of maps take that are looked at together, bytes.
+const SPECTRUM_BYTES: usize = 256 << 20;
+
+/// [`looked`] of maps that may be many, so many at once as [`SPECTRUM_BYTES`] allow. Each map has the error that is its own.
+fn looked_at_all(engine: &Engine, searches: &[&Search]) -> Vec<Result<Looked>> {
+    let mut out = Vec::with_capacity(searches.len());
+    while out.len() < searches.len() {
+        let left = &searches[out.len()..];
+        let mut bytes = 0;
+        let fit = left.iter().take_while(|s| {
+            bytes += s.spectrum_bytes();
+            bytes <= SPECTRUM_BYTES
+        });
+        let some = &left[..fit.count().max(1)];
+        match looked(engine, some) {
+            Ok(looked) => out.extend(looked.into_iter().map(Ok)),
+            Err(e) if some.len() == 1 => out.push(Err(e)),
+            Err(_) => out.extend(some.iter().map(|s| {
+                let mut one = looked(engine, &[*s])?;
+                one.pop().ok_or_else(|| Error::Failed("a map has no spectra of angle".into()))
+            })),
+        }
+    }
+    out
 }
 
 /// The cells of a map with their transmitters told apart.
@@ -350,6 +481,16 @@ struct OfSlope<'a> {
     list: Vec<(Point, Detected)>,
 }
 
+/// The maps of a frame whose points are asked for.
+pub struct FrameMaps<'a> {
+    /// The radar.
+    pub radar: &'a Radar,
+    /// One map for each ramp. They keep as many cells as were taken.
+    pub maps: &'a mut [RangeDoppler<f64>],
+    /// Velocity of the radar in its own frame, m/s, where it is known.
+    pub velocity_mps: Option<DVec3>,
+}
+
 /// Points of one frame without labels, strongest first. `maps` has one map for each ramp. What ramps of one slope see
 /// is put together ([`same_slope`]). With one slope that is all; with several, points are pairs of peaks of the first
 /// two different slopes, confirmed by a third where there is one. `velocity_mps` is the radar's own in its frame,
@@ -363,12 +504,60 @@ pub fn points(
     maps: &mut [RangeDoppler<f64>],
     velocity_mps: Option<DVec3>,
 ) -> Result<Vec<Point>> {
-    let parts: Vec<Radar> = (0..maps.len()).map(|i| radar.part(i)).collect();
-    let accuracies = parts.iter().map(accuracy).collect::<Result<Vec<_>>>()?;
-    let mut lists = Vec::with_capacity(maps.len());
-    for ((part, map), accuracy) in parts.iter().zip(maps.iter_mut()).zip(&accuracies) {
-        lists.push(detected(engine, part, map, accuracy, velocity_mps)?);
+    let mut all = points_of_frames(engine, vec![FrameMaps { radar, maps, velocity_mps }]);
+    all.pop().unwrap_or_else(|| Ok(Vec::new()))
+}
+
+/// [`points`] of many frames, of any radars, to the bit as of each alone. On the gpu engine their spectra over angle share
+/// submissions.
+///
+/// # Errors
+/// Each frame has the errors of [`points`] for itself.
+pub fn points_of_frames(engine: &Engine, mut frames: Vec<FrameMaps<'_>>) -> Vec<Result<Vec<Point>>> {
+    let begun: Vec<Result<Ramps>> = frames.par_iter_mut().map(Ramps::new).collect();
+    let searches: Vec<&Search> = begun.iter().flatten().flat_map(|r| r.searches.iter().flatten()).collect();
+    let mut looked = looked_at_all(engine, &searches).into_iter();
+    let located = frames.iter().zip(begun).map(|(frame, begun)| {
+        let Ramps { parts, accuracies, searches } = begun?;
+        let mut of = |search: &Option<Search>| match search {
+            None => Ok(Vec::new()),
+            Some(search) => looked.next().map_or_else(|| Ok(Vec::new()), |l| Ok(search.detections(&l?))),
+        };
+        // All are taken before the first error: what follows is that of other frames.
+        let lists: Vec<Result<Vec<Detected>>> = searches.iter().map(&mut of).collect();
+        joined(frame.radar, &parts, &accuracies, lists.into_iter().collect::<Result<_>>()?)
+    });
+    located.collect()
+}
+
+/// The ramps of a frame, with the search for directions in each map.
+struct Ramps {
+    parts: Vec<Radar>,
+    accuracies: Vec<PointAccuracy>,
+    searches: Vec<Option<Search>>,
+}
+
+impl Ramps {
+    fn new(frame: &mut FrameMaps<'_>) -> Result<Ramps> {
+        let parts: Vec<Radar> = (0..frame.maps.len()).map(|i| frame.radar.part(i)).collect();
+        let accuracies = parts.iter().map(accuracy).collect::<Result<Vec<_>>>()?;
+        let searches = parts
+            .iter()
+            .zip(frame.maps.iter_mut())
+            .zip(&accuracies)
+            .map(|((part, map), accuracy)| Search::new(part, map, accuracy, frame.velocity_mps))
+            .collect::<Result<_>>()?;
+        Ok(Ramps { parts, accuracies, searches })
     }
+}
+
+/// Points of what the ramps of one frame saw.
+fn joined(
+    radar: &Radar,
+    parts: &[Radar],
+    accuracies: &[PointAccuracy],
+    mut lists: Vec<Vec<Detected>>,
+) -> Result<Vec<Point>> {
     // The first ramp of each slope, and what all of that slope saw.
     let mut seen: Vec<OfSlope> = Vec::new();
     for group in same_slope::ramps(radar) {

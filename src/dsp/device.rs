@@ -90,29 +90,28 @@ pub fn process_by(
 ) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
     let mut recorder = gpu.recorder("processing");
     let spectrum = spectrum::record(&mut recorder, gpu, cube, transform)?;
-    Recorded::new(recorder, gpu, spectrum, cfar)?.submit()
+    let recorded = Recorded::new(&mut recorder, gpu, spectrum, cfar)?;
+    recorded.take(gpu, &mut recorder.submit()?)
 }
 
-/// Records [`process`] for a cube that earlier commands of the recorder leave on the device, to be submitted with
-/// [`Recorded::submit`].
+/// Records [`process`] for a cube that earlier commands of the recorder leave on the device. When the recorder has been submitted,
+/// [`Recorded::take`] or, of many frames, [`take_all`] gives the results.
 ///
 /// # Errors
 /// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
 pub fn record<'a>(
-    mut recorder: Recorder<'a>,
-    gpu: &'a Gpu,
+    recorder: &mut Recorder<'_>,
+    gpu: &Gpu,
     cube: &DeviceCube,
     transform: &Transform,
     cfar: &'a Cfar,
 ) -> Result<Recorded<'a>> {
-    let spectrum = spectrum::record_device(&mut recorder, gpu, cube, transform)?;
+    let spectrum = spectrum::record_device(recorder, gpu, cube, transform)?;
     Recorded::new(recorder, gpu, spectrum, cfar)
 }
 
 /// A frame's processing, recorded and not yet submitted.
 pub struct Recorded<'a> {
-    recorder: Recorder<'a>,
-    gpu: &'a Gpu,
     found: DetectionRun<'a>,
     cells: PendingCells,
     map: Pending<f32>,
@@ -122,60 +121,100 @@ pub struct Recorded<'a> {
 
 impl<'a> Recorded<'a> {
     fn new(
-        mut recorder: Recorder<'a>,
-        gpu: &'a Gpu,
+        recorder: &mut Recorder<'_>,
+        gpu: &Gpu,
         spectrum: DeviceSpectrum,
         cfar: &'a Cfar,
     ) -> Result<Recorded<'a>> {
         let size = [spectrum.doppler_bins, spectrum.range_bins];
         let columns = cfar::columns(cfar, spectrum.channels, size[0], size[1])?;
-        let map = power::record(&mut recorder, &spectrum);
-        let mask = cfar::record(&mut recorder, &map, size, cfar, &columns)?;
+        let map = power::record(recorder, &spectrum);
+        let mask = cfar::record(recorder, &map, size, cfar, &columns)?;
         let limit = (gpu.max_binding_bytes() as usize / (8 * spectrum.channels)).max(1);
         let found = DetectionRun { cfar, columns, spectrum, map, mask };
-        let cells = found.record(&mut recorder, CELLS.min(limit));
+        let cells = found.record(recorder, CELLS.min(limit));
         let (map, mask) = (recorder.read(&found.map), recorder.read(&found.mask));
-        Ok(Recorded { recorder, gpu, found, cells, map, mask, limit })
+        Ok(Recorded { found, cells, map, mask, limit })
     }
 
-    /// The recorder, for more commands of the same submission.
-    pub fn recorder(&mut self) -> &mut Recorder<'a> {
-        &mut self.recorder
-    }
-
-    /// Runs everything that was recorded.
+    /// Takes the results from the submission of the recorder. More cells than there was room for take a second, small submission.
     ///
     /// # Errors
     /// Returns an error for samples that are not finite, or if the adapter fails.
-    pub fn submit(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
-        let (spectrum, found, _) = self.submit_with()?;
-        Ok((spectrum, found))
+    pub fn take(self, gpu: &Gpu, done: &mut Done) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
+        self.read_back(done)?.complete(gpu)
     }
 
-    /// Runs everything that was recorded, and returns also what else was asked for.
-    ///
-    /// # Errors
-    /// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
-    pub fn submit_with(self) -> Result<(DeviceSpectrum, RangeDoppler<f32>, Done)> {
-        let Recorded { recorder, gpu, found, cells, map, mask, limit } = self;
-        let spectrum = found.spectrum.clone();
-        let size = [spectrum.doppler_bins, spectrum.range_bins];
-        let mut done = recorder.submit()?;
+    fn read_back(self, done: &mut Done) -> Result<DetectedFrame<'a>> {
+        let Recorded { found, cells, map, mask, limit } = self;
+        let size = [found.spectrum.doppler_bins, found.spectrum.range_bins];
         let map = PowerMap { doppler_bins: size[0], range_bins: size[1], data: done.take(map) };
         cfar::check_map(&map)?;
-        let mut cells = cells.take(&mut done);
-        let count = cells.list[0] as usize;
-        if count > cells.list.len() - 1 {
-            if count > limit {
-                return Err(too_many(count, limit));
-            }
-            let mut recorder = gpu.recorder("detected cells");
-            let pending = found.record(&mut recorder, count);
-            cells = pending.take(&mut recorder.submit()?);
+        let (cells, mask) = (cells.take(done), done.take(mask));
+        match cells.list[0] as usize {
+            count if count > limit.max(cells.list.len() - 1) => Err(too_many(count, limit)),
+            _ => Ok(DetectedFrame { found, map, mask, cells }),
         }
-        let detection = detection(done.take(mask), &found.columns);
-        let (cells, noise, snapshots) = cells.sorted(&map, spectrum.channels);
-        Ok((spectrum, RangeDoppler { map, detection, cells, noise, snapshots }, done))
+    }
+}
+
+/// Takes the results of frames that were recorded for one submission, in their order. Those with more cells than there was room for
+/// take one further, small submission together.
+///
+/// # Errors
+/// Each frame has the errors of [`Recorded::take`] for itself.
+pub fn take_all(
+    gpu: &Gpu,
+    frames: Vec<Recorded<'_>>,
+    done: &mut Done,
+) -> Vec<Result<(DeviceSpectrum, RangeDoppler<f32>)>> {
+    let mut frames: Vec<Result<DetectedFrame<'_>>> =
+        frames.into_iter().map(|frame| frame.read_back(done)).collect();
+    let mut short: Vec<&mut DetectedFrame<'_>> =
+        frames.iter_mut().flatten().filter(|frame| frame.is_short()).collect();
+    if short.len() > 1 {
+        let mut recorder = gpu.recorder("detected cells");
+        let pending: Vec<PendingCells> =
+            short.iter().map(|frame| frame.found.record(&mut recorder, frame.count())).collect();
+        // Where this fails, each frame tries for itself and has the error that is its own.
+        if let Ok(mut done) = recorder.submit() {
+            for (frame, pending) in short.iter_mut().zip(pending) {
+                frame.cells = pending.take(&mut done);
+            }
+        }
+    }
+    frames.into_iter().map(|frame| frame?.complete(gpu)).collect()
+}
+
+/// What came back of a frame.
+struct DetectedFrame<'a> {
+    found: DetectionRun<'a>,
+    map: PowerMap<f32>,
+    mask: Vec<u32>,
+    cells: ListedCells,
+}
+
+impl DetectedFrame<'_> {
+    /// Number of cells that the detector found.
+    fn count(&self) -> usize {
+        self.cells.list[0] as usize
+    }
+
+    /// Whether there was no room for all cells.
+    fn is_short(&self) -> bool {
+        self.count() > self.cells.list.len() - 1
+    }
+
+    fn complete(mut self, gpu: &Gpu) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
+        if self.is_short() {
+            let mut recorder = gpu.recorder("detected cells");
+            let pending = self.found.record(&mut recorder, self.count());
+            self.cells = pending.take(&mut recorder.submit()?);
+        }
+        let DetectedFrame { found, map, mask, cells } = self;
+        let detection = detection(mask, &found.columns);
+        let (cells, noise, snapshots) = cells.sorted(&map, found.spectrum.channels);
+        Ok((found.spectrum, RangeDoppler { map, detection, cells, noise, snapshots }))
     }
 }
 

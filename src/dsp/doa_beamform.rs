@@ -6,7 +6,7 @@ use super::{Real, Snapshots, window};
 use crate::base::error::{BadInput, Result};
 use crate::base::frames::direction_from_angles;
 use crate::base::units::wavenumber;
-use crate::gpu::{Access, Gpu, Kernel, Threads, Tolerance};
+use crate::gpu::{Access, Gpu, Kernel, Pending, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::{Antenna, Radar};
 use glam::DVec3;
@@ -286,6 +286,16 @@ pub static KERNEL: Kernel = Kernel {
     },
 };
 
+/// Cells of which a beamformer's power is asked for.
+pub struct BeamCells<'a> {
+    /// The beamformer.
+    pub beam: &'a Beamformer,
+    /// Snapshots of the cells, of as many channels as the beamformer has.
+    pub snapshots: Snapshots<f64>,
+    /// Range rate of each cell, m/s.
+    pub range_rates_mps: Vec<f64>,
+}
+
 /// |y|^2 in W, `[cell, elevation, azimuth]`: the twin of the cpu engine's `spectra`, in as many
 /// chunks of cells as the adapter's bindings ask for. `range_rates_mps`: one for each cell.
 ///
@@ -297,11 +307,37 @@ pub fn spectra(
     snapshots: &Snapshots<f32>,
     range_rates_mps: &[f64],
 ) -> Result<Vec<f32>> {
+    let mut recorder = gpu.recorder("beamformer");
+    let pending = record(&mut recorder, gpu, beam, snapshots, range_rates_mps);
+    let mut done = recorder.submit()?;
+    Ok(pending.into_iter().flat_map(|p| done.take(p)).collect())
+}
+
+/// [`spectra`] of several beamformers in one submission.
+///
+/// # Errors
+/// Returns the errors of [`spectra`].
+pub fn spectra_of_all(gpu: &Gpu, all: &[BeamCells<'_>]) -> Result<Vec<Vec<f32>>> {
+    let mut recorder = gpu.recorder("beamformers");
+    let pending: Vec<Vec<Pending<f32>>> = all
+        .iter()
+        .map(|c| record(&mut recorder, gpu, c.beam, &c.snapshots.narrowed(), &c.range_rates_mps))
+        .collect();
+    let mut done = recorder.submit()?;
+    Ok(pending.into_iter().map(|list| list.into_iter().flat_map(|p| done.take(p)).collect()).collect())
+}
+
+fn record(
+    recorder: &mut Recorder<'_>,
+    gpu: &Gpu,
+    beam: &Beamformer,
+    snapshots: &Snapshots<f32>,
+    range_rates_mps: &[f64],
+) -> Vec<Pending<f32>> {
     let narrow = |z: Complex64| Complex32::new(z.re as f32, z.im as f32);
     let channels = beam.channels();
     let slot_channels = beam.slot.iter().filter(|s| **s == 0).count();
     let directions = beam.grid.len();
-    let mut recorder = gpu.recorder("beamformer");
     let steering: Vec<Complex32> = beam.steering().into_iter().map(narrow).collect();
     let steering = recorder.upload("steering", &steering);
     let corrections: Vec<Complex32> = range_rates_mps
@@ -328,6 +364,5 @@ pub fn spectra(
         recorder.dispatch(&KERNEL, &params, &[&part, &turn, &steering, &power], threads);
         pending.push(recorder.read(&power));
     }
-    let mut done = recorder.submit()?;
-    Ok(pending.into_iter().flat_map(|p| done.take(p)).collect())
+    pending
 }

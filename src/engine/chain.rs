@@ -16,14 +16,14 @@ use crate::base::control::Control;
 use crate::base::error::{Error, Result};
 use crate::base::frames::{Pose, Sensor, World};
 use crate::base::units::{power_from_db, wavenumber};
-use crate::dsp::doa_beamform::Beamformer;
+use crate::dsp::doa_beamform::{BeamCells, Beamformer};
 use crate::dsp::doa_spectrum::{Forms, Steering};
 use crate::dsp::stream::Source;
 use crate::dsp::transform::Transform;
 use crate::dsp::zero_doppler::AtRest;
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::geom::Geometry;
-use crate::gpu::Recorder;
+use crate::gpu::{Gpu, Pending, Recorder};
 use crate::scene::front_end::FrontEndSettings;
 use crate::scene::radar::Radar;
 use crate::scene::waveform::Multiplex;
@@ -81,6 +81,67 @@ fn interleaved<T: Clone + Default + Copy>(mut cubes: Vec<Cube<T>>) -> Cube<T> {
         }
     }
     Cube { chirps: chirps * cubes.len(), channels, samples, data }
+}
+
+/// What a frame is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameInput<'a> {
+    /// The radar.
+    pub radar: &'a Radar,
+    /// Echoes that come to its receivers.
+    pub echoes: &'a Echoes,
+    /// What other radars send into the receivers.
+    pub interference: &'a [Arrival],
+    /// Seed of the radar's noise.
+    pub seed: u64,
+    /// Number of the frame, by which its noise differs from that of others.
+    pub frame: u32,
+    /// Whether the samples are wanted.
+    pub wanted: bool,
+}
+
+/// A frame that was recorded and not yet submitted.
+struct RecordedFrame<'a> {
+    /// The cube and what its samples are read back with, where they are wanted.
+    cube: Option<(DeviceCube, Vec<Pending<[f32; 2]>>)>,
+    found: dsp::device::Recorded<'a>,
+    front_end: SynthesisStats,
+}
+
+/// Records a frame from echoes to detected cells.
+fn recorded<'a>(
+    gpu: &Gpu,
+    recorder: &mut Recorder<'_>,
+    input: &FrameInput<'a>,
+    plan: &Plan<'_>,
+) -> Result<RecordedFrame<'a>> {
+    let radar = input.radar;
+    let (device, front_end) = recorded_cube(gpu, recorder, radar, plan, (input.seed, input.frame))?;
+    let pending = input.wanted.then(|| device.read(recorder));
+    if radar.processing.remove_static {
+        dsp::zero_doppler::record(recorder, &device, &AtRest::of(radar));
+    }
+    let transform = Transform::of_shape([device.chirps, device.channels, device.samples], radar)?;
+    let found = dsp::device::record(recorder, gpu, &device, &transform, &radar.processing.cfar)?;
+    Ok(RecordedFrame { cube: pending.map(|pending| (device, pending)), found, front_end })
+}
+
+/// Records synthesis, noise and conversion of a plan's cube.
+fn recorded_cube(
+    gpu: &Gpu,
+    recorder: &mut Recorder<'_>,
+    radar: &Radar,
+    plan: &Plan<'_>,
+    (seed, frame): (u64, u32),
+) -> Result<(DeviceCube, SynthesisStats)> {
+    let (device, synthesis) = grid_device::record(plan, gpu, recorder)?;
+    if let Some(n) = Noise::thermal(radar, seed, frame) {
+        n.record(recorder, &device);
+    }
+    if let Some(c) = Convert::new(&radar.front_end, radar.sampling) {
+        c.record(recorder, &device);
+    }
+    Ok((device, SynthesisStats { synthesis, ..plan.front_end }))
 }
 
 /// What an engine makes of a frame's echoes.
@@ -159,9 +220,11 @@ impl Engine {
         frame: u32,
         control: Control<'_>,
     ) -> Result<(AnyCube, SynthesisStats)> {
-        if let Some((mut recorder, device, seen)) =
-            self.on_device(radar, echoes, interference, seed, frame)?
+        if let Engine::Gpu(gpu) = self
+            && let Some(plan) = self.plan_of_cube(radar, echoes, interference)?
         {
+            let mut recorder = gpu.recorder("frame");
+            let (device, seen) = recorded_cube(gpu, &mut recorder, radar, &plan, (seed, frame))?;
             let pending = device.read(&mut recorder);
             let mut done = recorder.submit()?;
             return Ok((AnyCube::F32(device.take(&mut done, pending)), seen));
@@ -179,44 +242,104 @@ impl Engine {
         })
     }
 
-    /// [`Engine::cube`] and [`Engine::maps`]. The usual radar's frame is one submission on the gpu engine, from echoes to
-    /// detected cells. The samples come back where they are `wanted`.
+    /// [`Engine::cube`] and [`Engine::maps`] of one frame. The usual radar's frame is one submission on the gpu engine, from echoes to
+    /// detected cells. The samples come back where they are wanted.
     ///
     /// # Errors
     /// Returns the errors of [`Engine::cube`] and [`Engine::maps`].
-    pub fn frame(
-        &self,
-        radar: &Radar,
-        echoes: &Echoes,
-        interference: &[Arrival],
-        (seed, frame): (u64, u32),
-        wanted: bool,
-        control: Control<'_>,
-    ) -> Result<MadeFrame> {
-        let start = Instant::now();
-        let p = &radar.processing;
+    pub fn frame(&self, input: &FrameInput<'_>, control: Control<'_>) -> Result<MadeFrame> {
         if let Engine::Gpu(gpu) = self
-            && radar.migration_folds().count() == 1
-            && let Some((mut recorder, device, seen)) =
-                self.on_device(radar, echoes, interference, seed, frame)?
+            && let Some(plan) = self.plan_on_device(input)?
         {
-            let pending = wanted.then(|| device.read(&mut recorder));
-            if p.remove_static {
-                dsp::zero_doppler::record(&mut recorder, &device, &AtRest::of(radar));
-            }
-            let shape = [device.chirps, device.channels, device.samples];
-            let transform = Transform::of_shape(shape, radar)?;
-            let recorded = dsp::device::record(recorder, gpu, &device, &transform, &p.cfar)?;
-            let (_, found, mut done) = recorded.submit_with()?;
-            let cube = pending.map(|pending| AnyCube::F32(device.take(&mut done, pending)));
-            let (maps, seconds) = (vec![found.widened()], [start.elapsed().as_secs_f64(), 0.0]);
-            return Ok(MadeFrame { cube, front_end: seen, maps, seconds });
+            let start = Instant::now();
+            let mut recorder = gpu.recorder("frame");
+            let recorded = recorded(gpu, &mut recorder, input, &plan)?;
+            let mut done = recorder.submit()?;
+            let RecordedFrame { cube, found, front_end } = recorded;
+            let cube = cube.map(|(device, pending)| AnyCube::F32(device.take(&mut done, pending)));
+            let maps = vec![found.take(gpu, &mut done)?.1.widened()];
+            return Ok(MadeFrame { cube, front_end, maps, seconds: [start.elapsed().as_secs_f64(), 0.0] });
         }
+        let FrameInput { radar, echoes, interference, seed, frame, wanted } = *input;
+        let start = Instant::now();
         let (cube, seen) = self.cube(radar, echoes, interference, seed, frame, control)?;
         let synthesis = start.elapsed().as_secs_f64();
         let maps = self.maps(radar, &cube)?;
         let seconds = [synthesis, start.elapsed().as_secs_f64() - synthesis];
         Ok(MadeFrame { cube: wanted.then_some(cube), front_end: seen, maps, seconds })
+    }
+
+    /// Makes frames, of any radars, with one result for each in their order, to the bit as [`Engine::frame`] makes them. On the gpu
+    /// engine neighbours of the usual kind share a submission as far as [`Engine::batch_bytes`] reach; all others, and all frames
+    /// of the cpu engine, are made singly. After a failure the frames behind it are not made, and have no result.
+    ///
+    /// # Errors
+    /// The last frame may have an error of [`Engine::frame`].
+    pub fn frames(&self, inputs: &[FrameInput<'_>], control: Control<'_>) -> Vec<Result<MadeFrame>> {
+        let mut made: Vec<Result<MadeFrame>> = Vec::with_capacity(inputs.len());
+        while made.len() < inputs.len() && !matches!(made.last(), Some(Err(_))) {
+            let left = &inputs[made.len()..];
+            let many = match self {
+                Engine::Gpu(gpu) if left.len() > 1 => self.together(gpu, left, control),
+                _ => Vec::new(),
+            };
+            match many.is_empty() {
+                true => made.push(self.frame(&left[0], control)),
+                false => made.extend(many),
+            }
+        }
+        if let Some(failed) = made.iter().position(Result::is_err) {
+            made.truncate(failed + 1);
+        }
+        made
+    }
+
+    /// Frames from the front of `inputs` in one submission, or one after another where that fails. Empty where the first of them has to be
+    /// made singly: because its radar is not of the usual kind, or because it failed, so that its error is found again.
+    fn together(&self, gpu: &Gpu, inputs: &[FrameInput<'_>], control: Control<'_>) -> Vec<Result<MadeFrame>> {
+        let start = Instant::now();
+        let most = self.batch_bytes();
+        let mut recorder = gpu.recorder("frames");
+        let mut frames: Vec<RecordedFrame<'_>> = Vec::new();
+        let mut largest = 0;
+        for input in inputs {
+            let before = recorder.bytes();
+            // The next frame is taken to be as large as the largest so far.
+            if !frames.is_empty() && before + largest > most {
+                break;
+            }
+            let Ok(Some(plan)) = self.plan_on_device(input) else { break };
+            let Ok(frame) = recorded(gpu, &mut recorder, input, &plan) else { break };
+            frames.push(frame);
+            largest = largest.max(recorder.bytes() - before);
+        }
+        if frames.is_empty() {
+            return Vec::new();
+        }
+        let Ok(mut done) = recorder.submit() else {
+            // Alone they may have memory enough, and an error is that of a frame.
+            let mut made = Vec::with_capacity(frames.len());
+            for input in &inputs[..frames.len()] {
+                made.push(self.frame(input, control));
+                if matches!(made.last(), Some(Err(_))) {
+                    break;
+                }
+            }
+            return made;
+        };
+        let mut rest = Vec::with_capacity(frames.len());
+        let mut found = Vec::with_capacity(frames.len());
+        for frame in frames {
+            let cube = frame.cube.map(|(device, pending)| AnyCube::F32(device.take(&mut done, pending)));
+            rest.push((cube, frame.front_end));
+            found.push(frame.found);
+        }
+        let found = dsp::device::take_all(gpu, found, &mut done);
+        let seconds = [start.elapsed().as_secs_f64() / rest.len() as f64, 0.0];
+        let frame = |(found, (cube, front_end)): (Result<(_, RangeDoppler<f32>)>, _)| {
+            Ok(MadeFrame { cube, front_end, maps: vec![found?.1.widened()], seconds })
+        };
+        found.into_iter().zip(rest).map(frame).collect()
     }
 
     /// [`Engine::range_doppler`] of each ramp.
@@ -227,16 +350,22 @@ impl Engine {
         (0..radar.waveform.parts()).map(|i| self.range_doppler(&radar.part(i), cube)).collect()
     }
 
-    /// Records synthesis, noise and conversion of a cube that is complete on the device: one ramp, lines that are samples, channels
-    /// that are ways, and nothing in the front end but what acts on single samples. None otherwise, and for the cpu engine.
-    fn on_device(
+    /// The plan of a frame that goes from echoes to detected cells on the device alone. None for other radars and for the cpu engine.
+    fn plan_on_device<'a>(&self, input: &FrameInput<'a>) -> Result<Option<Plan<'a>>> {
+        match input.radar.migration_folds().count() {
+            1 => self.plan_of_cube(input.radar, input.echoes, input.interference),
+            _ => Ok(None),
+        }
+    }
+
+    /// The plan of a cube that is complete on the device: one ramp, lines that are samples, channels that are ways, and nothing
+    /// in the front end but what acts on single samples. None otherwise, and for the cpu engine.
+    fn plan_of_cube<'a>(
         &self,
-        radar: &Radar,
-        echoes: &Echoes,
+        radar: &'a Radar,
+        echoes: &'a Echoes,
         interference: &[Arrival],
-        seed: u64,
-        frame: u32,
-    ) -> Result<Option<(Recorder<'_>, DeviceCube, SynthesisStats)>> {
+    ) -> Result<Option<Plan<'a>>> {
         // What acts on single samples has a kernel; the rest of the front end runs on the host.
         let pointwise = |s: &FrontEndSettings| FrontEndSettings {
             iq: None,
@@ -246,23 +375,12 @@ impl Engine {
             ..s.clone()
         };
         let plain = pointwise(&radar.front_end) == FrontEndSettings::default() && interference.is_empty();
-        let Engine::Gpu(gpu) = self else { return Ok(None) };
-        if !plain || radar.waveform.parts() > 1 || Shaping::of(radar, 0.0).is_some() {
+        let on_device = matches!(self, Engine::Gpu(_));
+        if !on_device || !plain || radar.waveform.parts() > 1 || Shaping::of(radar, 0.0).is_some() {
             return Ok(None);
         }
         let plan = Plan::new(radar, echoes)?;
-        if plan.channels != radar.channels() {
-            return Ok(None);
-        }
-        let mut recorder = gpu.recorder("frame");
-        let (device, synthesis) = grid_device::record(&plan, gpu, &mut recorder)?;
-        if let Some(n) = Noise::thermal(radar, seed, frame) {
-            n.record(&mut recorder, &device);
-        }
-        if let Some(c) = Convert::new(&radar.front_end, radar.sampling) {
-            c.record(&mut recorder, &device);
-        }
-        Ok(Some((recorder, device, SynthesisStats { synthesis, ..plan.front_end })))
+        Ok((plan.channels == radar.channels()).then_some(plan))
     }
 
     /// Samples of all ramps. What the receiver hears at once is added up, lines of pulses and codes become samples, and
@@ -427,6 +545,23 @@ impl Engine {
             Engine::Cpu(Precision::F32) => widen(crate::dsp::cpu::doa_spectrum::spectra(steering, forms)),
             Engine::Gpu(gpu) => widen(dsp::doa_spectrum::spectra(gpu, steering, forms)?),
         })
+    }
+
+    /// [`Engine::angular_power`] of several beamformers, which share a submission on the gpu engine.
+    ///
+    /// # Errors
+    /// Returns an error if the adapter fails.
+    pub fn angular_powers(&self, all: &[BeamCells<'_>]) -> Result<Vec<Vec<f64>>> {
+        match self {
+            _ if all.is_empty() => Ok(Vec::new()),
+            Engine::Cpu(_) => {
+                all.iter().map(|c| self.angular_power(c.beam, &c.snapshots, &c.range_rates_mps)).collect()
+            }
+            Engine::Gpu(gpu) => {
+                let powers = dsp::doa_beamform::spectra_of_all(gpu, all)?;
+                Ok(powers.into_iter().map(|p| p.into_iter().map(f64::from).collect()).collect())
+            }
+        }
     }
 
     /// |y|^2 in W over the beamformer's grid, `[cell, elevation, azimuth]` (CONVENTIONS eq. 19).

@@ -97,7 +97,26 @@ impl FrameMemory {
     }
 }
 
+/// The most that the buffers of one submission of many frames take, bytes. So much the device keeps for the next one.
+const MOST_BATCH_BYTES: u64 = 1 << 30;
+/// They take at most so many times what the adapter binds at once, which is all that it tells of its memory.
+const BATCH_BINDINGS: u64 = 8;
+/// They take at most one part in so many of the memory that is free: software adapters live in it, results come back to it, and other
+/// workers have frames too.
+const BATCH_SHARE: u64 = 8;
+
 impl Engine {
+    /// The most that the frames of one submission take together, bytes: 1 GiB, 8 times the largest binding of the adapter, or an
+    /// eighth of the free memory, whichever is least. A single frame may take more.
+    pub fn batch_bytes(&self) -> u64 {
+        let of_adapter = match self {
+            Engine::Cpu(_) => u64::MAX,
+            Engine::Gpu(gpu) => gpu.max_binding_bytes().saturating_mul(BATCH_BINDINGS),
+        };
+        let of_host = machine::available_bytes().map_or(u64::MAX, |bytes| bytes / BATCH_SHARE);
+        MOST_BATCH_BYTES.min(of_adapter).min(of_host)
+    }
+
     /// What a frame of this radar with so many echoes takes on this engine.
     pub fn memory(&self, radar: &Radar, echoes: usize) -> FrameMemory {
         match self {

@@ -154,6 +154,8 @@ pub struct Recorder<'a> {
     commands: Vec<Command>,
     uniforms: Vec<u8>,
     reads: usize,
+    /// Bytes of the buffers that were taken for it.
+    bytes: u64,
     error: Option<Error>,
 }
 
@@ -186,8 +188,14 @@ impl<'a> Recorder<'a> {
             commands: Vec::new(),
             uniforms: Vec::new(),
             reads: 0,
+            bytes: 0,
             error: None,
         }
+    }
+
+    /// Bytes of all buffers that the submission needs at once, those for uploads and read-backs included, and uniforms left out.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
     }
 
     /// Makes a buffer with these contents, which may be empty.
@@ -242,6 +250,7 @@ impl<'a> Recorder<'a> {
         let made = fill(self).and_then(|fill| Ok((self.kept(label, bytes, STORAGE)?, fill)));
         match made {
             Ok((kept, fill)) => {
+                self.bytes += kept.size + if let Fill::Upload(from) = &fill { from.size } else { 0 };
                 let raw = Arc::new(Raw { kept: Some(kept), arena: self.gpu.arena.clone(), bytes, label });
                 self.fills.push((raw.clone(), fill));
                 Buffer { raw: Some(raw), len, values: PhantomData }
@@ -365,7 +374,10 @@ impl<'a> Recorder<'a> {
             return pending;
         };
         match self.kept(from.label, from.bytes, READ_BACK) {
-            Ok(to) => self.commands.push(Command::Read { from, to }),
+            Ok(to) => {
+                self.bytes += to.size;
+                self.commands.push(Command::Read { from, to });
+            }
             Err(e) => self.error = Some(e),
         }
         pending

@@ -10,10 +10,11 @@ use crate::base::control::Control;
 use crate::base::error::{Error, Result};
 use crate::base::frames::{Pose, Sensor, World};
 use crate::base::units::{power_from_db, wavenumber};
+use crate::detect::locate::FrameMaps;
 use crate::detect::points::Point;
 use crate::detect::{Bodies, label, locate};
 use crate::dsp::RangeDoppler;
-use crate::engine::{AnyCube, Engine, MadeFrame};
+use crate::engine::{AnyCube, Engine, FrameInput, MadeFrame};
 use crate::geom::{Facets, Geometry, RigidScene, curved, remarks as of_scene};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
@@ -22,8 +23,10 @@ use crate::scene::{Object, Scene, Shape};
 use crate::trace::air::Air;
 use crate::trace::{Echoes, TraceOptions};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 use thermal_floor::thermal_floor_w;
@@ -314,6 +317,21 @@ impl<'a> Prepared<'a> {
         self.frame_within(engine, which, index, budget(self.scenario, which), control)
     }
 
+    /// [`frames`] of this scene: of each pair the radar's number and the frame's.
+    ///
+    /// # Errors
+    /// The last frame may have an error of [`Prepared::frame`].
+    pub fn frames(
+        &self,
+        engine: &Engine,
+        wanted: &[(usize, u32)],
+        control: Control<'_>,
+    ) -> Vec<Result<Frame>> {
+        let wanted =
+            wanted.iter().map(|(which, index)| Wanted { prepared: self, which: *which, index: *index });
+        frames(engine, &wanted.collect::<Vec<_>>(), control)
+    }
+
     /// What the scene's meshes have that may show in frames, as they stand in the first one: one line each, with the object's name,
     /// the number of places and a remedy. None for a scene that is clean.
     ///
@@ -337,29 +355,49 @@ impl<'a> Prepared<'a> {
         self.heard(engine, which, index, budget(self.scenario, which))
     }
 
+    /// The geometry where nothing moves, which all frames of a radar share; None where something does.
+    fn still(&self, which: usize) -> Result<Option<&Geometry>> {
+        let seen = &self.radars[which - self.first];
+        let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
+        if !self.scene.objects.iter().all(still) {
+            return Ok(None);
+        }
+        if let Some(known) = seen.still.get() {
+            return Ok(Some(known));
+        }
+        let new = seen.refined.at(0.0, 0.5 * self.scenario.radars[which].frame_time_s())?;
+        Ok(Some(seen.still.get_or_init(|| new)))
+    }
+
+    /// How many bounces the frames after the first follow. All go as deep as the first has to: echoes that come and go with the depth
+    /// would flicker. None where the scenario gives the number.
+    fn depth(&self, engine: &Engine, which: usize, budget: Budget) -> Result<Option<usize>> {
+        let options = trace_options(self.scenario, which, 0)?;
+        if options.most_bounces <= options.bounces {
+            return Ok(None);
+        }
+        let known = self.depths.known().get(&which).copied();
+        Ok(Some(match known {
+            Some(n) => n,
+            None => self.heard(engine, which, 0, budget)?.echoes.bounces,
+        }))
+    }
+
     fn heard(&self, engine: &Engine, which: usize, index: u32, budget: Budget) -> Result<Heard> {
-        let (scenario, scene) = (self.scenario, self.scene);
+        let scenario = self.scenario;
         let radar = &scenario.radars[which];
         let time_s = scenario.frames.time_s(index);
         let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
         let mut clock = Clock::start();
 
         let reach_s = 0.5 * radar.frame_time_s();
-        let seen = &self.radars[which - self.first];
         let moving;
-        let still = |o: &Object| o.motion.is_none() && o.velocity_mps == DVec3::ZERO;
-        let geometry = match scene.objects.iter().all(still) {
-            false => {
-                moving = seen.refined.at(time_s, reach_s)?;
+        let geometry = match self.still(which)? {
+            Some(known) => known,
+            None => {
+                moving = self.radars[which - self.first].refined.at(time_s, reach_s)?;
                 &moving
             }
-            true => match seen.still.get() {
-                Some(known) => known,
-                None => {
-                    let new = seen.refined.at(0.0, reach_s)?;
-                    seen.still.get_or_init(|| new)
-                }
-            },
         };
         let geometry_s = clock.lap();
         let sway = |dt: f64| {
@@ -368,14 +406,10 @@ impl<'a> Prepared<'a> {
         };
         let radar_sway_m = [sway(-reach_s), sway(reach_s)];
         let mut options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
-        // All frames go as deep as the first has to: echoes that come and go with the depth would flicker.
-        if index > 0 && options.most_bounces > options.bounces {
-            let known = self.depths.known().get(&which).copied();
-            let first = match known {
-                Some(n) => n,
-                None => self.heard(engine, which, 0, budget)?.echoes.bounces,
-            };
-            (options.bounces, options.most_bounces) = (first, 0);
+        if index > 0
+            && let Some(depth) = self.depth(engine, which, budget)?
+        {
+            (options.bounces, options.most_bounces) = (depth, 0);
         }
         let mut echoes = engine.echoes(geometry, radar, &pose, velocity_mps, &options);
         if index == 0 {
@@ -394,26 +428,202 @@ impl<'a> Prepared<'a> {
         budget: Budget,
         control: Control<'_>,
     ) -> Result<Frame> {
-        let (scenario, scene) = (self.scenario, self.scene);
-        let radar = &scenario.radars[which];
-        engine.check_memory(radar, 0)?;
-        let seed = radar_seed(scenario, which);
-        let Heard { time_s, pose, velocity_mps, triangles, echoes, seconds } =
-            self.heard(engine, which, index, budget)?;
-        let mut stages = Stages { geometry_s: seconds[0], trace_s: seconds[1], ..Default::default() };
-        engine.check_memory(radar, echoes.list.len())?;
-        let interference = arrivals(scenario, scene, which, time_s)?;
-        let made = engine.frame(radar, &echoes, &interference, (seed, index), self.cubes, control)?;
-        let MadeFrame { cube, front_end, mut maps, seconds } = made;
-        [stages.synthesis_s, stages.processing_s] = seconds;
-        let mut clock = Clock::start();
-        let bodies = Bodies::new(scene, time_s, &pose);
-        let own = pose.inverse().direction(velocity_mps);
-        let points = located(engine, radar, &mut maps, Some(own), (&echoes, &bodies))?;
-        stages.angles_s = clock.lap();
-        Ok(Frame {
-            index,
-            radar: which,
+        let wanted = Wanted { prepared: self, which, index };
+        engine.check_memory(&self.scenario.radars[which], 0)?;
+        let heard = self.heard(engine, which, index, budget)?;
+        let mut made = made(engine, &[wanted], vec![heard], control);
+        made.pop().unwrap_or_else(|| Err(Error::Failed("no frame was made".into())))
+    }
+}
+
+/// A frame of one radar that is asked for.
+#[derive(Clone, Copy)]
+pub struct Wanted<'p, 's> {
+    /// The scene.
+    pub prepared: &'p Prepared<'s>,
+    /// Number of the radar in the scenario.
+    pub which: usize,
+    /// Number of the frame.
+    pub index: u32,
+}
+
+impl<'p, 's> Wanted<'p, 's> {
+    fn radar(&self) -> &'s Radar {
+        &self.prepared.scenario.radars[self.which]
+    }
+
+    fn heard(&self, engine: &Engine) -> Result<Heard> {
+        let Wanted { prepared, which, index } = *self;
+        engine.check_memory(self.radar(), 0)?;
+        prepared.heard(engine, which, index, budget(prepared.scenario, which))
+    }
+
+    /// Whether both are of one radar in one scene.
+    fn is_of_one_radar(&self, other: &Wanted<'_, '_>) -> bool {
+        std::ptr::addr_eq(self.prepared, other.prepared) && self.which == other.which
+    }
+
+    /// Bytes that the frame holds until all are made that are made with it.
+    fn bytes(&self, engine: &Engine, echoes: usize) -> f64 {
+        let memory = engine.memory(self.radar(), echoes);
+        memory.cube_bytes + memory.spectrum_bytes + memory.map_bytes + memory.echo_bytes
+    }
+}
+
+/// Makes frames, of any scenes and radars, to the bit as [`Prepared::frame`] makes each. They share submissions on the gpu engine: one from
+/// echoes to detected cells and one for the spectra over angle of all of a kind. Frames are made from the front of `wanted`, as many as
+/// fit into [`Engine::batch_bytes`] together and at least one; the caller asks again for the rest. The cpu engine makes one at a time.
+/// Nothing comes after a frame that failed.
+///
+/// # Errors
+/// The last frame may have an error of [`Prepared::frame`]; it is that of the frame, or of the adapter.
+pub fn frames(engine: &Engine, wanted: &[Wanted<'_, '_>], control: Control<'_>) -> Vec<Result<Frame>> {
+    let most = match engine {
+        Engine::Cpu(_) => 1,
+        Engine::Gpu(_) => wanted.len(),
+    };
+    let limit = engine.batch_bytes() as f64;
+    let together = rayon::current_num_threads();
+    let (mut heard, mut failure, mut bytes) = (Vec::new(), None, 0.0);
+    while heard.len() < most && failure.is_none() {
+        if control.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
+            return vec![Err(Error::Interrupted("the frames were cancelled".into()))];
+        }
+        let left = &wanted[heard.len()..most];
+        // What is certain before anything is traced; then as the number of echoes is known.
+        let mut expected = bytes;
+        let fit = left.iter().take(together).take_while(|w| {
+            expected += w.bytes(engine, 0);
+            expected <= limit
+        });
+        let some = match fit.count() {
+            0 if heard.is_empty() => &left[..1],
+            n => &left[..n],
+        };
+        if some.is_empty() {
+            break;
+        }
+        for (wanted, one) in some.iter().zip(all_heard(engine, some)) {
+            match one {
+                Ok(one) if failure.is_none() => {
+                    bytes += wanted.bytes(engine, one.echoes.list.len());
+                    heard.push(one);
+                }
+                Err(e) if failure.is_none() => failure = Some(e),
+                _ => {}
+            }
+        }
+    }
+    let mut frames = made(engine, &wanted[..heard.len()], heard, control);
+    if !matches!(frames.last(), Some(Err(_))) {
+        frames.extend(failure.map(Err));
+    }
+    frames
+}
+
+/// What is heard in frames, which are traced side by side.
+fn all_heard(engine: &Engine, wanted: &[Wanted<'_, '_>]) -> Vec<Result<Heard>> {
+    // What frames of one radar share is found once, and not by each of them: how deep the first goes, and what stands still.
+    let (first, later): (Vec<usize>, Vec<usize>) = (0..wanted.len()).partition(|i| wanted[*i].index == 0);
+    let mut radars: Vec<&Wanted<'_, '_>> = Vec::new();
+    for w in wanted {
+        if !radars.iter().any(|r| r.is_of_one_radar(w)) {
+            radars.push(w);
+        }
+    }
+    let mut heard: Vec<Option<Result<Heard>>> = wanted.iter().map(|_| None).collect();
+    for (list, is_later) in [(first, false), (later, true)] {
+        radars.par_iter().for_each(|w| {
+            // Errors come again with the frame.
+            let _ = w.prepared.still(w.which);
+            if is_later {
+                let _ = w.prepared.depth(engine, w.which, budget(w.prepared.scenario, w.which));
+            }
+        });
+        let new: Vec<Result<Heard>> = list.par_iter().map(|i| wanted[*i].heard(engine)).collect();
+        for (i, one) in list.into_iter().zip(new) {
+            heard[i] = Some(one);
+        }
+    }
+    heard.into_iter().flatten().collect()
+}
+
+/// Frames of what was heard in them, one for each; nothing after one that failed.
+fn made(
+    engine: &Engine,
+    wanted: &[Wanted<'_, '_>],
+    heard: Vec<Heard>,
+    control: Control<'_>,
+) -> Vec<Result<Frame>> {
+    let mut failure = None;
+    let mut interference = Vec::with_capacity(heard.len());
+    for (w, heard) in wanted.iter().zip(&heard) {
+        let prepared = w.prepared;
+        let ways = engine
+            .check_memory(w.radar(), heard.echoes.list.len())
+            .and_then(|()| arrivals(prepared.scenario, prepared.scene, w.which, heard.time_s));
+        match ways {
+            Ok(ways) => interference.push(ways),
+            Err(e) => {
+                failure = Some(e);
+                break;
+            }
+        }
+    }
+    let inputs: Vec<FrameInput<'_>> = wanted
+        .iter()
+        .zip(&heard)
+        .zip(&interference)
+        .map(|((w, heard), interference)| FrameInput {
+            radar: w.radar(),
+            echoes: &heard.echoes,
+            interference,
+            seed: radar_seed(w.prepared.scenario, w.which),
+            frame: w.index,
+            wanted: w.prepared.cubes,
+        })
+        .collect();
+    let mut sampled = Vec::with_capacity(inputs.len());
+    for one in engine.frames(&inputs, control) {
+        match one {
+            Ok(one) => sampled.push(one),
+            Err(e) => failure = Some(e),
+        }
+    }
+    let mut clock = Clock::start();
+    let own = |h: &Heard| h.pose.inverse().direction(h.velocity_mps);
+    let maps = wanted.iter().zip(&heard).zip(&mut sampled).map(|((w, heard), made)| FrameMaps {
+        radar: w.radar(),
+        maps: &mut made.maps,
+        velocity_mps: Some(own(heard)),
+    });
+    let clouds = locate::points_of_frames(engine, maps.collect());
+    let labelled: Vec<Result<Vec<Point>>> = clouds
+        .into_par_iter()
+        .zip(wanted.par_iter().zip(&heard))
+        .map(|(cloud, (w, heard))| {
+            let mut cloud = cloud?;
+            let bodies = Bodies::new(w.prepared.scene, heard.time_s, &heard.pose);
+            label::label(w.radar(), &mut cloud, &heard.echoes, &bodies)?;
+            Ok(cloud)
+        })
+        .collect();
+    let angles_s = clock.lap() / sampled.len().max(1) as f64;
+    let mut frames = Vec::with_capacity(wanted.len());
+    for (((w, heard), made), points) in wanted.iter().zip(heard).zip(sampled).zip(labelled) {
+        let points = match points {
+            Ok(points) => points,
+            Err(e) => {
+                failure = Some(e);
+                break;
+            }
+        };
+        let Heard { time_s, pose, velocity_mps, triangles, echoes, seconds } = heard;
+        let MadeFrame { cube, front_end, maps, seconds: [synthesis_s, processing_s] } = made;
+        let [geometry_s, trace_s] = seconds;
+        frames.push(Ok(Frame {
+            index: w.index,
+            radar: w.which,
             time_s,
             pose,
             velocity_mps,
@@ -423,9 +633,11 @@ impl<'a> Prepared<'a> {
             cube,
             maps,
             points,
-            stages,
-        })
+            stages: Stages { geometry_s, trace_s, synthesis_s, processing_s, angles_s },
+        }));
     }
+    frames.extend(failure.map(Err));
+    frames
 }
 
 /// What other radars send to radar number `which`: straight, and by way of the scene's point targets.

@@ -9,7 +9,7 @@ use catseye::dsp::cpu;
 use catseye::dsp::multiplex::decode;
 use catseye::dsp::transform::{self, Keystone};
 use catseye::dsp::{Cell, RangeDoppler, device, fft, keystone, peaks, power, spectrum, stream, zero_doppler};
-use catseye::engine::{AnyCube, Engine, Precision};
+use catseye::engine::{AnyCube, Engine, FrameInput, Precision};
 use catseye::gpu::Gpu;
 use catseye::gpu::compare::{check_close, opened_for_tests, test_gpu};
 use catseye::scene::radar::{Cfar, CfarKind, Radar, Sampling};
@@ -324,8 +324,8 @@ fn chunks_change_no_bit() {
                     .collect();
                 let on = DeviceCube { chirps, channels, samples, pieces };
                 let t = transform::Transform::of_cube(&cube, &radar).unwrap();
-                let recorded = device::record(recorder, &gpu, &on, &t, &radar.processing.cfar).unwrap();
-                assert_eq!(recorded.submit().unwrap().1, want, "{limit}");
+                let recorded = device::record(&mut recorder, &gpu, &on, &t, &radar.processing.cfar).unwrap();
+                assert_eq!(recorded.take(&gpu, &mut recorder.submit().unwrap()).unwrap().1, want, "{limit}");
             }
             // Blocks of channels: with keystone, too; bands are refused.
             let t = transform::Transform::of_cube(&cube, &radar).unwrap();
@@ -492,7 +492,9 @@ fn frames_agree_with_f64() {
         let mut radar = radar(multiplex, "iq", 240, processing);
         radar.tx.truncate(transmitters);
         let run = |engine: &Engine| {
-            let made = engine.frame(&radar, &list, &[], (5, 1), false, Control::default()).unwrap();
+            let (echoes, interference) = (&list, &[]);
+            let input = FrameInput { radar: &radar, echoes, interference, seed: 5, frame: 1, wanted: false };
+            let made = engine.frame(&input, Control::default()).unwrap();
             made.maps[0].clone()
         };
         let (got, want) = (run(&gpu), run(&truth));

@@ -1093,8 +1093,8 @@ fn cubes_on_the_device() {
             })
             .collect();
         let on_device = DeviceCube { chirps: 60, channels: 12, samples: 100, pieces };
-        let recorded = device::record(recorder, &gpu, &on_device, &t, &radar.processing.cfar).unwrap();
-        assert_eq!(recorded.submit().unwrap().1, want, "{limit}");
+        let recorded = device::record(&mut recorder, &gpu, &on_device, &t, &radar.processing.cfar).unwrap();
+        assert_eq!(recorded.take(&gpu, &mut recorder.submit().unwrap()).unwrap().1, want, "{limit}");
     }
 }
 

@@ -4,6 +4,7 @@ mod accuracy;
 mod adc;
 mod ambiguity;
 mod array_motion;
+mod batches;
 mod beams;
 mod bounce_limit;
 mod closest;

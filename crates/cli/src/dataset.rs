@@ -5,7 +5,7 @@ use super::frames::draw_frame;
 use super::global::{Global, print, print_json};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage;
-use catseye_io::produce::{Estimate, Options, Phase, Progress, Report, estimate, produce};
+use catseye_io::produce::{Estimate, Options, Phase, Progress, Report, estimate, produce_in_batches};
 use catseye_io::recipe::Recipe;
 use clap::Args;
 use std::ops::Range;
@@ -21,10 +21,10 @@ pub struct Dataset {
     #[arg(short, long, value_name = "DIR", required_unless_present = "dry_run")]
     pub output: Option<PathBuf>,
     /// Write one drawn scene as files for `catseye simulate` and make no frames
-    #[arg(long, value_name = "N", conflicts_with_all = ["shards", "jobs"])]
+    #[arg(long, value_name = "N", conflicts_with_all = ["shards", "jobs", "batch"])]
     pub scene: Option<u32>,
     /// Make one frame of up to eight scenes, say what the dataset will take in time and on disk, and keep nothing
-    #[arg(long, conflicts_with_all = ["scene", "shards", "jobs"])]
+    #[arg(long, conflicts_with_all = ["scene", "shards", "jobs", "batch"])]
     pub dry_run: bool,
     /// Shards to make, first:end without the end; others are left to other runs
     #[arg(long, value_name = "A:B")]
@@ -32,6 +32,9 @@ pub struct Dataset {
     /// Workers, each with its share of the cores (default: one a core, on a GPU one)
     #[arg(long, value_name = "N")]
     pub jobs: Option<usize>,
+    /// Frames that a GPU takes at once, as far as memory allows (default: 64); the bytes do not depend on it, and the CPU takes one
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub batch: Option<u32>,
     /// Go on with a dataset that another device began
     #[arg(long)]
     pub mixed_devices: bool,
@@ -72,7 +75,7 @@ impl Dataset {
                 bar.set_position(p.done);
             }
         };
-        let report = produce(
+        let report = produce_in_batches(
             &engine,
             &recipe,
             output,
@@ -85,6 +88,7 @@ impl Dataset {
                 progress: &progress,
                 pictures: &draw_frame,
             },
+            self.batch.map(|n| n as usize),
         )?;
         drop(bar);
         report.remarks.iter().for_each(|r| global.say(&format!("warning: first scene: {r}")));

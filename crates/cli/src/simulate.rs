@@ -30,6 +30,9 @@ pub struct Simulate {
     /// Number of frames instead of the scenario's
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
+    /// Frames that a GPU takes at once, as far as memory allows (default: 64); the bytes do not depend on it, and the CPU takes one
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub batch: Option<u32>,
     /// Print echoes, memory and disk that a frame needs, and run nothing
     #[arg(long)]
     pub dry_run: bool,
@@ -62,7 +65,8 @@ impl Simulate {
             .clone()
             .ok_or_else(|| BadInput::new("no output folder is given").key("-o").remedy("write -o DIR"))?;
         let source = catseye::scene::toml_file::read_text(&self.scenario)?;
-        let report = simulate(&scenario, Some(source), &output, self.convergence, global)
+        let work = Work { convergence: self.convergence, batch: self.batch.map(|n| n as usize) };
+        let report = simulate(&scenario, Some(source), &output, &work, global)
             .map_err(|e| of_scenario(e, &self.scenario))?;
         summary(&report, global)
     }
@@ -76,12 +80,21 @@ fn of_scenario(e: Error, file: &Path) -> Error {
     }
 }
 
+/// How a scenario is run.
+#[derive(Debug, Default)]
+pub struct Work {
+    /// Whether convergence is measured.
+    pub convergence: bool,
+    /// Largest number of frames that are made together.
+    pub batch: Option<usize>,
+}
+
 /// Runs a scenario with a progress bar.
 pub fn simulate(
     scenario: &Scenario,
     source: Option<String>,
     output: &Path,
-    convergence: bool,
+    work: &Work,
     global: &Global,
 ) -> Result<RunReport> {
     let engine = global.engine()?;
@@ -93,7 +106,8 @@ pub fn simulate(
         &RunOptions {
             kind: "run",
             force: global.force,
-            convergence,
+            convergence: work.convergence,
+            batch: work.batch,
             source,
             pictures: &draw_frame,
             progress: &|done, found| {

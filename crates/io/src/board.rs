@@ -52,6 +52,7 @@ pub struct Board<'a, T> {
     layout: &'a DatasetLayout,
     /// Largest number of frames of a run.
     most: u64,
+    workers: usize,
     state: Mutex<State<T>>,
     moved: Condvar,
 }
@@ -68,7 +69,7 @@ impl<'a, T> Board<'a, T> {
         let fresh = shards.iter().copied().collect();
         let state = Mutex::new(State { fresh, open: HashMap::new(), closed: false });
         let most = (RUN_BYTES / layout.array_bytes().max(1)).max(1) as u64;
-        let mut board = Board { recipe, layout, most, state, moved: Condvar::new() };
+        let mut board = Board { recipe, layout, most, workers, state, moved: Condvar::new() };
         let wanted = RUNS_OF_WORKER * workers as u64;
         if workers > 1 && (board.most_workers(shards) as u64) < wanted {
             let count = |s: &u64| layout.frames_of(*s).end - layout.frames_of(*s).start;
@@ -137,6 +138,25 @@ impl<'a, T> Board<'a, T> {
             }
             state = self.moved.wait_timeout(state, LOOK).unwrap_or_else(|e| e.into_inner()).0;
         }
+    }
+
+    /// Claims runs of `shard` that follow the one that a worker has just claimed, with at most `frames` frames together, and no more than its
+    /// share of those that are left. They are made at once and written in turn, so nothing is waited for.
+    pub fn claim_more(&self, shard: u64, mut frames: u64) -> Vec<Claim<T>> {
+        let mut state = self.state();
+        let Some(open) = state.open.get_mut(&shard) else { return Vec::new() };
+        let mut share = (open.waiting.len() + 1).div_ceil(self.workers.max(1)) - 1;
+        let mut claims = Vec::new();
+        while share > 0
+            && open.waiting.front().is_some_and(|c| c.frames.len() as u64 <= frames)
+            && let Some(claim) = open.waiting.pop_front()
+        {
+            frames -= claim.frames.len() as u64;
+            share -= 1;
+            open.begun += 1;
+            claims.push(claim);
+        }
+        claims
     }
 
     fn open(&self, shard: u64, state: &mut State<T>) -> Queue<T> {

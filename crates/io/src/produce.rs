@@ -12,18 +12,18 @@ use super::drawn_scene::DrawnScene;
 use super::hold::Hold;
 use super::recipe::Recipe;
 use super::rows;
-use super::run::Pictures;
+use super::run::{Pictures, batch_of};
 use super::store::{DatasetLayout, Format, LAYOUT, Record};
 use super::tally::Tally;
 use catseye::base::control::Control;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::engine::Engine;
 use catseye::formats::stage::{self, MANIFEST};
-use catseye::simulate::{Depths, remarks};
+use catseye::simulate::{Depths, Frame, Wanted, frames, remarks};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -109,6 +109,22 @@ pub struct Report {
 /// exist; for a scene that cannot be drawn, built or simulated; and for files that cannot be read or written.
 /// What is complete stays.
 pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'_>) -> Result<Report> {
+    produce_in_batches(engine, recipe, out, options, None)
+}
+
+/// Makes what is missing as [`produce`], with at most `batch` frames of a shard together, each with all its radars: default
+/// [`BATCH`](super::run::BATCH) on a GPU, where they share submissions, and one on the CPU, where no other number changes anything.
+/// Memory may allow fewer. The bytes do not depend on it.
+///
+/// # Errors
+/// Returns the errors of [`produce`].
+pub fn produce_in_batches(
+    engine: &Engine,
+    recipe: &Recipe,
+    out: &Path,
+    options: &Options<'_>,
+    batch: Option<usize>,
+) -> Result<Report> {
     if options.force && options.shards.is_some() {
         return Err(BadInput::new("would remove the shards that others make")
             .key("--force")
@@ -214,6 +230,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         layout: &layout,
         file: &file,
         jobs,
+        batch: batch_of(engine, batch),
         basis: &basis,
         cancel: options.cancel,
         progress: options.progress,
@@ -591,6 +608,28 @@ fn remove(path: &Path) -> Result<()> {
 /// A frame on its way to the writer, or an error.
 type Item = Result<(Record, Tally)>;
 
+/// A claimed frame of the dataset.
+struct Slot<'a> {
+    claim: &'a Claim<Item>,
+    site: &'a DrawnScene,
+    /// Number of the frame in the dataset.
+    number: u64,
+    /// Number of its radars.
+    radars: usize,
+}
+
+/// What succeeded before the first failure, and that failure.
+fn until_error<T>(list: Vec<Result<T>>) -> (Vec<T>, Option<Error>) {
+    let mut good = Vec::with_capacity(list.len());
+    for one in list {
+        match one {
+            Ok(one) => good.push(one),
+            Err(e) => return (good, Some(e)),
+        }
+    }
+    (good, None)
+}
+
 struct Run<'a> {
     engine: &'a Engine,
     recipe: &'a Recipe,
@@ -598,6 +637,8 @@ struct Run<'a> {
     layout: &'a DatasetLayout,
     file: &'a DatasetFile,
     jobs: usize,
+    /// Largest number of frames that a worker makes together.
+    batch: usize,
     basis: &'a str,
     cancel: &'a AtomicBool,
     progress: &'a (dyn Fn(Progress) + Sync),
@@ -663,9 +704,12 @@ impl Run<'_> {
             if let Some(queue) = begun {
                 self.begin(scope, move || self.write_shard(queue).unwrap_or_else(|e| self.fail(e)));
             }
-            if let Err(e) = self.frames(&claim) {
-                // A writer that is gone has said why.
-                let _ = claim.to.send(Err(e));
+            let more = (self.batch as u64).saturating_sub(claim.frames.len() as u64);
+            let mut claims = vec![claim];
+            claims.extend(self.board.claim_more(claims[0].shard, more));
+            if let Err(e) = self.frames(&claims) {
+                // Before the claims are given up, which their writer would take for the failure.
+                self.fail(e);
             }
         }
         if self.stopped() {
@@ -673,30 +717,65 @@ impl Run<'_> {
         }
     }
 
-    /// Makes the claimed frames as long as they are wanted.
-    fn frames(&self, claim: &Claim<Item>) -> Result<()> {
-        let site = drawn_scene(self.recipe, claim.scene)?;
-        let depths = self
-            .depths
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .entry(claim.scene)
-            .or_default()
-            .clone();
-        let prepared = prepared(self.recipe.keep, &site)?.sharing(&depths);
-        let control = Control { progress: None, cancel: Some(self.cancel) };
-        for index in claim.frames.clone() {
-            let of_scene = u64::from(self.recipe.frames_per_scene);
-            let number = u64::from(claim.scene) * of_scene + u64::from(index);
-            debug_assert_eq!(self.layout.shard_of(number), claim.shard);
-            let radars = frames_of(self.engine, &site, &prepared, index, control)?;
-            let tally = Tally::of(&site, self.recipe.split(claim.scene), &radars);
-            let record = rows::record(self.recipe, &site, number, radars)?;
-            if claim.to.send(Ok((record, tally))).is_err() || self.stopped() {
-                return Ok(());
+    /// Makes the claimed frames as long as they are wanted, and sends them in their order.
+    fn frames(&self, claims: &[Claim<Item>]) -> Result<()> {
+        let mut scenes: Vec<u32> = claims.iter().map(|c| c.scene).collect();
+        scenes.dedup();
+        // What comes before a scene that fails is made all the same.
+        let (sites, failure) = until_error(scenes.par_iter().map(|n| drawn_scene(self.recipe, *n)).collect());
+        let depths = |scene: u32| {
+            let mut all = self.depths.lock().unwrap_or_else(PoisonError::into_inner);
+            all.entry(scene).or_default().clone()
+        };
+        let make_ready = |(scene, site)| Ok(prepared(self.recipe.keep, site)?.sharing(&depths(scene)));
+        let ready = scenes.par_iter().copied().zip(&sites).map(make_ready).collect();
+        let (ready, sooner) = until_error(ready);
+        let of_scene = u64::from(self.recipe.frames_per_scene);
+        // The frames of all radars, and which of these make up each frame of the dataset.
+        let (mut wanted, mut slots) = (Vec::new(), VecDeque::new());
+        let mut at = 0;
+        for claim in claims {
+            at += usize::from(scenes[at] != claim.scene);
+            let (Some(site), Some(prepared)) = (sites.get(at), ready.get(at)) else { break };
+            for index in claim.frames.clone() {
+                let number = u64::from(claim.scene) * of_scene + u64::from(index);
+                debug_assert_eq!(self.layout.shard_of(number), claim.shard);
+                let radars = site.scenario.radars.len();
+                wanted.extend((0..radars).map(|which| Wanted { prepared, which, index }));
+                slots.push_back(Slot { claim, site, number, radars });
             }
         }
-        Ok(())
+        let control = Control { progress: None, cancel: Some(self.cancel) };
+        let (mut done, mut held) = (0, VecDeque::new());
+        while done < wanted.len() {
+            if self.stopped() {
+                return Ok(());
+            }
+            let radars = slots.iter().take(self.batch).map(|s| s.radars).sum::<usize>() - held.len();
+            let (made, failure) = until_error(frames(self.engine, &wanted[done..done + radars], control));
+            done += made.len();
+            held.extend(made);
+            let mut whole: Vec<(Slot<'_>, Vec<Frame>)> = Vec::new();
+            while slots.front().is_some_and(|s| s.radars <= held.len())
+                && let Some(slot) = slots.pop_front()
+            {
+                let radars = held.drain(..slot.radars).collect();
+                whole.push((slot, radars));
+            }
+            let items = whole.into_par_iter().map(|(slot, radars)| (slot.claim, self.item(&slot, radars)));
+            for (claim, item) in items.collect::<Vec<_>>() {
+                if claim.to.send(Ok(item?)).is_err() || self.stopped() {
+                    return Ok(());
+                }
+            }
+            failure.map_or(Ok(()), Err)?;
+        }
+        sooner.or(failure).map_or(Ok(()), Err)
+    }
+
+    fn item(&self, slot: &Slot<'_>, radars: Vec<Frame>) -> Result<(Record, Tally)> {
+        let tally = Tally::of(slot.site, self.recipe.split(slot.claim.scene), &radars);
+        Ok((rows::record(self.recipe, slot.site, slot.number, radars)?, tally))
     }
 
     fn write_shard(&self, mut queue: Queue<Item>) -> Result<()> {

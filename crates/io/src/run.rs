@@ -18,7 +18,7 @@ use catseye::scene::gltf;
 use catseye::scene::radar_toml::to_toml;
 use catseye::scene::scenario::{Scenario, SitedScenario};
 use catseye::simulate::{Frame, Prepared, convergence};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -33,12 +33,26 @@ pub struct RunOptions<'a> {
     pub force: bool,
     /// Whether to measure how far each object's peak moves when the coherent sums are 16 times more accurate.
     pub convergence: bool,
+    /// Largest number of frames that are made together, each with all its radars; default [`BATCH`] on a GPU, and one on the CPU,
+    /// where no other number changes anything. Memory may allow fewer. The bytes do not depend on it.
+    pub batch: Option<usize>,
     /// Text of the scenario file, kept in the manifest.
     pub source: Option<String>,
     /// Function that draws the pictures of a frame into its folder.
     pub pictures: Pictures<'a>,
     /// Function that is called with (frames done, frames among them found complete from an earlier run).
     pub progress: &'a dyn Fn(u32, u32),
+}
+
+/// Number of frames that share submissions on a GPU where no other number is given.
+pub const BATCH: usize = 64;
+
+/// The number of frames that are made together on this engine: what was asked for, or else [`BATCH`] on a GPU; one on the CPU.
+pub fn batch_of(engine: &Engine, asked: Option<usize>) -> usize {
+    match engine {
+        Engine::Cpu(_) => 1,
+        Engine::Gpu(_) => asked.unwrap_or(BATCH).max(1),
+    }
 }
 
 /// Report on a run.
@@ -92,25 +106,39 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     let prepared = if scenario.output.adc { prepared } else { prepared.without_cubes() };
     let remarks = prepared.remarks()?;
     let mut records = Vec::new();
-    let (mut resumed, mut repaired) = (0, 0);
     let mut sums = BTreeMap::new();
-    for index in 0..scenario.frames.count {
-        let folder = staged.path().join(frame_name(index));
-        // Written last: a frame with a note is complete if its files are still the same.
-        let note_path = notes.join(format!("{}.json", frame_name(index)));
+    // Written last: a frame with a note is complete if its files are still the same.
+    let note_of = |index: u32| notes.join(format!("{}.json", frame_name(index)));
+    let folder_of = |index: u32| staged.path().join(frame_name(index));
+    let noted: Vec<Option<Note>> = (0..scenario.frames.count).map(|i| read_note(&note_of(i))).collect();
+    let is_whole = |(index, note): (u32, &Option<Note>)| {
+        note.as_ref().is_some_and(|n| checksums(folder_of(index)).is_ok_and(|found| found == n.checksums))
+    };
+    let whole: Vec<bool> = (0..).zip(&noted).map(is_whole).collect();
+    let repaired = noted.iter().zip(&whole).filter(|(note, whole)| note.is_some() && !**whole).count() as u32;
+    let mut resumed = 0;
+    let mut ahead = FramesAhead {
+        engine,
+        prepared: &prepared,
+        most: batch_of(engine, options.batch) * scenario.radars.len(),
+        wanted: (0..scenario.frames.count)
+            .filter(|index| !whole[*index as usize])
+            .flat_map(|index| (0..scenario.radars.len()).map(move |which| (which, index)))
+            .collect(),
+        made: VecDeque::new(),
+    };
+    for ((index, note), is_whole) in (0..).zip(noted).zip(whole) {
+        let (folder, note_path) = (folder_of(index), note_of(index));
         let keep = |note: Note, records: &mut Vec<FrameRecord>, sums: &mut BTreeMap<String, String>| {
             records.extend(note.records);
             let name = frame_name(index);
             sums.extend(note.checksums.into_iter().map(|(file, sum)| (format!("{name}/{file}"), sum)));
         };
-        if let Some(note) = read_note(&note_path) {
-            if checksums(&folder).is_ok_and(|found| found == note.checksums) {
-                keep(note, &mut records, &mut sums);
-                resumed += 1;
-                (options.progress)(index + 1, resumed);
-                continue;
-            }
-            repaired += 1;
+        if let Some(note) = note.filter(|_| is_whole) {
+            keep(note, &mut records, &mut sums);
+            resumed += 1;
+            (options.progress)(index + 1, resumed);
+            continue;
         }
         let unfinished = staged.path().join(format!("{}.unfinished", frame_name(index)));
         for old in [&folder, &unfinished] {
@@ -121,7 +149,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         fs::create_dir(&unfinished).map_err(|e| Error::io(&unfinished, e))?;
         let mut record = Vec::with_capacity(scenario.radars.len());
         for (which, radar) in scenario.radars.iter().enumerate() {
-            let frame = prepared.frame(engine, which, index, Control::default())?;
+            let frame = ahead.next()?;
             let truth = Truth::new(scenario, scene, &frame, site.road.as_ref());
             let dir = match scenario.radars.len() {
                 1 => unfinished.clone(),
@@ -184,6 +212,28 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     let sums = with_the_rest(staged.path(), sums)?;
     let folder = staged.commit_with(sums)?;
     Ok(RunReport { folder, resumed, repaired, remarks, frames: records })
+}
+
+/// Frames in the order in which they are written, made some at a time.
+struct FramesAhead<'a> {
+    engine: &'a Engine,
+    prepared: &'a Prepared<'a>,
+    /// Largest number that are made together.
+    most: usize,
+    /// Radars and numbers of those that are not made yet.
+    wanted: VecDeque<(usize, u32)>,
+    made: VecDeque<Result<Frame>>,
+}
+
+impl FramesAhead<'_> {
+    fn next(&mut self) -> Result<Frame> {
+        if self.made.is_empty() {
+            let some: Vec<(usize, u32)> = self.wanted.iter().take(self.most).copied().collect();
+            self.made = self.prepared.frames(self.engine, &some, Control::default()).into();
+            self.wanted.drain(..self.made.len());
+        }
+        self.made.pop_front().unwrap_or_else(|| Err(Error::Failed("no frame is left to be made".into())))
+    }
 }
 
 fn read_note(path: &Path) -> Option<Note> {
@@ -262,6 +312,7 @@ mod tests {
                 kind: "run",
                 force: true,
                 convergence: false,
+                batch: None,
                 source: None,
                 pictures: &|_, _, frame, _, _| match (stop, frame.index) {
                     (true, 1) => Err(Error::Failed("stopped".into())),

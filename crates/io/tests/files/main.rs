@@ -1,3 +1,4 @@
 //! Files of other tools.
 
+mod batches;
 mod interop;

@@ -1,0 +1,148 @@
+//! Frames that share submissions of a device leave the same files as frames that are made singly.
+
+use catseye::base::error::Error;
+use catseye::engine::Engine;
+use catseye::formats::stage::files_of;
+use catseye::gpu::compare::opened_for_tests;
+use catseye::scene::scenario;
+use catseye_io::produce::{Options, Report, produce_in_batches};
+use catseye_io::recipe::Recipe;
+use catseye_io::run::{RunOptions, RunReport, run};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+const BATCHES: [usize; 3] = [1, 3, 64];
+
+fn recipes() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/recipes")
+}
+
+/// All files of a folder but those that tell how long it took.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let names = files_of(folder).unwrap().into_iter().filter(|name| name != "manifest.json");
+    names.map(|name| (name.clone(), fs::read(folder.join(&name)).unwrap())).collect()
+}
+
+fn submits(engine: &Engine) -> u64 {
+    engine.device_counts().unwrap().submits
+}
+
+/// The tiny recipe with all its frames in one shard.
+fn recipe(folder: &Path) -> Recipe {
+    let text = fs::read_to_string(recipes().join("tiny.toml")).unwrap();
+    let text = text.replace("frames_per_shard = 2", "frames_per_shard = 12");
+    fs::copy(recipes().join("tiny_radar.toml"), folder.join("tiny_radar.toml")).unwrap();
+    let path = folder.join("recipe.toml");
+    fs::write(&path, text).unwrap();
+    Recipe::load(&path, None).unwrap()
+}
+
+fn made(
+    engine: &Engine,
+    recipe: &Recipe,
+    out: &Path,
+    batch: usize,
+    cancel: &AtomicBool,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Report {
+    let options = Options {
+        jobs: None,
+        shards: None,
+        mixed_devices: false,
+        force: false,
+        cancel,
+        progress: &|p| progress(p.done),
+        pictures: &|_, _, _, _, _| Ok(()),
+    };
+    produce_in_batches(engine, recipe, out, &options, Some(batch)).unwrap()
+}
+
+/// A dataset of four scenes, whose frames are made across scenes, has the same bytes for any number of frames at a time.
+#[test]
+fn datasets_do_not_depend_on_the_batch() {
+    let t = tempfile::tempdir().unwrap();
+    let recipe = recipe(t.path());
+    let engine = Engine::Gpu(Box::new(opened_for_tests()));
+    let mut found: Vec<BTreeMap<String, Vec<u8>>> = Vec::new();
+    let mut waited = Vec::new();
+    for batch in BATCHES {
+        let out = t.path().join(format!("of-{batch}"));
+        let before = submits(&engine);
+        let report = made(&engine, &recipe, &out, batch, &AtomicBool::new(false), &|_| ());
+        assert!(report.complete && report.frames_made == 12);
+        waited.push(submits(&engine) - before);
+        found.push(files(&out));
+    }
+    assert!(found[0].keys().any(|name| name.contains("adc")), "{:?}", found[0].keys());
+    for (one, batch) in found.iter().zip(BATCHES) {
+        let names: Vec<&String> = one
+            .iter()
+            .filter(|(name, bytes)| found[0].get(*name) != Some(bytes))
+            .map(|(name, _)| name)
+            .collect();
+        assert!(names.is_empty() && one.len() == found[0].len(), "{batch}: {names:?}");
+    }
+    // The layout and the pictures take frames of their own.
+    assert!(waited[0] >= 20 && waited[2] + 18 <= waited[0], "{waited:?}");
+}
+
+/// A dataset that is cancelled within a batch has no shard, and the same call completes it with the same bytes.
+#[test]
+fn a_cancelled_batch_leaves_no_half_shard() {
+    let t = tempfile::tempdir().unwrap();
+    let recipe = recipe(t.path());
+    let engine = Engine::Gpu(Box::new(opened_for_tests()));
+    let (whole, cut) = (t.path().join("whole"), t.path().join("cut"));
+    made(&engine, &recipe, &whole, 4, &AtomicBool::new(false), &|_| ());
+    let (cancel, seen) = (AtomicBool::new(false), AtomicU64::new(0));
+    let report = made(&engine, &recipe, &cut, 4, &cancel, &|done| {
+        // Scenes are counted first, then frames.
+        if done == 1 && seen.fetch_add(1, Ordering::Relaxed) == 1 {
+            cancel.store(true, Ordering::Relaxed);
+        }
+    });
+    assert!(report.cancelled && !report.complete && report.shards_complete == 0, "{report:?}");
+    let report = made(&engine, &recipe, &cut, 64, &AtomicBool::new(false), &|_| ());
+    assert!(report.complete);
+    assert_eq!(files(&cut), files(&whole));
+}
+
+/// A run of two radars writes the same frames for any number at a time; one that fails keeps what is complete and goes on from there.
+#[test]
+fn runs_do_not_depend_on_the_batch() {
+    let t = tempfile::tempdir().unwrap();
+    fs::copy(recipes().join("tiny_radar.toml"), t.path().join("tiny_radar.toml")).unwrap();
+    let text = "name = \"s\"\nseed = 7\n\
+        [[point]]\nposition_m = [20, 3, 0.5]\nrcs_dbsm = 10\nclass = \"car\"\nvelocity_mps = [3, 0, 0]\n\
+        [frames]\ncount = 5\ninterval_s = 0.1\n\
+        [[radars]]\nname = \"left\"\nradar = \"tiny_radar.toml\"\n[[radars]]\nname = \"right\"\nradar = \"tiny_radar.toml\"\n";
+    let scenario = scenario::parse(&t.path().join("s.toml"), text).unwrap();
+    let engine = Engine::Gpu(Box::new(opened_for_tests()));
+    let made = |batch: usize, stop: bool| -> Result<RunReport, Error> {
+        let options = RunOptions {
+            kind: "run",
+            force: true,
+            convergence: false,
+            batch: Some(batch),
+            source: None,
+            pictures: &|_, _, frame, _, _| match (stop, frame.index) {
+                (true, 3) => Err(Error::Failed("stopped".into())),
+                _ => Ok(()),
+            },
+            progress: &|_, _| (),
+        };
+        run(&engine, &scenario, &t.path().join(format!("of-{batch}")), &options)
+    };
+    let found: Vec<_> = BATCHES.map(|batch| files(&made(batch, false).unwrap().folder)).into();
+    assert!(found[0].keys().any(|name| name.contains("left") && name.contains("points")));
+    for (one, batch) in found.iter().zip(BATCHES) {
+        assert!(one == &found[0], "{batch}");
+    }
+    fs::remove_dir_all(t.path().join("of-64")).unwrap();
+    made(64, true).unwrap_err();
+    let report = made(64, false).unwrap();
+    assert_eq!((report.resumed, report.frames.len()), (3, 10));
+    assert!(files(&report.folder) == found[0]);
+}

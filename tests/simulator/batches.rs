@@ -1,0 +1,208 @@
+//! Frames that share submissions: few submissions, and the bytes of frames that are made singly.
+
+use catseye::base::control::Control;
+use catseye::base::error::Error;
+use catseye::dsp::RangeDoppler;
+use catseye::engine::{Engine, FrameInput, MadeFrame};
+use catseye::gpu::GpuCounts;
+use catseye::gpu::compare::opened_for_tests;
+use catseye::road::site::Site;
+use catseye::scene::radar::{AngleMethod, Sources};
+use catseye::scene::scenario;
+use catseye::simulate::{Frame, Heard, Prepared};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+/// A drive past guard rails.
+fn site() -> Site {
+    let text = "name = \"steady\"\nseed = 3\nradar = \"recipes/small_radar.toml\"\n\
+                [scene]\nroad = \"road/road_model_straight.toml\"\n\
+                [ego]\nposition_m = [2, -1.75, 0]\nspeed_mps = 12\n[trace]\nbounces = 2\nfacets = 0";
+    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/s.toml");
+    Site::new(&scenario::parse(&place, text).unwrap()).unwrap()
+}
+
+fn used<T>(engine: &Engine, work: impl FnOnce() -> T) -> (T, GpuCounts) {
+    let before = engine.device_counts().unwrap();
+    let result = work();
+    (result, engine.device_counts().unwrap().since(&before))
+}
+
+/// Echoes of some frames, which 64 frames then take in turn.
+fn heard(site: &Site, engine: &Engine) -> Vec<Heard> {
+    let prepared = Prepared::new(&site.scenario, &site.scene).unwrap();
+    (0..8).map(|index| prepared.echoes(engine, 0, index).unwrap()).collect()
+}
+
+fn inputs<'a>(site: &'a Site, heard: &'a [Heard]) -> Vec<FrameInput<'a>> {
+    let input = |frame: u32| FrameInput {
+        radar: &site.scenario.radars[0],
+        echoes: &heard[frame as usize % heard.len()].echoes,
+        interference: &[],
+        seed: 5,
+        frame,
+        wanted: frame.is_multiple_of(3),
+    };
+    (0..64).map(input).collect()
+}
+
+fn content(made: &MadeFrame) -> (&Option<catseye::engine::AnyCube>, &Vec<RangeDoppler<f64>>) {
+    (&made.cube, &made.maps)
+}
+
+/// 64 frames of one submission have the bytes of frames made singly, and of any other number together.
+#[test]
+fn frames_of_one_submission_are_those_of_many() {
+    let (site, engine) = (site(), Engine::Gpu(Box::new(opened_for_tests())));
+    let heard = heard(&site, &engine);
+    let inputs = inputs(&site, &heard);
+    let (singly, counts) = used(&engine, || -> Vec<MadeFrame> {
+        inputs.iter().map(|i| engine.frame(i, Control::default()).unwrap()).collect()
+    });
+    assert_eq!(counts.submits, 64);
+    assert!(singly.iter().any(|made| !made.maps[0].cells.is_empty()));
+    for (together, most) in [(64, 2), (3, 22)] {
+        let (made, counts) = used(&engine, || -> Vec<MadeFrame> {
+            let of = |some: &[FrameInput<'_>]| engine.frames(some, Control::default());
+            inputs.chunks(together).flat_map(of).map(Result::unwrap).collect()
+        });
+        assert!(counts.submits <= most, "{counts:?}");
+        assert_eq!(made.len(), singly.len());
+        for (i, (a, b)) in made.iter().zip(&singly).enumerate() {
+            assert!(content(a) == content(b) && a.front_end == b.front_end, "frame {i} of {together}");
+            assert_eq!(a.cube.is_some(), i.is_multiple_of(3));
+        }
+    }
+    // The same buffers and bind groups serve again.
+    used(&engine, || engine.frames(&inputs, Control::default()));
+    let counts = used(&engine, || engine.frames(&inputs, Control::default())).1;
+    assert_eq!((counts.buffers, counts.bind_groups), (0, 0), "{counts:?}");
+}
+
+/// Where a batch would be too large it is cut, and frames that need the host stand between others.
+#[test]
+fn batches_are_bounded_and_leave_others_out() {
+    let site = site();
+    let gpu = opened_for_tests().with_binding_limit(1 << 20);
+    let engine = Engine::Gpu(Box::new(gpu));
+    assert_eq!(engine.batch_bytes(), 8 << 20);
+    let heard = heard(&site, &engine);
+    let mut inputs = inputs(&site, &heard);
+    inputs.truncate(12);
+    let mut special = site.scenario.radars[0].clone();
+    special.front_end.aperture_jitter_rms_s = Some(1e-12);
+    for i in [0, 5, 6] {
+        inputs[i].radar = &special;
+    }
+    let singly: Vec<MadeFrame> =
+        inputs.iter().map(|i| engine.frame(i, Control::default()).unwrap()).collect();
+    let (made, counts) = used(&engine, || engine.frames(&inputs, Control::default()));
+    assert!(counts.submits > 4, "{counts:?}");
+    for (a, b) in made.into_iter().zip(&singly) {
+        assert!(content(&a.unwrap()) == content(b));
+    }
+}
+
+/// An echo that is not finite fails the frame that it belongs to; those before it are there, those behind it are not made.
+#[test]
+fn an_error_is_that_of_its_frame() {
+    let (site, engine) = (site(), Engine::Gpu(Box::new(opened_for_tests())));
+    let heard = heard(&site, &engine);
+    let mut inputs = inputs(&site, &heard);
+    inputs.truncate(6);
+    let mut broken = site.scenario.radars[0].clone();
+    broken.processing.cfar.pfa = 2.0;
+    inputs[4].radar = &broken;
+    let alone = engine.frame(&inputs[4], Control::default()).unwrap_err();
+    let made = engine.frames(&inputs, Control::default());
+    assert_eq!(made.len(), 5);
+    assert!(made[..4].iter().all(Result::is_ok));
+    assert_eq!(made[4].as_ref().unwrap_err().to_string(), alone.to_string());
+}
+
+/// A batch of 64 frames of a drive takes few submissions, and its frames are those that are made singly, whatever the size of the batch.
+#[test]
+fn a_batch_of_64_frames_waits_rarely() {
+    let (site, engine) = (site(), Engine::Gpu(Box::new(opened_for_tests())));
+    let prepared = Prepared::new(&site.scenario, &site.scene).unwrap();
+    let wanted: Vec<(usize, u32)> = (0..64).map(|index| (0, index)).collect();
+    let all = |together: usize| -> Vec<Frame> {
+        let mut made: Vec<Frame> = Vec::new();
+        while made.len() < wanted.len() {
+            let some = &wanted[made.len()..(made.len() + together).min(wanted.len())];
+            made.extend(prepared.frames(&engine, some, Control::default()).into_iter().map(Result::unwrap));
+        }
+        made
+    };
+    let (many, counts) = used(&engine, || all(64));
+    let a_frame = counts.submits as f64 / 64.0;
+    assert!(a_frame <= 0.2, "{a_frame} submissions a frame: {counts:?}");
+    let (singly, counts) = used(&engine, || all(1));
+    assert_eq!(counts.submits, 128);
+    assert!(singly.iter().all(|f| !f.points.is_empty()));
+    for frames in [many, all(3)] {
+        for (a, b) in frames.iter().zip(&singly) {
+            assert_eq!((a.index, &a.points, a.front_end), (b.index, &b.points, b.front_end));
+            assert!(a.maps == b.maps && a.cube == b.cube && a.echoes.list == b.echoes.list, "{}", a.index);
+        }
+    }
+}
+
+/// Radars of several kinds in one batch: other methods for angles, ramps of two slopes, a front end that needs the host.
+#[test]
+fn mixed_radars_share_a_batch() {
+    let site = {
+        let mut site = site();
+        let first = &mut site.scenario.radars[0];
+        first.name = "bartlett".into();
+        let mut music = first.clone();
+        music.name = "music".into();
+        music.processing.angle.method = AngleMethod::Music;
+        music.processing.angle.sources = Sources::Given(1);
+        let mut hosted = first.clone();
+        hosted.name = "hosted".into();
+        hosted.front_end.aperture_jitter_rms_s = Some(1e-12);
+        site.scenario.radars.extend([music, hosted]);
+        site
+    };
+    let engine = Engine::Gpu(Box::new(opened_for_tests()));
+    let prepared = Prepared::new(&site.scenario, &site.scene).unwrap().without_cubes();
+    let wanted: Vec<(usize, u32)> =
+        (0..4).flat_map(|index| (0..3).map(move |which| (which, index))).collect();
+    let together = prepared.frames(&engine, &wanted, Control::default());
+    assert_eq!(together.len(), wanted.len());
+    for ((which, index), made) in wanted.into_iter().zip(together) {
+        let made = made.unwrap();
+        let alone = prepared.frame(&engine, which, index, Control::default()).unwrap();
+        assert!(!alone.points.is_empty() && made.cube.is_none());
+        assert_eq!((made.radar, made.index, &made.points), (which, index, &alone.points));
+        assert!(made.maps == alone.maps);
+    }
+    // What is cancelled makes nothing, and says so.
+    let cancel = AtomicBool::new(true);
+    let control = Control { progress: None, cancel: Some(&cancel) };
+    let made = prepared.frames(&engine, &[(0, 0), (1, 0)], control);
+    assert!(matches!(&made[..], [Err(Error::Interrupted(_))]));
+}
+
+/// Frames with more detected cells than there was room for fetch them in one further submission together.
+#[test]
+fn crowded_frames_share_their_second_submission() {
+    let (site, engine) = (site(), Engine::Gpu(Box::new(opened_for_tests())));
+    let heard = heard(&site, &engine);
+    let mut inputs = inputs(&site, &heard);
+    inputs.truncate(5);
+    let mut crowded = site.scenario.radars[0].clone();
+    crowded.processing.cfar.pfa = 0.6;
+    (crowded.chirps, crowded.processing.doppler_fft) = (512, 512);
+    for i in [1, 3, 4] {
+        inputs[i].radar = &crowded;
+    }
+    let (made, counts) = used(&engine, || engine.frames(&inputs, Control::default()));
+    assert_eq!((made.len(), counts.submits), (5, 2));
+    for (made, input) in made.into_iter().zip(&inputs) {
+        let (made, alone) = (made.unwrap(), engine.frame(input, Control::default()).unwrap());
+        assert!(content(&made) == content(&alone));
+        assert_eq!(made.maps[0].cells.len() > 4096, std::ptr::eq(input.radar, &crowded));
+    }
+}
