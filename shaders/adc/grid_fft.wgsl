@@ -2,7 +2,7 @@
 // powers of two from 16 to 2048 in workgroup memory, as many lines side by side as make 2048 values, the 16 KiB that every
 // adapter has. Radix 16 as often as it goes, then 8, 4 or 2; unrolled, since software drivers are slow with arrays that loops
 // index and with every access to memory. A line of 4096 cells is two transforms of 2048 values, which give its even and its odd
-// cells. Only the samples around the middle of the ramp are kept.
+// cells. What only some lengths take are loops, since software drivers run through every branch. Only the samples around the middle of the ramp are kept.
 struct GridFftParams {
     lines: u32,
     log2_cells: u32,
@@ -129,44 +129,12 @@ fn half(start: u32, n: u32) -> vec2<f32> {
     return select(a + b, cmul(a - b, turns[n]), part == 1u);
 }
 
-// Keeps a value of a transform that is done, if it is a sample.
-fn store(line: u32, bin: u32, value: vec2<f32>) {
-    let cell = (bin << params.log2_parts) + part;
-    let sample = (cell + params.samples / 2u) & ((1u << params.log2_cells) - 1u);
-    if line < params.lines && sample < params.samples {
-        out[line * params.samples + sample] = value;
-    }
-}
-
-// The last pass, where it has radix 16.
-fn store16(i: u32, log2_done: u32, v: array<vec2<f32>, 16>) {
-    let done = 1u << log2_done;
-    let k = i & (done - 1u);
-    let line = first_line + (i >> log2_done);
-    store(line, k + 0u * done, v[0]);
-    store(line, k + 1u * done, v[1]);
-    store(line, k + 2u * done, v[2]);
-    store(line, k + 3u * done, v[3]);
-    store(line, k + 4u * done, v[4]);
-    store(line, k + 5u * done, v[5]);
-    store(line, k + 6u * done, v[6]);
-    store(line, k + 7u * done, v[7]);
-    store(line, k + 8u * done, v[8]);
-    store(line, k + 9u * done, v[9]);
-    store(line, k + 10u * done, v[10]);
-    store(line, k + 11u * done, v[11]);
-    store(line, k + 12u * done, v[12]);
-    store(line, k + 13u * done, v[13]);
-    store(line, k + 14u * done, v[14]);
-    store(line, k + 15u * done, v[15]);
-}
-
+// The last passes: each butterfly goes back where it came from.
 fn last8(i: u32, log2_done: u32) {
     let eighth = 1u << log2_done;
     let k = i & (eighth - 1u);
     let start = ((i - k) << 3u) + k;
     let turn = k << params.log2_parts;
-    let line = first_line + (i >> log2_done);
     let v = fft8(array<vec2<f32>, 8>(
         tile[start],
         cmul(tile[start + 1u * eighth], turns[1u * turn]),
@@ -177,14 +145,14 @@ fn last8(i: u32, log2_done: u32) {
         cmul(tile[start + 6u * eighth], turns[6u * turn]),
         cmul(tile[start + 7u * eighth], turns[7u * turn]),
     ));
-    store(line, k + 0u * eighth, v[0]);
-    store(line, k + 1u * eighth, v[1]);
-    store(line, k + 2u * eighth, v[2]);
-    store(line, k + 3u * eighth, v[3]);
-    store(line, k + 4u * eighth, v[4]);
-    store(line, k + 5u * eighth, v[5]);
-    store(line, k + 6u * eighth, v[6]);
-    store(line, k + 7u * eighth, v[7]);
+    tile[start + 0u * eighth] = v[0];
+    tile[start + 1u * eighth] = v[1];
+    tile[start + 2u * eighth] = v[2];
+    tile[start + 3u * eighth] = v[3];
+    tile[start + 4u * eighth] = v[4];
+    tile[start + 5u * eighth] = v[5];
+    tile[start + 6u * eighth] = v[6];
+    tile[start + 7u * eighth] = v[7];
 }
 
 fn last4(i: u32, log2_done: u32) {
@@ -192,28 +160,26 @@ fn last4(i: u32, log2_done: u32) {
     let k = i & (quarter - 1u);
     let start = ((i - k) << 2u) + k;
     let turn = k << params.log2_parts;
-    let line = first_line + (i >> log2_done);
     let v = fft4(
         tile[start],
         cmul(tile[start + quarter], turns[turn]),
         cmul(tile[start + 2u * quarter], turns[2u * turn]),
         cmul(tile[start + 3u * quarter], turns[3u * turn]),
     );
-    store(line, k, v[0]);
-    store(line, k + quarter, v[1]);
-    store(line, k + 2u * quarter, v[2]);
-    store(line, k + 3u * quarter, v[3]);
+    tile[start] = v[0];
+    tile[start + quarter] = v[1];
+    tile[start + 2u * quarter] = v[2];
+    tile[start + 3u * quarter] = v[3];
 }
 
 fn last2(i: u32, log2_done: u32) {
     let half_length = 1u << log2_done;
     let k = i & (half_length - 1u);
     let start = ((i - k) << 1u) + k;
-    let line = first_line + (i >> log2_done);
     let x = tile[start];
     let y = cmul(tile[start + half_length], turns[k << params.log2_parts]);
-    store(line, k, x + y);
-    store(line, k + half_length, x - y);
+    tile[start] = x + y;
+    tile[start + half_length] = x - y;
 }
 
 @compute @workgroup_size(128)
@@ -252,7 +218,7 @@ fn main(
             v[15] = grid[start + 15u * sixteenth];
         }
         // A tile is then part of one line.
-        if params.log2_parts == 1u && first_line < params.lines {
+        for (var once = 0u; once < select(0u, params.log2_parts, first_line < params.lines); once++) {
             let start = first_line << params.log2_cells;
             v[0] = half(start, j + 0u * sixteenth);
             v[1] = half(start, j + 1u * sixteenth);
@@ -271,38 +237,44 @@ fn main(
             v[14] = half(start, j + 14u * sixteenth);
             v[15] = half(start, j + 15u * sixteenth);
         }
-        v = fft16(v);
-        if log2_length == 4u {
-            store16(thread, 0u, v);
-            return;
-        }
-        put16(thread, 0u, v);
+        put16(thread, 0u, fft16(v));
     }
     workgroupBarrier();
     var log2_done = 4u;
-    if log2_length >= 8u {
-        let v = fft16(take16(thread, 4u));
-        if log2_length == 8u {
-            store16(thread, 4u, v);
-            return;
-        }
+    while log2_done + 4u <= log2_length {
+        let v = fft16(take16(thread, log2_done));
         workgroupBarrier();
-        put16(thread, 4u, v);
+        put16(thread, log2_done, v);
         workgroupBarrier();
-        log2_done = 8u;
+        log2_done += 4u;
     }
+    // A tile has so many butterflies of radix 8, 4 and 2.
     let radix = log2_length - log2_done;
-    if radix == 3u {
-        last8(thread, log2_done);
-        last8(thread + THREADS, log2_done);
-    } else if radix == 2u {
-        last4(thread, log2_done);
-        last4(thread + THREADS, log2_done);
-        last4(thread + 2u * THREADS, log2_done);
-        last4(thread + 3u * THREADS, log2_done);
-    } else {
-        for (var i = thread; i < 8u * THREADS; i += THREADS) {
-            last2(i, log2_done);
+    for (var i = thread; i < select(0u, 2u * THREADS, radix == 3u); i += THREADS) {
+        last8(i, log2_done);
+    }
+    for (var i = thread; i < select(0u, 4u * THREADS, radix == 2u); i += THREADS) {
+        last4(i, log2_done);
+    }
+    for (var i = thread; i < select(0u, 8u * THREADS, radix == 1u); i += THREADS) {
+        last2(i, log2_done);
+    }
+    workgroupBarrier();
+
+    let cells = 1u << params.log2_cells;
+    for (var i = thread; i < params.log2_parts << LOG2_TILE; i += THREADS) {
+        let sample = (2u * i + part + params.samples / 2u) & (cells - 1u);
+        if first_line < params.lines && sample < params.samples {
+            out[first_line * params.samples + sample] = tile[i];
+        }
+    }
+    let kept = select(0u, params.samples << (LOG2_TILE - log2_length), params.log2_parts == 0u);
+    for (var i = thread; i < kept; i += THREADS) {
+        let local = i / params.samples;
+        let sample = i % params.samples;
+        if first_line + local < params.lines {
+            let cell = (sample - params.samples / 2u) & (cells - 1u);
+            out[(first_line + local) * params.samples + sample] = tile[(local << params.log2_cells) + cell];
         }
     }
 }
