@@ -16,7 +16,7 @@ use crate::base::matrix;
 use crate::base::units::{power_from_db, wavenumber};
 use crate::dsp;
 use crate::geom::{Geometry, curved, edges, surfaces_at};
-use crate::gpu::{Gpu, GpuCounts, Kernel, Want, adapters, selftest};
+use crate::gpu::{Gpu, GpuCounts, Kernel, Profile, Want, adapters, selftest};
 use crate::rcs::cpu::beam_sum::{self, FrequencyPoint};
 use crate::rcs::cpu::ptd;
 use crate::rcs::{
@@ -245,6 +245,22 @@ impl Engine {
         match self {
             Engine::Cpu(_) => None,
             Engine::Gpu(gpu) => Some(gpu.counts()),
+        }
+    }
+
+    /// The same engine, which from now on counts and times the kernels of its device. The cpu engine has none.
+    pub fn with_profiling(self) -> Engine {
+        match self {
+            Engine::Cpu(precision) => Engine::Cpu(precision),
+            Engine::Gpu(gpu) => Engine::Gpu(Box::new(gpu.with_profiling())),
+        }
+    }
+
+    /// What each kernel did since [`Engine::with_profiling`]; None without it and for the cpu engine.
+    pub fn profile(&self) -> Option<Profile> {
+        match self {
+            Engine::Cpu(_) => None,
+            Engine::Gpu(gpu) => gpu.profile(),
         }
     }
 

@@ -175,12 +175,9 @@ fn every_shader_can_be_written_for_metal_and_direct3d() {
 }
 
 /// Kernels that need more than every WebGPU device has, with what takes their place there.
-const BEYOND_WEBGPU: [(&str, &str); 5] = [
-    ("dsp/fft", "Method::Passes, which every adapter with less memory for a workgroup takes"),
-    ("adc/grid_fft", "nothing yet: transforms of a grid need 32 KiB"),
+const BEYOND_WEBGPU: [(&str, &str); 2] = [
     ("trace/beam_clip", "nothing yet: a ninth storage buffer"),
     ("trace/beam_ahead", "nothing yet: a ninth storage buffer"),
-    ("rcs/beam_sum", "nothing yet: a ninth storage buffer"),
 ];
 
 /// Limits that every WebGPU device keeps (W3C, WebGPU, section 3.6.2, column "default").

@@ -1,11 +1,14 @@
 // Lines of a grid from cells to samples (CONVENTIONS eq. 83): Stockham transforms e^(+j 2 pi k n / cells) of
-// powers of two from 16 to 4096 in workgroup memory, as many lines side by side as make 4096 values. Radix 16
-// as often as it goes, then 4, then 2; unrolled, since software drivers are slow with arrays that loops index
-// and with every access to memory. Only the samples around the middle of the ramp are kept.
+// powers of two from 16 to 2048 in workgroup memory, as many lines side by side as make 2048 values, the 16 KiB that every
+// adapter has. Radix 16 as often as it goes, then 8, 4 or 2; unrolled, since software drivers are slow with arrays that loops
+// index and with every access to memory. A line of 4096 cells is two transforms of 2048 values, which give its even and its odd
+// cells. What only some lengths take are loops, since software drivers run through every branch. Only the samples around the middle of the ramp are kept.
 struct GridFftParams {
     lines: u32,
     log2_cells: u32,
     samples: u32,
+    // 1 where two workgroups share a line, else 0.
+    log2_parts: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: GridFftParams;
@@ -16,10 +19,13 @@ struct GridFftParams {
 // [line, sample]
 @group(0) @binding(3) var<storage, read_write> out: array<vec2<f32>>;
 
-const THREADS = 256u;
-const LOG2_TILE = 12u;
+const THREADS = 128u;
+const LOG2_TILE = 11u;
 
-var<workgroup> tile: array<vec2<f32>, 4096>;
+var<workgroup> tile: array<vec2<f32>, 2048>;
+// The line of the tile's first value, and which of its parts the workgroup has.
+var<private> first_line: u32;
+var<private> part: u32;
 
 fn fft4(x: vec2<f32>, y: vec2<f32>, z: vec2<f32>, w: vec2<f32>) -> array<vec2<f32>, 4> {
     let even = x + z;
@@ -54,9 +60,23 @@ fn fft16(v: array<vec2<f32>, 16>) -> array<vec2<f32>, 16> {
     );
 }
 
+fn fft8(v: array<vec2<f32>, 8>) -> array<vec2<f32>, 8> {
+    let h = 0.707106781;
+    let e = fft4(v[0], v[2], v[4], v[6]);
+    let o = fft4(v[1], v[3], v[5], v[7]);
+    let o1 = cmul(o[1], vec2<f32>(h, h));
+    let o2 = cmul_j(o[2]);
+    let o3 = cmul(o[3], vec2<f32>(-h, h));
+    return array<vec2<f32>, 8>(
+        e[0] + o[0], e[1] + o1, e[2] + o2, e[3] + o3,
+        e[0] - o[0], e[1] - o1, e[2] - o2, e[3] - o3,
+    );
+}
+
 // Input of radix-16 butterfly `i` after passes that finished transforms of length 2^log2_done.
 fn take16(i: u32, log2_done: u32) -> array<vec2<f32>, 16> {
-    let sixteenth = 1u << (params.log2_cells - 4u);
+    let log2_length = params.log2_cells - params.log2_parts;
+    let sixteenth = 1u << (log2_length - 4u);
     let j = i & (sixteenth - 1u);
     let start = ((i - j) << 4u) + j;
     let turn = (j & ((1u << log2_done) - 1u)) << (params.log2_cells - 4u - log2_done);
@@ -102,44 +122,84 @@ fn put16(i: u32, log2_done: u32, v: array<vec2<f32>, 16>) {
     tile[to + 15u * done] = v[15];
 }
 
-fn radix4(i: u32, log2_done: u32) -> array<vec2<f32>, 4> {
-    let quarter = 1u << (params.log2_cells - 2u);
-    let j = i & (quarter - 1u);
-    let start = ((i - j) << 2u) + j;
-    let turn = (j & ((1u << log2_done) - 1u)) << (params.log2_cells - 2u - log2_done);
-    return fft4(
+// Value n of the transform that gives even cells, or of the other, of the line that begins at `start`.
+fn half(start: u32, n: u32) -> vec2<f32> {
+    let a = grid[start + n];
+    let b = grid[start + n + (1u << LOG2_TILE)];
+    return select(a + b, cmul(a - b, turns[n]), part == 1u);
+}
+
+// The last passes: each butterfly goes back where it came from.
+fn last8(i: u32, log2_done: u32) {
+    let eighth = 1u << log2_done;
+    let k = i & (eighth - 1u);
+    let start = ((i - k) << 3u) + k;
+    let turn = k << params.log2_parts;
+    let v = fft8(array<vec2<f32>, 8>(
+        tile[start],
+        cmul(tile[start + 1u * eighth], turns[1u * turn]),
+        cmul(tile[start + 2u * eighth], turns[2u * turn]),
+        cmul(tile[start + 3u * eighth], turns[3u * turn]),
+        cmul(tile[start + 4u * eighth], turns[4u * turn]),
+        cmul(tile[start + 5u * eighth], turns[5u * turn]),
+        cmul(tile[start + 6u * eighth], turns[6u * turn]),
+        cmul(tile[start + 7u * eighth], turns[7u * turn]),
+    ));
+    tile[start + 0u * eighth] = v[0];
+    tile[start + 1u * eighth] = v[1];
+    tile[start + 2u * eighth] = v[2];
+    tile[start + 3u * eighth] = v[3];
+    tile[start + 4u * eighth] = v[4];
+    tile[start + 5u * eighth] = v[5];
+    tile[start + 6u * eighth] = v[6];
+    tile[start + 7u * eighth] = v[7];
+}
+
+fn last4(i: u32, log2_done: u32) {
+    let quarter = 1u << log2_done;
+    let k = i & (quarter - 1u);
+    let start = ((i - k) << 2u) + k;
+    let turn = k << params.log2_parts;
+    let v = fft4(
         tile[start],
         cmul(tile[start + quarter], turns[turn]),
         cmul(tile[start + 2u * quarter], turns[2u * turn]),
         cmul(tile[start + 3u * quarter], turns[3u * turn]),
     );
+    tile[start] = v[0];
+    tile[start + quarter] = v[1];
+    tile[start + 2u * quarter] = v[2];
+    tile[start + 3u * quarter] = v[3];
 }
 
-fn put4(i: u32, log2_done: u32, v: array<vec2<f32>, 4>) {
-    let done = 1u << log2_done;
-    let k = i & (done - 1u);
-    let to = ((i - k) << 2u) + k;
-    tile[to] = v[0];
-    tile[to + done] = v[1];
-    tile[to + 2u * done] = v[2];
-    tile[to + 3u * done] = v[3];
+fn last2(i: u32, log2_done: u32) {
+    let half_length = 1u << log2_done;
+    let k = i & (half_length - 1u);
+    let start = ((i - k) << 1u) + k;
+    let x = tile[start];
+    let y = cmul(tile[start + half_length], turns[k << params.log2_parts]);
+    tile[start] = x + y;
+    tile[start + half_length] = x - y;
 }
 
-@compute @workgroup_size(256)
+@compute @workgroup_size(128)
 fn main(
     @builtin(workgroup_id) workgroup_id: vec3<u32>,
     @builtin(num_workgroups) num_workgroups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    let cells = 1u << params.log2_cells;
-    let first_line = linear_id(workgroup_id, num_workgroups, 0u, 1u) << (LOG2_TILE - params.log2_cells);
+    let log2_length = params.log2_cells - params.log2_parts;
+    let first_transform = linear_id(workgroup_id, num_workgroups, 0u, 1u) << (LOG2_TILE - log2_length);
+    first_line = first_transform >> params.log2_parts;
+    part = first_transform & ((1u << params.log2_parts) - 1u);
     {
         // The first pass has nothing to turn.
-        let sixteenth = cells >> 4u;
+        let sixteenth = 1u << (log2_length - 4u);
         let j = thread & (sixteenth - 1u);
-        let start = (first_line << params.log2_cells) + ((thread - j) << 4u) + j;
+        let local_line = thread >> (log2_length - 4u);
         var v: array<vec2<f32>, 16>;
-        if first_line + ((thread << 4u) >> params.log2_cells) < params.lines {
+        if params.log2_parts == 0u && first_line + local_line < params.lines {
+            let start = ((first_line + local_line) << params.log2_cells) + j;
             v[0] = grid[start + 0u * sixteenth];
             v[1] = grid[start + 1u * sixteenth];
             v[2] = grid[start + 2u * sixteenth];
@@ -157,45 +217,58 @@ fn main(
             v[14] = grid[start + 14u * sixteenth];
             v[15] = grid[start + 15u * sixteenth];
         }
+        // A tile is then part of one line.
+        for (var once = 0u; once < select(0u, params.log2_parts, first_line < params.lines); once++) {
+            let start = first_line << params.log2_cells;
+            v[0] = half(start, j + 0u * sixteenth);
+            v[1] = half(start, j + 1u * sixteenth);
+            v[2] = half(start, j + 2u * sixteenth);
+            v[3] = half(start, j + 3u * sixteenth);
+            v[4] = half(start, j + 4u * sixteenth);
+            v[5] = half(start, j + 5u * sixteenth);
+            v[6] = half(start, j + 6u * sixteenth);
+            v[7] = half(start, j + 7u * sixteenth);
+            v[8] = half(start, j + 8u * sixteenth);
+            v[9] = half(start, j + 9u * sixteenth);
+            v[10] = half(start, j + 10u * sixteenth);
+            v[11] = half(start, j + 11u * sixteenth);
+            v[12] = half(start, j + 12u * sixteenth);
+            v[13] = half(start, j + 13u * sixteenth);
+            v[14] = half(start, j + 14u * sixteenth);
+            v[15] = half(start, j + 15u * sixteenth);
+        }
         put16(thread, 0u, fft16(v));
     }
     workgroupBarrier();
     var log2_done = 4u;
-    while log2_done + 4u <= params.log2_cells {
+    while log2_done + 4u <= log2_length {
         let v = fft16(take16(thread, log2_done));
         workgroupBarrier();
         put16(thread, log2_done, v);
         workgroupBarrier();
         log2_done += 4u;
     }
-    if log2_done + 2u <= params.log2_cells {
-        let a = radix4(thread, log2_done);
-        let b = radix4(thread + THREADS, log2_done);
-        let c = radix4(thread + 2u * THREADS, log2_done);
-        let d = radix4(thread + 3u * THREADS, log2_done);
-        workgroupBarrier();
-        put4(thread, log2_done, a);
-        put4(thread + THREADS, log2_done, b);
-        put4(thread + 2u * THREADS, log2_done, c);
-        put4(thread + 3u * THREADS, log2_done, d);
-        workgroupBarrier();
-        log2_done += 2u;
+    // A tile has so many butterflies of radix 8, 4 and 2.
+    let radix = log2_length - log2_done;
+    for (var i = thread; i < select(0u, 2u * THREADS, radix == 3u); i += THREADS) {
+        last8(i, log2_done);
     }
-    if log2_done < params.log2_cells {
-        // Each butterfly goes back where it came from.
-        let half = cells >> 1u;
-        for (var i = thread; i < (1u << (LOG2_TILE - 1u)); i += THREADS) {
-            let j = i & (half - 1u);
-            let at = ((i - j) << 1u) + j;
-            let x = tile[at];
-            let y = cmul(tile[at + half], turns[j]);
-            tile[at] = x + y;
-            tile[at + half] = x - y;
-        }
-        workgroupBarrier();
+    for (var i = thread; i < select(0u, 4u * THREADS, radix == 2u); i += THREADS) {
+        last4(i, log2_done);
     }
+    for (var i = thread; i < select(0u, 8u * THREADS, radix == 1u); i += THREADS) {
+        last2(i, log2_done);
+    }
+    workgroupBarrier();
 
-    let kept = params.samples << (LOG2_TILE - params.log2_cells);
+    let cells = 1u << params.log2_cells;
+    for (var i = thread; i < params.log2_parts << LOG2_TILE; i += THREADS) {
+        let sample = (2u * i + part + params.samples / 2u) & (cells - 1u);
+        if first_line < params.lines && sample < params.samples {
+            out[first_line * params.samples + sample] = tile[i];
+        }
+    }
+    let kept = select(0u, params.samples << (LOG2_TILE - log2_length), params.log2_parts == 0u);
     for (var i = thread; i < kept; i += THREADS) {
         let local = i / params.samples;
         let sample = i % params.samples;

@@ -1,8 +1,10 @@
 // Batched FFT of power-of-two lengths up to 4096: Stockham autosort, radix 4, with a last radix-2
 // pass for odd powers. A workgroup works on a tile of 1024 to 4096 values, as many whole lines as that
 // makes: large tiles let neighbouring threads load neighbouring values on a strided axis, small ones
-// stay in a CPU's cache. The load applies the window and fills with zeros; the store shifts and keeps a
-// range of positions (CONVENTIONS eq. 14).
+// stay in a CPU's cache. Values stay with their threads; between passes real parts and then imaginary
+// parts change places through workgroup memory, so that 4096 values need the 16 KiB that every adapter
+// has. The load applies the window and fills with zeros; the store shifts and keeps a range of positions
+// (CONVENTIONS eq. 14).
 
 struct WorkgroupFftParams {
     lines: u32,
@@ -35,53 +37,76 @@ struct WorkgroupFftParams {
 
 const THREADS = 256u;
 
-var<workgroup> tile: array<vec2<f32>, 4096>;
+var<workgroup> tile: array<f32, 4096>;
 
-// (line, place in the line) of element e of the tile, in the order that suits the memory.
-fn place(e: u32) -> vec2<u32> {
+// Values 0 .. radix - 1 of the thread's first butterfly, then those of its next ones. Loops over them have constant
+// bounds, so that drivers unroll them and keep the values in registers.
+var<private> v: array<vec2<f32>, 16>;
+
+// (line of the tile, place in the line) of butterfly `q`, of which a line has 2^log2_butterflies, in the order that suits
+// the memory of the cube.
+fn place(q: u32, log2_butterflies: u32) -> vec2<u32> {
     let log2_lines = params.log2_tile - params.log2_length;
     if params.side_by_side == 1u {
-        return vec2<u32>(e & ((1u << log2_lines) - 1u), e >> log2_lines);
+        return vec2<u32>(q & ((1u << log2_lines) - 1u), q >> log2_lines);
     }
-    return vec2<u32>(e >> params.log2_length, e & ((1u << params.log2_length) - 1u));
+    return vec2<u32>(q >> log2_butterflies, q & ((1u << log2_butterflies) - 1u));
 }
 
-@compute @workgroup_size(256)
-fn main(
-    @builtin(workgroup_id) workgroup_id: vec3<u32>,
-    @builtin(num_workgroups) num_workgroups: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-) {
-    let length = 1u << params.log2_length;
-    let tile_length = 1u << params.log2_tile;
-    let butterflies = tile_length / (4u * THREADS);
-    let first_line = linear_id(workgroup_id, num_workgroups, 0u, 1u) << (params.log2_tile - params.log2_length);
+// Where a value of a line changes places; neighbouring threads have neighbouring words.
+fn slot(line: u32, position: u32) -> u32 {
+    let log2_lines = params.log2_tile - params.log2_length;
+    return select(
+        (line << params.log2_length) + position,
+        (position << log2_lines) + line,
+        params.side_by_side == 1u,
+    );
+}
 
-    for (var e = thread; e < tile_length; e += THREADS) {
-        let at = place(e);
-        let line = first_line + at.x;
-        var x = vec2<f32>(0.0);
-        if line < params.lines && at.y < params.count {
-            x = values[params.in_base + line * params.in_line + at.y * params.in_step] * weights[at.y];
-        }
-        tile[(at.x << params.log2_length) + at.y] = x;
+// Where value i of the thread goes after a pass of radix 2^log2_radix.
+fn slot_after(thread: u32, i: u32, log2_radix: u32, log2_done: u32) -> u32 {
+    let at = place(thread + (i >> log2_radix) * THREADS, params.log2_length - log2_radix);
+    let k = at.y & ((1u << log2_done) - 1u);
+    let r = i & ((1u << log2_radix) - 1u);
+    return slot(at.x, ((at.y - k) << log2_radix) + k + (r << log2_done));
+}
+
+// Where value i of the thread comes from before a pass of radix 2^log2_radix.
+fn slot_before(thread: u32, i: u32, log2_radix: u32) -> u32 {
+    let log2_butterflies = params.log2_length - log2_radix;
+    let at = place(thread + (i >> log2_radix) * THREADS, log2_butterflies);
+    let r = i & ((1u << log2_radix) - 1u);
+    return slot(at.x, at.y + (r << log2_butterflies));
+}
+
+fn load(first_line: u32, line_of_tile: u32, position: u32) -> vec2<f32> {
+    let line = first_line + line_of_tile;
+    if line < params.lines && position < params.count {
+        return values[params.in_base + line * params.in_line + position * params.in_step] * weights[position];
     }
-    workgroupBarrier();
+    return vec2<f32>(0.0);
+}
 
-    var done = 1u; // length of the transforms that are finished
-    let quarter = length >> 2u;
-    for (var pass_ = 0u; pass_ < params.log2_length / 2u; pass_++) {
-        var v: array<vec2<f32>, 16>;
-        let step = quarter / done;
-        for (var b = 0u; b < butterflies; b++) {
-            let q = thread + b * THREADS;
-            let j = q & (quarter - 1u);
-            let at = ((q - j) << 2u) + j;
-            let turn = (j & (done - 1u)) * step;
-            let x0 = tile[at];
-            let x1 = cmul(tile[at + quarter], twiddles[turn]);
-            let x2 = cmul(tile[at + 2u * quarter], twiddles[2u * turn]);
-            let x3 = cmul(tile[at + 3u * quarter], twiddles[3u * turn]);
+fn store(first_line: u32, line_of_tile: u32, bin: u32, value: vec2<f32>) {
+    let line = first_line + line_of_tile;
+    // Wraps below first, and is then not less than kept.
+    let position = ((bin + params.shift) & ((1u << params.log2_length) - 1u)) - params.first;
+    if line < params.lines && position < params.kept {
+        spectrum[params.out_base + line * params.out_line + position * params.out_step] = value;
+    }
+}
+
+// The thread's butterflies, after passes that finished transforms of length 2^log2_done.
+fn butterflies4(thread: u32, count: u32, log2_done: u32) {
+    let log2_quarter = params.log2_length - 2u;
+    for (var b = 0u; b < 4u; b++) {
+        if 4u * b < count {
+            let j = place(thread + b * THREADS, log2_quarter).y;
+            let turn = (j & ((1u << log2_done) - 1u)) << (log2_quarter - log2_done);
+            let x0 = v[4u * b];
+            let x1 = cmul(v[4u * b + 1u], twiddles[turn]);
+            let x2 = cmul(v[4u * b + 2u], twiddles[2u * turn]);
+            let x3 = cmul(v[4u * b + 3u], twiddles[3u * turn]);
             let even = x0 + x2;
             let odd = x0 - x2;
             let sum = x1 + x3;
@@ -91,41 +116,84 @@ fn main(
             v[4u * b + 2u] = even - sum;
             v[4u * b + 3u] = odd + turned;
         }
-        workgroupBarrier();
-        for (var b = 0u; b < butterflies; b++) {
-            let q = thread + b * THREADS;
-            let j = q & (quarter - 1u);
-            let k = j & (done - 1u);
-            let at = ((q - k) << 2u) + k;
-            tile[at] = v[4u * b];
-            tile[at + done] = v[4u * b + 1u];
-            tile[at + 2u * done] = v[4u * b + 2u];
-            tile[at + 3u * done] = v[4u * b + 3u];
-        }
-        workgroupBarrier();
-        done <<= 2u;
     }
-    if (params.log2_length & 1u) == 1u {
-        // done = length / 2: each butterfly goes back where it came from.
-        for (var q = thread; q < tile_length / 2u; q += THREADS) {
-            let j = q & (done - 1u);
-            let at = ((q - j) << 1u) + j;
-            let x0 = tile[at];
-            let x1 = cmul(tile[at + done], twiddles[j]);
-            tile[at] = x0 + x1;
-            tile[at + done] = x0 - x1;
-        }
-        workgroupBarrier();
-    }
+}
 
-    for (var e = thread; e < tile_length; e += THREADS) {
-        let at = place(e);
-        let line = first_line + at.x;
-        let position = at.y - params.first; // wraps below first, and is then not less than kept
-        if line < params.lines && position < params.kept {
-            let k = (at.y - params.shift) & (length - 1u);
-            spectrum[params.out_base + line * params.out_line + position * params.out_step] =
-                tile[(at.x << params.log2_length) + k];
+// The last pass of odd powers, with length / 2 done.
+fn butterflies2(thread: u32, count: u32) {
+    for (var b = 0u; b < 8u; b++) {
+        if 2u * b < count {
+            let j = place(thread + b * THREADS, params.log2_length - 1u).y;
+            let x0 = v[2u * b];
+            let x1 = cmul(v[2u * b + 1u], twiddles[j]);
+            v[2u * b] = x0 + x1;
+            v[2u * b + 1u] = x0 - x1;
+        }
+    }
+}
+
+@compute @workgroup_size(256)
+fn main(
+    @builtin(workgroup_id) workgroup_id: vec3<u32>,
+    @builtin(num_workgroups) num_workgroups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    let first_line = linear_id(workgroup_id, num_workgroups, 0u, 1u) << (params.log2_tile - params.log2_length);
+    // Values of a thread.
+    let count = (1u << params.log2_tile) / THREADS;
+    var log2_done = 0u;
+    var log2_radix = min(params.log2_length, 2u);
+    for (var i = 0u; i < 16u; i++) {
+        if i < count {
+            let log2_butterflies = params.log2_length - log2_radix;
+            let at = place(thread + (i >> log2_radix) * THREADS, log2_butterflies);
+            let r = i & ((1u << log2_radix) - 1u);
+            v[i] = load(first_line, at.x, at.y + (r << log2_butterflies));
+        }
+    }
+    loop {
+        if log2_radix == 2u {
+            butterflies4(thread, count, log2_done);
+        } else if log2_radix == 1u {
+            butterflies2(thread, count);
+        }
+        if log2_done + log2_radix == params.log2_length {
+            break;
+        }
+        let next_radix = min(params.log2_length - log2_done - log2_radix, 2u);
+        for (var i = 0u; i < 16u; i++) {
+            if i < count {
+                tile[slot_after(thread, i, log2_radix, log2_done)] = v[i].x;
+            }
+        }
+        workgroupBarrier();
+        // Each value keeps the imaginary part of the one that it was until that has its place.
+        for (var i = 0u; i < 16u; i++) {
+            if i < count {
+                v[i].x = tile[slot_before(thread, i, next_radix)];
+            }
+        }
+        workgroupBarrier();
+        for (var i = 0u; i < 16u; i++) {
+            if i < count {
+                tile[slot_after(thread, i, log2_radix, log2_done)] = v[i].y;
+            }
+        }
+        workgroupBarrier();
+        for (var i = 0u; i < 16u; i++) {
+            if i < count {
+                v[i].y = tile[slot_before(thread, i, next_radix)];
+            }
+        }
+        workgroupBarrier();
+        log2_done += log2_radix;
+        log2_radix = next_radix;
+    }
+    for (var i = 0u; i < 16u; i++) {
+        if i < count {
+            let at = place(thread + (i >> log2_radix) * THREADS, params.log2_length - log2_radix);
+            let r = i & ((1u << log2_radix) - 1u);
+            store(first_line, at.x, at.y + (r << log2_done), v[i]);
         }
     }
 }

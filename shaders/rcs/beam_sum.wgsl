@@ -10,11 +10,13 @@
 @group(0) @binding(4) var<storage, read> seen: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read> seen_from: array<u32>;
 @group(0) @binding(6) var<storage, read> surfaces: array<vec4<f32>>;
-// S_vv, S_hv; S_vh, S_hh.
+// S_vv, S_hv; S_vh, S_hh; or (NO_SUM, what the thread had no room for, 0, 0) twice.
 @group(0) @binding(7) var<storage, read_write> sums: array<vec4<f32>>;
 @group(0) @binding(8) var<storage, read_write> scratch: array<vec2<f32>>;
-@group(0) @binding(9) var<storage, read_write> troubles: array<atomic<u32>>;
 
+// Stands where a thread has no sum: every adapter binds eight buffers, and a ninth for troubles is not among them. No
+// sum is so large: its square is not a number of f32.
+const NO_SUM: f32 = 3e38;
 // Phase across a polygon below which its integral is taken from its moments, rad.
 const SMALL_PHASE: f32 = 0.05;
 // Cells are at most this share of the distance to the nearer port.
@@ -285,7 +287,8 @@ fn main(
     }
     check_steps();
     if trouble != 0u {
-        atomicOr(&troubles[0], trouble);
+        sum_v = vec4<f32>(NO_SUM, f32(trouble), 0.0, 0.0);
+        sum_h = sum_v;
     }
     sums[2u * id] = sum_v;
     sums[2u * id + 1u] = sum_h;

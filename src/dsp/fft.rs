@@ -6,10 +6,8 @@ use crate::gpu::{Access, AnyBuffer, Buffer, Gpu, Kernel, Recorder, Threads, Tole
 use crate::gpu_struct;
 use num_complex::Complex32;
 
-/// Length of the longest transform that a workgroup's 32 KiB hold.
+/// Length of the longest transform whose real or imaginary parts the 16 KiB hold that a workgroup has on every adapter.
 pub const LONGEST_IN_WORKGROUP: usize = 4096;
-/// Memory that the kernel asks a workgroup to have, bytes; not every adapter has it.
-const WORKGROUP_BYTES: u32 = 32 << 10;
 
 pub(super) fn fits_workgroup(length: usize) -> bool {
     length.is_power_of_two() && length <= LONGEST_IN_WORKGROUP
@@ -28,12 +26,7 @@ impl Method {
     /// The faster one for this length. On a CPU's driver workgroup memory is memory like any other, and
     /// each barrier costs a change of context.
     pub fn of(gpu: &Gpu, length: usize) -> Method {
-        let has_room = gpu.report().shared_bytes >= WORKGROUP_BYTES;
-        if fits_workgroup(length) && gpu.is_hardware() && has_room {
-            Method::Workgroup
-        } else {
-            Method::Passes
-        }
+        if fits_workgroup(length) && gpu.is_hardware() { Method::Workgroup } else { Method::Passes }
     }
 }
 

@@ -41,6 +41,8 @@ pub struct GpuCounts {
     pub buffer_bytes: u64,
     /// Bind groups that were made.
     pub bind_groups: u64,
+    /// Query sets that were made: none unless kernels are profiled.
+    pub query_sets: u64,
 }
 
 impl GpuCounts {
@@ -55,6 +57,7 @@ impl GpuCounts {
             buffers: self.buffers - before.buffers,
             buffer_bytes: self.buffer_bytes - before.buffer_bytes,
             bind_groups: self.bind_groups - before.bind_groups,
+            query_sets: self.query_sets - before.query_sets,
         }
     }
 }
@@ -69,6 +72,7 @@ pub(super) struct Counters {
     pub buffers: AtomicU64,
     pub buffer_bytes: AtomicU64,
     pub bind_groups: AtomicU64,
+    pub query_sets: AtomicU64,
 }
 
 impl Counters {
@@ -86,6 +90,7 @@ impl Counters {
             buffers: of(&self.buffers),
             buffer_bytes: of(&self.buffer_bytes),
             bind_groups: of(&self.bind_groups),
+            query_sets: of(&self.query_sets),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::arena::{Arena, GpuCounts, lock};
 use super::kernel::{Kernel, Pipeline, build_pipeline};
+use super::profile::{Profile, Profiler};
 use crate::base::error::{BadInput, Error, Result};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -160,6 +161,8 @@ pub struct Gpu {
     poison: bool,
     /// Whether a software driver takes the ways that hardware takes.
     pretends: bool,
+    /// None unless kernels are profiled.
+    pub(super) profiler: Option<Profiler>,
     pipelines: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
     sink: Arc<Mutex<Sink>>,
     pub(super) arena: Arc<Arena>,
@@ -180,7 +183,8 @@ impl Gpu {
         let limits = adapter.limits();
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("catseye"),
-            required_features: wgpu::Features::empty(),
+            // It costs nothing where no query is made.
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             required_limits: limits.clone(),
             experimental_features: wgpu::ExperimentalFeatures::disabled(),
             memory_hints: wgpu::MemoryHints::Performance,
@@ -202,6 +206,7 @@ impl Gpu {
             report: report.clone(),
             poison: cfg!(any(test, debug_assertions)),
             pretends: false,
+            profiler: None,
             pipelines: Mutex::default(),
             sink,
             arena: Arc::default(),
@@ -239,6 +244,18 @@ impl Gpu {
     pub fn with_pretended_hardware(mut self) -> Gpu {
         self.pretends = true;
         self
+    }
+
+    /// Counts from now on what each kernel does, and times it where the adapter has timestamp queries. Each dispatch then
+    /// has a pass of its own and waits for the one before it, so that submissions take somewhat longer.
+    pub fn with_profiling(mut self) -> Gpu {
+        self.profiler = Some(Profiler::new(self.report.timestamp));
+        self
+    }
+
+    /// What each kernel did since [`Gpu::with_profiling`]; None without it.
+    pub fn profile(&self) -> Option<Profile> {
+        self.profiler.as_ref().map(Profiler::now)
     }
 
     /// Fills buffers whose contents are unspecified with the bits [`super::recorder::POISON`], to show

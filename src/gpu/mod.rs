@@ -11,6 +11,7 @@ pub mod context;
 pub mod kernel;
 pub mod layout;
 pub mod numbers;
+pub mod profile;
 pub mod recorder;
 pub mod selftest;
 
@@ -18,4 +19,5 @@ pub use crate::gpu_struct;
 pub use arena::GpuCounts;
 pub use context::{AdapterReport, Gpu, Want, adapters, quieten_loader};
 pub use kernel::{Access, Kernel, StructLayout, Tolerance};
+pub use profile::{KernelUse, Profile};
 pub use recorder::{AnyBuffer, Buffer, Done, Pending, Recorder, Threads};

@@ -4,6 +4,7 @@
 use super::arena::{Arena, Counters, GroupKey, KeptBuffer, size_class};
 use super::context::Gpu;
 use super::kernel::Kernel;
+use super::profile::{KernelUse, Timing};
 use crate::base::error::{Error, Result};
 use bytemuck::Pod;
 use std::marker::PhantomData;
@@ -406,7 +407,8 @@ impl<'a> Recorder<'a> {
         }
         let kernels = self.kernels();
         let gpu = self.gpu;
-        let Encoded { commands, uniforms, mut staged } = self.encode()?;
+        let Encoded { commands, uniforms, mut staged, timing } = self.encode()?;
+        let used = if gpu.profiler.is_some() { self.used() } else { Vec::new() };
         let mut reads: Vec<ReadBack> = Vec::with_capacity(self.reads);
         let mut dispatches = 0;
         // Buffers of commands go back to the arena when the device is done with them.
@@ -449,6 +451,9 @@ impl<'a> Recorder<'a> {
                     }
                 });
             }
+            if let Some(timing) = &timing {
+                timing.map(Arc::clone(&refused));
+            }
             for (kept, is_mapped) in staged.iter().zip(&writable) {
                 let is_mapped = Arc::clone(is_mapped);
                 kept.buffer.map_async(wgpu::MapMode::Write, .., move |result| {
@@ -478,6 +483,16 @@ impl<'a> Recorder<'a> {
                 .map_err(|e| gpu.error(&kernels, format!("results cannot be read: {e}")))?;
             read.view = Some(view);
         }
+        if let Some(profiler) = &gpu.profiler {
+            let seconds = match &timing {
+                None => Vec::new(),
+                Some(timing) => timing
+                    .seconds(gpu.queue.get_timestamp_period())
+                    .map_err(|e| gpu.error(&kernels, format!("timestamps cannot be read: {e}")))?,
+            };
+            let seconds = seconds.into_iter().map(Some).chain(std::iter::repeat(None));
+            profiler.add(used.into_iter().zip(seconds).map(|(used, seconds)| KernelUse { seconds, ..used }));
+        }
         drop(in_use);
         gpu.arena.give(uniforms);
         for (kept, is_mapped) in staged.into_iter().zip(writable) {
@@ -487,6 +502,26 @@ impl<'a> Recorder<'a> {
         }
         gpu.arena.trim();
         Ok(Done { recorder: self.id, reads, seconds })
+    }
+
+    /// What each dispatch does, in order, without its time.
+    fn used(&self) -> Vec<KernelUse> {
+        let of = |command: &Command| match command {
+            Command::Read { .. } => None,
+            Command::Dispatch { kernel, params, storage, workgroups } => {
+                let workgroups = workgroups.iter().map(|w| u64::from(*w)).product();
+                let threads: u64 = kernel.workgroup.iter().map(|t| u64::from(*t)).product();
+                Some(KernelUse {
+                    kernel: kernel.stem,
+                    dispatches: 1,
+                    workgroups,
+                    threads: workgroups * threads,
+                    bound_bytes: params.1 + storage.iter().map(|raw| raw.bytes).sum::<u64>(),
+                    seconds: None,
+                })
+            }
+        };
+        self.commands.iter().filter_map(of).collect()
     }
 
     fn encode(&self) -> Result<Encoded> {
@@ -531,6 +566,14 @@ impl<'a> Recorder<'a> {
             })?;
             prepared.push((pipeline, group));
         }
+        let is_timed = gpu.profiler.as_ref().is_some_and(|p| p.has_timestamps) && !prepared.is_empty();
+        let timing = match is_timed {
+            true => Some(gpu.scoped(&self.kernels(), || Timing::new(&gpu.device, prepared.len()))?),
+            false => None,
+        };
+        if let Some(timing) = &timing {
+            Counters::add(&gpu.arena.counters.query_sets, timing.sets());
+        }
         let commands = gpu.scoped(&self.kernels(), || {
             let label = Some(self.label);
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
@@ -549,7 +592,8 @@ impl<'a> Recorder<'a> {
                     }
                 }
             }
-            let mut prepared = prepared.iter();
+            let mut prepared = prepared.iter().enumerate();
+            let mut first = 0;
             let mut commands = self.commands.iter().peekable();
             while let Some(command) = commands.next() {
                 match command {
@@ -561,17 +605,19 @@ impl<'a> Recorder<'a> {
                     Command::Dispatch { workgroups, .. } => {
                         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                             label,
-                            timestamp_writes: None,
+                            timestamp_writes: timing.as_ref().and_then(|t| t.writes(first)),
                         });
                         let mut workgroups = Some(workgroups);
                         while let Some([x, y, z]) = workgroups
-                            && let Some((pipeline, group)) = prepared.next()
+                            && let Some((index, (pipeline, group))) = prepared.next()
                         {
                             pass.set_pipeline(&pipeline.pipeline);
                             pass.set_bind_group(0, group, &[]);
                             pass.dispatch_workgroups(*x, *y, *z);
+                            first = index + 1;
                             workgroups = match commands.peek() {
-                                Some(Command::Dispatch { workgroups, .. }) => {
+                                // What is timed has a pass of its own.
+                                Some(Command::Dispatch { workgroups, .. }) if timing.is_none() => {
                                     commands.next();
                                     Some(workgroups)
                                 }
@@ -581,9 +627,12 @@ impl<'a> Recorder<'a> {
                     }
                 }
             }
+            if let Some(timing) = &timing {
+                timing.resolve(&mut encoder);
+            }
             encoder.finish()
         })?;
-        Ok(Encoded { commands, uniforms, staged })
+        Ok(Encoded { commands, uniforms, staged, timing })
     }
 }
 
@@ -593,6 +642,8 @@ struct Encoded {
     uniforms: KeptBuffer,
     /// Those that the host has written.
     staged: Vec<KeptBuffer>,
+    /// None unless kernels are timed.
+    timing: Option<Timing>,
 }
 
 /// A buffer that came back, and what it holds.
@@ -779,6 +830,55 @@ mod tests {
         gpu.arena.clear();
         assert_eq!(gpu.arena.idle_bytes(), 0);
         assert!(run(1000).buffers >= first.buffers);
+    }
+
+    /// Without profiling no query is made. With it each kernel has its counts, and a time where the adapter has a clock, also
+    /// where there are more dispatches than one query set times.
+    #[test]
+    fn profiles_count_and_time_each_kernel() {
+        let n = 4096;
+        let run = |gpu: &Gpu, times: usize| {
+            let mut r = gpu.recorder("profile");
+            let (a, b) = (r.upload("a", &vec![1.0_f32; n]), r.buffer::<f32>("b", n));
+            let counts = r.zeros::<u32>("counts", n);
+            let p = ScaleParams { count: n as u32, scale: 1.0 };
+            for _ in 0..times {
+                r.dispatch(&SCALE, &p, &[&a, &b], Threads::Linear(n as u64));
+            }
+            r.dispatch(&VISIT, &p, &[&counts], Threads::Linear(n as u64));
+            let counts = r.read(&counts);
+            let start = Instant::now();
+            assert_eq!(r.submit().unwrap().take(counts), vec![1; n]);
+            start.elapsed().as_secs_f64()
+        };
+        let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap();
+        run(&gpu, 2);
+        assert!(gpu.profile().is_none());
+        assert_eq!(gpu.counts().query_sets, 0);
+
+        let gpu = gpu.with_profiling();
+        for (times, sets) in [(2, 1), (4500, 3)] {
+            let (before, counts) = (gpu.profile().unwrap(), gpu.counts());
+            let wall_s = run(&gpu, times);
+            let profile = gpu.profile().unwrap().since(&before);
+            let [scale, visit] = profile.kernels[..] else { panic!("{profile:?}") };
+            assert_eq!((scale.kernel, visit.kernel), ("test/scale", "test/visit"));
+            let n = n as u64;
+            let times = times as u64;
+            assert_eq!((scale.dispatches, visit.dispatches), (times, 1));
+            assert_eq!((scale.workgroups, scale.threads), (times * n / 64, times * n));
+            assert_eq!((scale.bound_bytes, visit.bound_bytes), (times * (8 + 8 * n), 8 + 4 * n));
+            let made = gpu.counts().since(&counts).query_sets;
+            match gpu.report().timestamp {
+                false => assert_eq!((profile.seconds(), scale.seconds, made), (None, None, 0)),
+                true => {
+                    let sum = profile.seconds().unwrap();
+                    assert!(scale.seconds > Some(0.0) && visit.seconds > Some(0.0), "{profile:?}");
+                    assert!(sum > 0.0 && sum <= wall_s, "{sum} s in {wall_s} s: {profile:?}");
+                    assert_eq!(made, sets);
+                }
+            }
+        }
     }
 
     #[test]

@@ -36,7 +36,6 @@ pub static KERNEL: Kernel = Kernel {
         Access::Read,
         Access::ReadWrite,
         Access::ReadWrite,
-        Access::ReadWrite,
     ],
     structs: &[],
     tolerance: Tolerance {
@@ -63,6 +62,9 @@ fn items(gpu: &Gpu) -> usize {
     let room = gpu.max_binding_bytes() as usize / (RECORD * size_of::<[u32; 4]>());
     if gpu.is_hardware() { many.min(room.saturating_sub(1)) } else { few }
 }
+
+/// Stands in a contribution that is none, before the number of what the thread had no room for, as in the shader.
+const NO_SUM: f32 = 3e38;
 
 /// Cuts by which a polygon is shared out among threads where its phase is curved, which may make thousands
 /// of cells.
@@ -255,7 +257,7 @@ impl BeamSweep<'_> {
                 let trouble = recorder.read(&batch.troubles);
                 let mut done = recorder.submit()?;
                 check(done.take(trouble)[0])?;
-                sums.add(done, radiated);
+                sums.add(done, radiated)?;
                 break;
             }
             // What the reflected beams meet.
@@ -266,7 +268,7 @@ impl BeamSweep<'_> {
             let mut done = recorder.submit()?;
             check(done.take(trouble)[0])?;
             let (met, leaving) = (done.take(met), done.take(leaving));
-            sums.add(done, radiated);
+            sums.add(done, radiated)?;
             let (items, leave) = (met[n] as usize, leaving[n] as usize);
             if !self.fit_beams(leave) || !clipper.fits_records(items) {
                 return Ok(Err(TooMuch));
@@ -287,7 +289,7 @@ impl BeamSweep<'_> {
             let mut done = recorder.submit()?;
             check(done.take(trouble)[0])?;
             let counts = done.take(read_counts);
-            sums.add(done, radiated);
+            sums.add(done, radiated)?;
             let lit = counts[items] as usize;
             if lit == 0 {
                 break;
@@ -322,7 +324,7 @@ impl BeamSweep<'_> {
                 wavenumber: point.wavenumber as f32,
                 ..clipper.params
             };
-            let storage: [&dyn AnyBuffer; 9] = [
+            let storage: [&dyn AnyBuffer; 8] = [
                 &clipper.body,
                 &batch.aspects,
                 &beams.records,
@@ -331,7 +333,6 @@ impl BeamSweep<'_> {
                 surfaces,
                 &sums,
                 &clipper.scratch,
-                &batch.troubles,
             ];
             clipper.dispatch(recorder, &KERNEL, params, &storage);
             pending.push(recorder.read(&sums));
@@ -341,7 +342,8 @@ impl BeamSweep<'_> {
 }
 
 impl Sums {
-    fn add(&mut self, mut done: Done, radiated: Vec<Radiated>) {
+    /// Adds what was radiated, or says what a thread had no room for.
+    fn add(&mut self, mut done: Done, radiated: Vec<Radiated>) -> Result<()> {
         for r in radiated {
             for (point, pending) in r.pending.into_iter().enumerate() {
                 let sums = done.take(pending);
@@ -350,6 +352,9 @@ impl Sums {
                     let s = if r.last { &mut s.last } else { &mut s.every };
                     let of_beams = &sums[self.shares * range[0] as usize..self.shares * range[1] as usize];
                     for of_beam in of_beams.chunks_exact(2) {
+                        if of_beam[0][0] == NO_SUM {
+                            check(of_beam[0][1] as u32)?;
+                        }
                         for (tx, z) in of_beam.iter().enumerate() {
                             s[0][tx] += Complex64::new(z[0].into(), z[1].into());
                             s[1][tx] += Complex64::new(z[2].into(), z[3].into());
@@ -358,5 +363,6 @@ impl Sums {
                 }
             }
         }
+        Ok(())
     }
 }

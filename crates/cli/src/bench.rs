@@ -3,6 +3,7 @@
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
 use catseye::base::error::Result;
+use catseye::gpu::{KernelUse, Profile};
 use catseye_papers::bench::{self, Outcome, Settings};
 use clap::Args;
 use serde_json::Value;
@@ -17,6 +18,10 @@ pub struct Bench {
     /// Only these workloads
     #[arg(long, value_delimiter = ',', value_name = "W1,W4,...")]
     pub only: Vec<String>,
+    /// Under each workload its kernels: how often each ran, workgroups, threads, bytes bound and, if the adapter has timestamp
+    /// queries, its time on the device
+    #[arg(long)]
+    pub profile: bool,
 }
 
 fn list() -> String {
@@ -26,7 +31,10 @@ fn list() -> String {
 impl Bench {
     pub fn run(&self, global: &Global) -> Result<()> {
         let settings = Settings { quick: self.quick, seed: global.seed.unwrap_or(1) };
-        let engine = global.engine()?;
+        let mut engine = global.engine()?;
+        if self.profile {
+            engine = engine.with_profiling();
+        }
         let bar = global.bar("bench", 0, Kept::Nothing);
         let say = |m: &str| bar.suspend(|| global.say(m));
         let outcomes = bench::run(&engine, &self.only, &settings, &say)?;
@@ -46,7 +54,10 @@ impl Bench {
             engine.describe(),
             rayon::current_num_threads()
         ))?;
-        outcomes.iter().try_for_each(|o| print(&table(o)))
+        outcomes.iter().try_for_each(|o| {
+            print(&table(o))?;
+            if self.profile { print(&kernels(o.kernels.as_ref(), o.total_seconds)) } else { Ok(()) }
+        })
     }
 }
 
@@ -86,6 +97,44 @@ fn table(o: &Outcome) -> String {
     }
     lines.extend(o.notes.iter().map(|n| format!("  note: {n}")));
     lines.join("\n")
+}
+
+/// The table of a workload's kernels, those that took the longest first.
+fn kernels(profile: Option<&Profile>, total_s: f64) -> String {
+    let Some(profile) = profile.filter(|p| !p.kernels.is_empty()) else {
+        return "  kernels: none ran on a device in these stages".into();
+    };
+    let head = match profile.seconds() {
+        Some(s) => format!("  kernels: {s:.4} s on the device in stages of {total_s:.4} s"),
+        None => {
+            "  kernels: this adapter has no timestamp queries, so their times on the device are not known"
+                .into()
+        }
+    };
+    let mut rows = profile.kernels.clone();
+    rows.sort_by(|a, b| {
+        b.seconds.unwrap_or(0.0).total_cmp(&a.seconds.unwrap_or(0.0)).then(b.threads.cmp(&a.threads))
+    });
+    let rows: Vec<Value> = rows.iter().map(|k| kernel_row(k, profile.seconds())).collect();
+    std::iter::once(head)
+        .chain(columns(&rows).into_iter().map(|l| format!("  {l}")))
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+/// A kernel as a row, with its share of the time of all.
+fn kernel_row(k: &KernelUse, all_s: Option<f64>) -> Value {
+    let mut row = serde_json::Map::new();
+    row.insert("kernel".into(), k.kernel.into());
+    row.insert("dispatches".into(), k.dispatches.into());
+    row.insert("workgroups".into(), k.workgroups.into());
+    row.insert("threads".into(), k.threads.into());
+    row.insert("bound_MB".into(), format!("{:.3}", k.bound_bytes as f64 / 1e6).into());
+    if let Some((s, all_s)) = k.seconds.zip(all_s) {
+        row.insert("ms".into(), format!("{:.3}", 1e3 * s).into());
+        row.insert("share_%".into(), format!("{:.1}", 100.0 * s / all_s.max(f64::MIN_POSITIVE)).into());
+    }
+    row.into()
 }
 
 /// Objects with the same keys as the lines of a table below their keys; an object in a cell is its values with slashes
@@ -144,6 +193,38 @@ fn flat(value: &Value) -> String {
 mod tests {
     use super::*;
     use serde_json::json;
+
+    #[test]
+    fn kernels_are_a_table_with_times_where_there_are_any() {
+        let used = |kernel, seconds| KernelUse {
+            kernel,
+            dispatches: 2,
+            workgroups: 8,
+            threads: 512,
+            bound_bytes: 1_500_000,
+            seconds,
+        };
+        let timed = Profile {
+            has_timestamps: true,
+            kernels: vec![used("adc/convert", Some(0.001)), used("dsp/fft", Some(0.003))],
+        };
+        let text = kernels(Some(&timed), 0.01);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "  kernels: 0.0040 s on the device in stages of 0.0100 s");
+        let words = |line: &str| line.split_whitespace().map(String::from).collect::<Vec<_>>();
+        let head = ["kernel", "dispatches", "workgroups", "threads", "bound_MB", "ms", "share_%"];
+        assert_eq!(words(lines[1]), head);
+        assert_eq!(words(lines[2]), ["dsp/fft", "2", "8", "512", "1.500", "3.000", "75.0"]);
+        assert_eq!(words(lines[3]), ["adc/convert", "2", "8", "512", "1.500", "1.000", "25.0"]);
+
+        let untimed = Profile { has_timestamps: false, kernels: vec![used("dsp/fft", None)] };
+        let text = kernels(Some(&untimed), 0.01);
+        assert!(
+            text.contains("no timestamp queries") && text.contains("dsp/fft") && !text.contains("ms"),
+            "{text}"
+        );
+        assert!(kernels(None, 0.01).contains("none ran"));
+    }
 
     #[test]
     fn lists_of_objects_are_tables() {

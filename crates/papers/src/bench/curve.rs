@@ -87,7 +87,9 @@ fn exponents(points: &[(usize, Option<f64>)]) -> [Option<f64>; 2] {
 pub(super) fn w8_curve(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> Result<Outcome> {
     let (mut rows, mut core) = (Vec::new(), Vec::new());
     for (name, quads, _) in SIZES.into_iter().filter(|s| s.2 || !settings.quick) {
+        let before = sheet.profile();
         let point = Point::of(quads, engine, settings.seed)?;
+        sheet.add_kernels(before);
         let sum = point.sum(name);
         core.push((point.triangles, sum.core_seconds));
         sheet.add(sum);

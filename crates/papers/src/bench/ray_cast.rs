@@ -138,11 +138,14 @@ pub(super) fn w6(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
     {
         let (hits, _) = caster.cast(&rays)?;
         let (mut seconds, mut cores) = (Vec::new(), Vec::new());
+        let mut profile = None;
         for _ in 0..RUNS {
+            profile = sheet.profile();
             let before = cpu_seconds();
             seconds.push(caster.cast(&rays)?.1);
             cores.extend(cpu_seconds().zip(before).map(|(after, before)| after - before));
         }
+        sheet.add_kernels(profile);
         let core_seconds = (cores.len() == RUNS).then(|| median(&mut cores));
         let stage = Stage { name, seconds: median(&mut seconds), core_seconds, runs: RUNS, device: None };
         sheet.count(&format!("{name}_mrays_per_s"), 1e-6 * count as f64 / stage.seconds);

@@ -2,7 +2,7 @@
 
 use catseye::base::error::Result;
 use catseye::engine::{Engine, EngineReport};
-use catseye::gpu::GpuCounts;
+use catseye::gpu::{GpuCounts, Profile};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::time::Instant;
@@ -79,6 +79,10 @@ pub struct Outcome {
     pub counts: Map<String, Value>,
     /// Measures of accuracy, by name.
     pub accuracy: Map<String, Value>,
+    /// What each kernel did in the last run of each stage that counts for the total; None unless the engine profiles its
+    /// kernels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kernels: Option<Profile>,
     /// Remarks, one a line.
     pub notes: Vec<String>,
 }
@@ -103,6 +107,7 @@ impl<'a> Sheet<'a> {
             core_seconds: Some(0.0),
             counts: Map::new(),
             accuracy: Map::new(),
+            kernels: None,
             notes: Vec::new(),
         };
         Sheet { outcome, say, engine }
@@ -110,9 +115,30 @@ impl<'a> Sheet<'a> {
 
     /// Times a stage of the workload.
     pub(super) fn stage<T>(&mut self, name: &'static str, f: impl FnMut() -> Result<T>) -> Result<T> {
-        let (out, stage) = self.watched(name, f)?;
+        let mut f = f;
+        let mut before = None;
+        let (out, stage) = self.watched(name, || {
+            before = self.profile();
+            f()
+        })?;
         self.add(stage);
+        self.add_kernels(before);
         Ok(out)
+    }
+
+    /// What the kernels did up to now, where they are profiled.
+    pub(super) fn profile(&self) -> Option<Profile> {
+        self.engine.profile()
+    }
+
+    /// Adds what the kernels did after `before` was taken.
+    pub(super) fn add_kernels(&mut self, before: Option<Profile>) {
+        let Some((now, before)) = self.profile().zip(before) else { return };
+        let used = now.since(&before);
+        match &mut self.outcome.kernels {
+            None => self.outcome.kernels = Some(used),
+            Some(kernels) => kernels.add(&used),
+        }
     }
 
     /// Adds a stage of the workload that was timed elsewhere.
