@@ -25,9 +25,10 @@ struct ViewParams {
     total_at: u32,
     // Parts into which the tree is cut.
     parts: u32,
+    // A face of each patch, four to a word.
+    patches_at: u32,
     pad0: u32,
     pad1: u32,
-    pad2: u32,
 }
 
 // Words of a piece: (target, view, corners | whole << 8, next node), (next face | faces left << 24, least area, source | turned << 31,

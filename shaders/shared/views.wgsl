@@ -4,11 +4,12 @@
 //
 // `body`: three words a face, (normal, offset), (first corner, corners | one-sided << 8, patch, body), (rank by area, area of the patch,
 // 0, 0); then the corners (place, the edge that begins there), two words a node of the tree in the order of a walk, (centre, node behind
-// the branch), (half size, first face | faces << 24, 0 above the leaves), and the edges (from one end to the other, 0). Places are seen
+// the branch), (half size, first face | faces << 24, 0 above the leaves), the edges (from one end to the other, the corner where it begins) and a face of each patch, four to a word. Places are seen
 // from the radar, along the axes (k, u, v) of the first window. `views`: five words each, the rows that take a place to (u, v, k), the
 // origin with the view before the mirror, and (level, 0, 0, 0).
 //
-// A line is told by two words, (kind << 28 | level of the view in which it was seen << 24 | number, second number).
+// A line is told by two words, (kind << 28 | level of the view in which it was seen << 24 | number, second number). A side has in bit 31
+// of the first on which side of its line the polygon lies: that is known from how faces are wound and is never computed.
 
 // Tangents nearer to a line than this are on it.
 const EPS: f32 = 5e-7;
@@ -16,8 +17,10 @@ const EPS: f32 = 5e-7;
 const SLIVER: f32 = 1e-11;
 // Share of the distances that enter it by which a distance from a plane may be wrong.
 const FLAT: f32 = 3e-7;
-// What hides others is no narrower than this share of its length, on the mean.
-const THIN: f32 = 1e-7;
+// What hides others is no narrower than this on the mean: all of it would be on one line.
+const THIN: f32 = EPS;
+// Sine of the angle to the rays below which an edge is seen end-on.
+const END_ON: f32 = 1e-5;
 // Planes that differ by less in nearness, as a share of it, do not cross in view.
 const PARALLEL: f32 = 1e-6;
 // A plane of so many square metres, so many times larger than the next one, goes on as if it were endless.
@@ -31,6 +34,8 @@ const WALL: u32 = 3u;
 const HALVING: u32 = 4u;
 // What stands for a wall among the edges of a face.
 const OF_WALL: u32 = 0xff0000u;
+// Of a side: the polygon lies where its line is negative. Of an edge: it runs against the face's order.
+const TURNED: u32 = 0x80000000u;
 
 // Corners that a polygon may have while it is cut, when it is kept, and above which it is halved before it is cut again.
 const CAP: u32 = 24u;
@@ -114,10 +119,6 @@ fn patch_of(face: u32) -> u32 {
 
 fn corner_of(i: u32) -> vec4<u32> {
     return body[3u * params.faces + i];
-}
-
-fn edge_along(edge: u32) -> vec3<f32> {
-    return bitcast<vec3<f32>>(body[params.edges_at + edge].xyz);
 }
 
 // Tells how a plane faces the view: negative where its front is lit. 0 where the face cannot be lit.
@@ -290,56 +291,113 @@ fn outline_within(n: u32, w: u32) -> u32 {
 }
 
 fn line_id(code: u32, level: u32) -> vec2<u32> {
-    let is_wall = code >= OF_WALL;
-    return vec2<u32>((select(EDGE, WALL, is_wall) << 28u) | (level << 24u) | select(code, code & 3u, is_wall), 0u);
+    let number = code & 0xffffffu;
+    let is_wall = number >= OF_WALL;
+    return vec2<u32>((select(EDGE, WALL, is_wall) << 28u) | (level << 24u) | select(number, number & 3u, is_wall), 0u);
+}
+
+// The same of a side of an outline that runs counter-clockwise where `turn` is positive.
+fn side_id(code: u32, level: u32, turn: f32) -> vec2<u32> {
+    let is_wall = (code & 0xffffffu) >= OF_WALL;
+    let is_turned = !is_wall && ((code & TURNED) != 0u) != (turn < 0.0);
+    return line_id(code, level) | vec2<u32>(select(0u, TURNED, is_turned), 0u);
 }
 
 // Makes the outline the polygon at work.
-fn take_outline(level: u32) {
+fn take_outline(level: u32, turn: f32) {
     corners = outline_count;
     for (var i = 0u; i < corners; i += 1u) {
         let on = outline_on[i];
-        let side = line_id(outline_side[i], level);
+        let side = side_id(outline_side[i], level, turn);
         ring[i] = Corner(outline_at[i].xy, line_id(on.x, level), line_id(on.y, level), side);
     }
 }
 
+// 1 where a lit face runs counter-clockwise in a view, which each mirror turns over; else -1.
+fn turn_of(f: View, facing: f32) -> f32 {
+    return select(-front(facing), front(facing), (f.level & 1u) != 0u);
+}
+
 // ---- lines ----
 
-// The line of an edge from its side from `p` to `q`, with the inside on the left where `turn` is positive. The plane of view holds the
-// ray at `p` and the edge's own direction.
-fn edge_cutter(f: View, id: vec2<u32>, edge: u32, p: vec2<f32>, q: vec2<f32>, turn: f32) -> Cutter {
-    let m = cross(vec3<f32>(p, 1.0), along(f, edge_along(edge))).xy;
-    let d = q - p;
-    let left = vec2<f32>(-d.y, d.x) * select(-1.0, 1.0, turn >= 0.0);
+// A side of a convex polygon, between its neighbours, and whether it runs counter-clockwise (1) or not (-1).
+struct Stretch {
+    before: vec2<f32>,
+    p: vec2<f32>,
+    q: vec2<f32>,
+    after: vec2<f32>,
+    turn: f32,
+}
+
+// The line of a side that is an edge. Its plane of view holds the edge, and the ray at `p`: the normal comes from where the edge begins or,
+// where that is nearer to end-on, from the ray, so that stretches of one edge have one line. Beyond the vanishing point of an edge the
+// ray's has the other sign. An edge that is seen end-on has no direction in f32; then the line is one that leaves the polygon whole.
+fn edge_cutter(f: View, id: vec2<u32>, s: Stretch) -> Cutter {
+    let edge = body[params.edges_at + (id.x & 0xffffffu)];
+    let e = along(f, bitcast<vec3<f32>>(edge.xyz));
+    let begins = there(f, bitcast<vec3<f32>>(corner_of(edge.w).xyz));
+    let ray = vec3<f32>(s.p, 1.0);
+    let here = cross(ray, e) / length(ray);
+    let origin = cross(begins, e) / length(begins);
+    let size = length(e);
+    var m = select(origin, select(here, -here, dot(here, origin) < 0.0), dot(here, here) > dot(origin, origin)).xy;
     let l = length(m);
-    if l < 1e-12 {
-        return Cutter(p, vec2<f32>(), id, 1.0);
+    if l > END_ON * size {
+        return Cutter(s.p, select(m, -m, (id.x & TURNED) != 0u) / l, id, 0.0);
     }
-    return Cutter(p, select(m, -m, dot(m, left) < 0.0) / l, id, 0.0);
+    let d = s.q - s.p;
+    let chord = select(s.after - s.before, d, length(d) > 8.0 * EPS);
+    var inward = vec2<f32>(-chord.y, chord.x) * s.turn;
+    if dot(inward, inward) == 0.0 {
+        // Of a triangle.
+        inward = s.after - s.p;
+    }
+    let far = length(inward);
+    if far < 1e-12 {
+        return Cutter(s.p, vec2<f32>(), id, 1.0);
+    }
+    return Cutter(s.p, inward / far, id, 0.0);
 }
 
-// The line of a side that is no edge, from its corners.
-fn side_cutter(id: vec2<u32>, p: vec2<f32>, q: vec2<f32>, turn: f32) -> Cutter {
-    let d = q - p;
-    let left = vec2<f32>(-d.y, d.x) * select(-1.0, 1.0, turn >= 0.0);
-    return Cutter(p, left / length(d), id, 0.0);
+// The line of any side of a beam's polygon, as it was seen in the view of its own level.
+fn line_of(seen: View, id: vec2<u32>, stretch: Stretch) -> Cutter {
+    let kind = (id.x >> 28u) & 7u;
+    if kind == EDGE {
+        return edge_cutter(seen, id, stretch);
+    }
+    if kind == CROSSING {
+        return crossing(seen, face_of_patch(id.x & 0xffffffu), face_of_patch(id.y), (id.x & TURNED) != 0u);
+    }
+    let s = select(1.0, -1.0, (id.x & TURNED) != 0u);
+    if kind == HALVING {
+        let at = bitcast<f32>(id.y);
+        let is_u = (id.x & 1u) == 0u;
+        return Cutter(select(vec2<f32>(0.0, at), vec2<f32>(at, 0.0), is_u), select(vec2<f32>(0.0, s), vec2<f32>(s, 0.0), is_u), id, 0.0);
+    }
+    let normal = wall(id.x & 3u).xy;
+    return Cutter(-normal, normal * s, id, 0.0);
 }
 
-// Positive where plane `f` is nearer than plane `g`.
-fn crossing(view: View, f: u32, g: u32) -> Cutter {
+fn face_of_patch(p: u32) -> u32 {
+    return body[params.patches_at + p / 4u][p & 3u];
+}
+
+// Positive where plane `f` is nearer than plane `g`, or else where it is not.
+fn crossing(view: View, f: u32, g: u32, is_turned: bool) -> Cutter {
     let a = plane_of(f);
     let b = plane_of(g);
     let q = along(view, a.xyz) / (a.w - dot(a.xyz, view.origin)) - along(view, b.xyz) / (b.w - dot(b.xyz, view.origin));
     let p0 = patch_of(f);
     let p1 = patch_of(g);
-    let id = vec2<u32>((CROSSING << 28u) | (view.level << 24u) | min(p0, p1), max(p0, p1));
+    let turned = select(0u, TURNED, (p0 > p1) != is_turned);
+    let id = vec2<u32>(turned | (CROSSING << 28u) | (view.level << 24u) | min(p0, p1), max(p0, p1));
+    let s = select(1.0, -1.0, is_turned);
     let across = length(q.xy);
     if across <= PARALLEL * abs(q.z) {
-        return Cutter(vec2<f32>(), vec2<f32>(), id, select(-1.0, 1.0, q.z >= 0.0));
+        return Cutter(vec2<f32>(), vec2<f32>(), id, select(-s, s, q.z >= 0.0));
     }
     let normal = q.xy / across;
-    return Cutter(normal * (-q.z / across), normal, id, 0.0);
+    return Cutter(normal * (-q.z / across), normal * s, id, 0.0);
 }
 
 // The line through the middle of a box, across its longer side.
@@ -388,15 +446,56 @@ const KEEPS_PART: u32 = 2u;
 
 // On which sides of a line the polygon at work lies; `distances` are there for `cut`.
 fn sides(line: Cutter) -> u32 {
-    var low = false;
-    var high = false;
+    var lowest = 0.0;
+    var highest = 0.0;
+    var low = 0u;
+    var high = 0u;
+    var changes = 0u;
+    var last = 0.0;
+    var first = 0.0;
     for (var i = 0u; i < corners; i += 1u) {
         let d = distance_from(line, ring[i].at);
         distances[i] = d;
-        low = low || d < 0.0;
-        high = high || d > 0.0;
+        if d < lowest {
+            lowest = d;
+            low = i;
+        }
+        if d > highest {
+            highest = d;
+            high = i;
+        }
+        if d != 0.0 {
+            changes += select(0u, 1u, last * d < 0.0);
+            last = sign(d);
+            first = select(first, last, first == 0.0);
+        }
     }
-    return select(KEEPS_ALL, select(KEEPS_NOTHING, KEEPS_PART, high), low);
+    changes += select(0u, 1u, last * first < 0.0);
+    if changes > 2u {
+        // Rounding left the polygon not quite convex: what lies on the wrong side between the farthest corners is on the line.
+        smooth_distances(high, low, 1.0);
+        smooth_distances(low, high, -1.0);
+    }
+    return select(KEEPS_ALL, select(KEEPS_NOTHING, KEEPS_PART, highest > 0.0), lowest < 0.0);
+}
+
+// From one corner on to another the distances fall below zero once, or rise above it with -1.
+fn smooth_distances(from_corner: u32, to_corner: u32, way: f32) {
+    var i = from_corner;
+    var is_across = false;
+    for (var n = 0u; n < corners && i != to_corner; n += 1u) {
+        let d = distances[i] * way;
+        if is_across && d > 0.0 {
+            distances[i] = 0.0;
+        }
+        is_across = is_across || d < 0.0;
+        i = select(i + 1u, 0u, i + 1u == corners);
+    }
+}
+
+// A line whatever lies beside it.
+fn untold(id: vec2<u32>) -> vec2<u32> {
+    return vec2<u32>(id.x & ~TURNED, id.y);
 }
 
 // Keeps the part where the line of `sides` is positive.
@@ -419,7 +518,7 @@ fn cut(id: vec2<u32>) {
         }
         if (d < 0.0 && e > 0.0) || (d > 0.0 && e < 0.0) {
             let x = p.at + (q.at - p.at) * (d / (d - e));
-            ring[kept] = Corner(x, p.side, id, select(p.side, id, d > 0.0));
+            ring[kept] = Corner(x, untold(p.side), untold(id), select(p.side, id, d > 0.0));
             kept += 1u;
         }
         if kept > i + 2u || kept >= CAP {

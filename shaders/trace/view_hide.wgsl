@@ -75,7 +75,8 @@ fn narrow(line: Cutter) -> bool {
 }
 
 // Writes what the line of `sides` cuts off into a slot, if it is more than a sliver.
-fn put_off(id: vec2<u32>, slot: u32, least: f32) -> bool {
+fn put_off(line: vec2<u32>, slot: u32, least: f32) -> bool {
+    let id = vec2<u32>(line.x ^ TURNED, line.y);
     var n = 0u;
     var twice = 0.0;
     var origin = vec2<f32>();
@@ -93,7 +94,7 @@ fn put_off(id: vec2<u32>, slot: u32, least: f32) -> bool {
                     break;
                 }
                 let x = p.at + (ring[j].at - p.at) * (d / (d - e));
-                c = Corner(x, p.side, id, select(id, p.side, d > 0.0));
+                c = Corner(x, untold(p.side), untold(id), select(id, p.side, d > 0.0));
             } else if d > 0.0 {
                 continue;
             }
@@ -155,8 +156,6 @@ fn main(
     if onward {
         source_side = plane_of(from_face) * from_side;
     }
-    // A mirror turns over what is on the left.
-    let mirrored = (f.level & 1u) != 0u;
     while finished < slots && trouble == 0u {
         let place_word = scratch[word(finished, 0u)];
         let leaf = scratch[word(finished, 1u)].x;
@@ -236,21 +235,24 @@ fn main(
             if apart || 0.5 * abs(twice) <= THIN * length(hi - lo) {
                 continue;
             }
-            let turn = select(-other_side, other_side, mirrored);
+            let turn = turn_of(f, other_facing);
             line_count = 0u;
             var meets = true;
             for (var i = 0u; i < outline_count && meets; i += 1u) {
-                let edge = outline_side[i];
-                if edge < OF_WALL {
-                    let q = outline_at[select(i + 1u, 0u, i + 1u == outline_count)].xy;
-                    meets = narrow(edge_cutter(f, line_id(edge, f.level), edge, outline_at[i].xy, q, turn));
+                let id = side_id(outline_side[i], f.level, turn);
+                if ((id.x >> 28u) & 7u) == EDGE {
+                    let j = select(i + 1u, 0u, i + 1u == outline_count);
+                    let k = select(j + 1u, 0u, j + 1u == outline_count);
+                    let h = select(i, outline_count, i == 0u) - 1u;
+                    let ends = Stretch(outline_at[h].xy, outline_at[i].xy, outline_at[j].xy, outline_at[k].xy, turn);
+                    meets = narrow(edge_cutter(f, id, ends));
                 }
             }
             if meets && crosses {
-                meets = narrow(crossing(f, g, target_face));
+                meets = narrow(crossing(f, g, target_face, false));
             }
             if meets && beyond == ACROSS {
-                meets = narrow(crossing(f, from_face, g));
+                meets = narrow(crossing(f, from_face, g, false));
             }
             if !meets {
                 continue;

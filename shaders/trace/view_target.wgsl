@@ -22,30 +22,23 @@ fn keeps(line: Cutter) -> bool {
     return corners >= 3u;
 }
 
-fn beam_corner(beam: u32, i: u32) -> vec2<f32> {
-    return bitcast<vec2<f32>>(beams[beam + 2u + 2u * i].xy);
+fn beam_corner(beam: u32, i: u32, n: u32) -> vec2<f32> {
+    return bitcast<vec2<f32>>(beams[beam + 2u + 2u * (i % n)].xy);
 }
 
 // Cuts the polygon at work by the lines of the beam's sides.
-fn keeps_beam(beam: u32, view: u32, n: u32) -> bool {
-    let o = beam_corner(beam, 0u);
-    var turn = 0.0;
-    for (var i = 2u; i < n; i += 1u) {
-        turn += cross2(beam_corner(beam, i - 1u) - o, beam_corner(beam, i) - o);
-    }
+fn keeps_beam(beam: u32, view: u32, n: u32, turn: f32) -> bool {
     for (var i = 0u; i < n; i += 1u) {
-        let p = beam_corner(beam, i);
-        let q = beam_corner(beam, select(i + 1u, 0u, i + 1u == n));
+        let ends = Stretch(
+            beam_corner(beam, i + n - 1u, n),
+            beam_corner(beam, i, n),
+            beam_corner(beam, i + 1u, n),
+            beam_corner(beam, i + 2u, n),
+            turn,
+        );
         let id = beams[beam + 3u + 2u * i].zw;
-        if (id.x >> 28u) == EDGE {
-            let seen = view_at(seen_in(view, (id.x >> 24u) & 0xfu));
-            if !keeps(edge_cutter(seen, id, id.x & 0xffffffu, p, q, turn)) {
-                return false;
-            }
-        } else if distance(p, q) > EPS {
-            if !keeps(side_cutter(id, p, q, turn)) {
-                return false;
-            }
+        if !keeps(line_of(view_at(seen_in(view, (id.x >> 24u) & 0xfu)), id, ends)) {
+            return false;
         }
     }
     return true;
@@ -83,19 +76,22 @@ fn main(
     }
     let f = view_at(view);
     var is_kept = false;
-    if lit(f, target_face) != 0.0 {
+    let facing = lit(f, target_face);
+    if facing != 0.0 {
         outline_of(f, target_face);
         if outline_count >= 3u {
-            take_outline(f.level);
+            take_outline(f.level, turn_of(f, facing));
             is_kept = true;
             if params.level != 0u {
                 let beam = beam_index * PIECE;
                 let from_face = source & 0x7fffffffu;
                 let from_side = select(1.0, -1.0, (source & 0x80000000u) != 0u);
                 if place(target_face, from_face, from_side, max(params.flat_m, params.lies_m)) == ACROSS {
-                    is_kept = keeps(crossing(f, from_face, target_face));
+                    is_kept = keeps(crossing(f, from_face, target_face, false));
                 }
-                is_kept = is_kept && keeps_beam(beam, view, beams[beam].z & 0xffu);
+                // As it was seen before the mirror.
+                let turn = select(from_side, -from_side, (f.level & 1u) != 0u);
+                is_kept = is_kept && keeps_beam(beam, view, beams[beam].z & 0xffu, turn);
             }
         }
     }

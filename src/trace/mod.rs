@@ -55,9 +55,6 @@ pub struct TraceOptions {
     /// Whether ways back over a plane that is large beside the body before it are taken as the reciprocals of the ways
     /// out over it; false follows beams there too (CONVENTIONS eq. 65).
     pub images: bool,
-    /// Whether beams are clipped with decisions in f32 ([`cpu::topology`]), as a device without f64 has to; corners are exact all the same.
-    /// It says nothing of beams that the limit of bounces ends (`least_cut`), and changes nothing where only the last bounce radiates.
-    pub f32_decisions: bool,
     /// Whether echoes of one place by one way are added up ([`merge`]).
     pub merge: bool,
     /// Whether echoes carry the places of all of their bounces ([`Echo::places_m`]); else those of the first and the last.
@@ -91,7 +88,6 @@ impl Default for TraceOptions {
             images: true,
             merge: true,
             places: false,
-            f32_decisions: false,
             rays: 100_000,
             seed: 0,
             frame: 0,

@@ -14,18 +14,18 @@ use crate::base::error::Result;
 use crate::geom::faces::Faces;
 use crate::gpu::{Buffer, Gpu, Recorder, Threads};
 
-/// Pairs of a beam and a face that are looked at together.
-const PAIRS: usize = 1 << 16;
+/// Pairs of a beam and a face that are looked at together, on a GPU and on a driver on the cpu.
+const PAIRS: [usize; 2] = [1 << 18, 1 << 16];
 /// Beams that look for faces together, and threads that do.
 const BEAMS: usize = 1 << 16;
 const WALKS: usize = 1 << 20;
 /// Nodes of the tree that a thread of `view_ahead` walks through: drivers on the cpu end loops after 65,535 steps.
 const NODES: usize = 1 << 9;
 /// Threads of `view_hide` that run together: many for a GPU, few for a driver on the cpu.
-const THREADS: [usize; 2] = [1 << 14, 1 << 12];
+const THREADS: [usize; 2] = [1 << 16, 1 << 12];
 /// Steps that a thread of `view_hide` may take at a time. A driver on the cpu has no use for handing on, but ends loops after 65,535 steps
 /// of threads that take them together.
-const BUDGET: [u32; 2] = [1 << 14, 1 << 13];
+const BUDGET: [u32; 2] = [1 << 17, 1 << 13];
 
 /// What beams of a frame meet, or why the device cannot tell.
 pub enum Traced {
@@ -64,8 +64,8 @@ pub fn clip_windows(
     let mut found = Vec::new();
     let mut recorder = Some(recorder);
     let items = faces.faces.len() * windows.len();
-    for from in (0..items).step_by(PAIRS) {
-        let count = PAIRS.min(items - from);
+    for from in (0..items).step_by(device.pairs) {
+        let count = device.pairs.min(items - from);
         let recorder = recorder.take().unwrap_or_else(|| gpu.recorder("views of a scene"));
         if let Err(refused) = device.lit(recorder, &first, None, (from, count), &mut found)? {
             return Ok(Traced::Refused(refused));
@@ -137,6 +137,7 @@ struct Device<'a> {
     params: ViewParams,
     body: Buffer<[u32; 4]>,
     threads: usize,
+    pairs: usize,
 }
 
 /// A result, or why the device refuses.
@@ -146,8 +147,10 @@ impl<'a> Device<'a> {
     fn new(gpu: &'a Gpu, params: ViewParams, body: Buffer<[u32; 4]>) -> Device<'a> {
         let kind = usize::from(!gpu.is_hardware());
         let slots = (gpu.max_binding_bytes() / (16 * PIECE * SLOTS) as u64) as usize;
+        let pieces = (gpu.max_binding_bytes() / (16 * PIECE) as u64) as usize;
+        let pairs = PAIRS[kind].min(pieces).max(64);
         let params = ViewParams { budget: BUDGET[kind], ..params };
-        Device { gpu, params, body, threads: THREADS[kind].min(slots).max(64) }
+        Device { gpu, params, body, threads: THREADS[kind].min(slots).max(64), pairs }
     }
 
     /// Parts of the tree that threads of `view_ahead` share out.
@@ -212,9 +215,9 @@ impl<'a> Device<'a> {
         );
         let pairs = Pairs { beams: &beams, pairs: &pairs, from };
         let mut recorder = Some(recorder);
-        for from in (0..total).step_by(PAIRS) {
+        for from in (0..total).step_by(self.pairs) {
             let recorder = recorder.take().unwrap_or_else(|| self.gpu.recorder("beams of a scene"));
-            let count = PAIRS.min(total - from);
+            let count = self.pairs.min(total - from);
             if let Err(refused) = self.lit(recorder, level, Some(&pairs), (from, count), found)? {
                 return Ok(Err(refused));
             }

@@ -25,9 +25,9 @@ gpu_struct! {
         pub pad_m: f32,
         pub total_at: u32,
         pub parts: u32,
+        pub patches_at: u32,
         pub pad0: u32,
         pub pad1: u32,
-        pub pad2: u32,
     }
 }
 
@@ -75,7 +75,15 @@ impl ViewArrays {
             body.push([f.first, f.count | u32::from(f.one_sided) << 8, f.patch, f.body]);
             body.push([rank, area_m2.to_bits(), 0, 0]);
         }
-        body.extend(shared.corners.iter().zip(&shared.edge_of).map(|(c, edge)| word(*c, *edge)));
+        let corners_at = body.len();
+        body.resize(corners_at + faces.corners.len(), [0; 4]);
+        for f in &faces.faces {
+            for i in 0..f.count {
+                let at = (f.first + i) as usize;
+                let edge = shared.edge_of[at] | u32::from(shared.runs_back(f, i)) << 31;
+                body[corners_at + at] = word(shared.corners[at], edge);
+            }
+        }
         let nodes_at = body.len() as u32;
         let boxes = boxes(shared);
         let mut stack = if faces.nodes.is_empty() { vec![] } else { vec![(0usize, true)] };
@@ -100,12 +108,27 @@ impl ViewArrays {
         }
         let nodes = (body.len() as u32 - nodes_at) / 2;
         let edges_at = body.len() as u32;
-        body.extend(shared.along.iter().map(|d| word(*d, 0)));
+        // A corner of some face where each edge begins.
+        let mut begins = vec![0; shared.along.len()];
+        for f in &faces.faces {
+            for i in 0..f.count {
+                let next = f.first + if shared.runs_back(f, i) { (i + 1) % f.count } else { i };
+                begins[shared.edge_of[(f.first + i) as usize] as usize] = next;
+            }
+        }
+        body.extend(shared.along.iter().zip(begins).map(|(d, begins)| word(*d, begins)));
+        let patches_at = body.len() as u32;
+        body.extend(shared.face_of_patch.chunks(4).map(|of| {
+            let mut word = [0; 4];
+            word[..of.len()].copy_from_slice(of);
+            word
+        }));
         let params = ViewParams {
             faces: faces.faces.len() as u32,
             nodes_at,
             nodes,
             edges_at,
+            patches_at,
             probe: 4,
             flat_m: faces.flat_m as f32,
             lies_m: LIES_M as f32,

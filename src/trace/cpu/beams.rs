@@ -576,7 +576,7 @@ pub(super) struct Clipper<'a> {
 }
 
 /// What of each face can be seen from a port, in the (u, v) of the port's frame.
-struct VisibleFaces {
+pub(super) struct VisibleFaces {
     frame: Frame,
     /// Only within |u|, |v| <= 1.
     window: bool,
@@ -589,6 +589,19 @@ struct VisibleFaces {
 }
 
 impl VisibleFaces {
+    /// What a window sees of each face, and whether that is all of it.
+    pub(super) fn of_window(frame: Frame, faces: Vec<(Vec<Polygon>, bool)>) -> VisibleFaces {
+        let (mut ranges, mut polygons) = (Vec::with_capacity(faces.len()), Vec::new());
+        let mut whole = Vec::with_capacity(faces.len());
+        for (of, is_whole) in faces {
+            ranges.push((polygons.len() as u32, (polygons.len() + of.len()) as u32));
+            whole.push(is_whole);
+            polygons.extend(of);
+        }
+        let bounds = polygons.iter().map(Polygon::bounds).collect();
+        VisibleFaces { frame, window: true, ranges, polygons, bounds, whole }
+    }
+
     fn of(&self, face: u32) -> &[Polygon] {
         &self.polygons[self.range(face)]
     }
@@ -1255,7 +1268,7 @@ impl Clipper<'_> {
 
     /// Keeps the part of a lit polygon that the receiver sees, along the face's axes.
     #[allow(clippy::too_many_arguments)] // the state of one beam; a struct would only rename it
-    fn radiate(
+    pub(super) fn radiate(
         &self,
         index: u32,
         node: &Node,
@@ -1331,7 +1344,7 @@ pub(super) fn solid_angle_sr(p: &Polygon) -> f64 {
 }
 
 /// Appends a polygon that is more than a sliver, halved when it has many corners.
-fn keep(p: &Polygon, least: f64, pieces: &mut Vec<Polygon>) {
+pub(super) fn keep(p: &Polygon, least: f64, pieces: &mut Vec<Polygon>) {
     if p.n < 3 || p.area().abs() <= least {
         return;
     }

@@ -12,7 +12,6 @@ use super::diffuse;
 use super::ended;
 use super::field::{Bounce, sent};
 use super::points::{Reflecting, SAME, TAU, point_echoes_over};
-use super::topology;
 use crate::base::convention::Convention;
 use crate::base::frames::{Pose, Sensor, World};
 use crate::base::matrix::Matrix2;
@@ -87,10 +86,7 @@ pub fn echoes(
     options: &TraceOptions,
 ) -> Echoes {
     let clip = |faces: &Faces, beams: &BeamOptions, ends: Option<Ends<'_>>| {
-        Ok::<_, Infallible>(match options.f32_decisions && !beams.last {
-            true => topology::clip_windows(faces, windows, beams),
-            false => clip_windows(faces, windows, beams, ends),
-        })
+        Ok::<_, Infallible>(clip_windows(faces, windows, beams, ends))
     };
     match echoes_by(geometry, clip, pose, velocity_mps, options) {
         Ok(echoes) => echoes,

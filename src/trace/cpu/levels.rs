@@ -3,10 +3,12 @@
 //! The device decides in f32 what is lit of what ([`super::topology`] tells how). Here corners are worked out from their lines in f64, the
 //! radar looks at what is lit, and the views behind the next mirrors are made.
 
-use super::beams::{Clipped, Ended, Ends, Node, Piece, Polygon, Side, middle, solid_angle_sr};
-use super::topology::{Beams, Corner, LineId, Of, Outline, Seen, Shared, front};
-use crate::trace::beams::Frame;
-use glam::{DVec2, Vec2};
+use super::beams::{
+    Clipped, Ended, Ends, Node, Piece, Polygon, Side, VisibleFaces, keep, middle, solid_angle_sr,
+};
+use super::topology::{Corner, Line, Of, Shared, Views, front};
+use crate::trace::beams::{Frame, Port};
+use glam::Vec2;
 use rayon::prelude::*;
 
 /// Kinds of lines in the first word of one.
@@ -60,32 +62,29 @@ struct Added {
 
 /// The tree as far as levels are known.
 pub(crate) struct Levels<'a> {
-    beams: Beams<'a>,
+    views: Views<'a>,
     ends: Option<Ends<'a>>,
     windows: usize,
-    seen: Vec<Seen>,
+    /// Of each window.
+    seen: Vec<VisibleFaces>,
     out: Clipped,
 }
 
 impl<'a> Levels<'a> {
     pub fn new(shared: &'a Shared<'a>, windows: &[Frame], ends: Option<Ends<'a>>) -> Levels<'a> {
-        Levels {
-            beams: Beams::new(shared, windows),
-            ends,
-            windows: windows.len(),
-            seen: Vec::new(),
-            out: Clipped::default(),
-        }
+        let views = Views::new(shared, windows);
+        Levels { views, ends, windows: windows.len(), seen: Vec::new(), out: Clipped::default() }
     }
 
     /// Number of bounces after which no beam goes on.
     pub fn most(&self) -> usize {
-        self.beams.shared.exact.most(self.beams.shared.options.images)
+        let shared = self.views.shared;
+        shared.exact.most(shared.options.images)
     }
 
     /// All views that are known, five words each.
     pub fn views(&self) -> Vec<[u32; 4]> {
-        let views = &self.beams.views;
+        let views = &self.views.list;
         let mut words = Vec::with_capacity(5 * views.len());
         let mut levels = Vec::with_capacity(views.len());
         for view in views {
@@ -102,20 +101,24 @@ impl<'a> Levels<'a> {
     /// Takes what the windows see, where `from` counts the faces of each window.
     pub fn first(&mut self, mut found: Vec<LitPolygon>) -> Vec<Onward> {
         found.sort_by_key(|p| p.from);
-        let n = self.beams.shared.faces.faces.len();
-        self.seen = (0..self.windows)
-            .map(|_| Seen { polygons: vec![Vec::new(); n], whole: vec![false; n] })
-            .collect();
-        for p in &found {
-            let outline = self.outline(p);
-            let seen = &mut self.seen[p.view as usize];
-            seen.whole[p.face as usize] = p.whole;
-            seen.polygons[p.face as usize].push(outline);
+        let faces = self.views.shared.faces;
+        let groups = grouped(found, |p| (p.from, p.face));
+        let exact: Vec<Vec<Polygon>> = groups.par_iter().flatten().map(|p| self.polygons(p)).collect();
+        let mut exact = exact.into_iter();
+        let mut windows: Vec<Vec<(Vec<Polygon>, bool)>> =
+            (0..self.windows).map(|_| vec![Default::default(); faces.faces.len()]).collect();
+        for p in groups.iter().flatten() {
+            let (polygons, whole) = &mut windows[p.view as usize][p.face as usize];
+            *whole = p.whole;
+            polygons.extend(exact.next().into_iter().flatten());
         }
-        let items = grouped(found, |p| (p.from, p.face)).into_iter().map(|polygons| {
+        let frame = |view: usize| self.views.list[view].frame;
+        self.seen =
+            windows.into_iter().enumerate().map(|(i, of)| VisibleFaces::of_window(frame(i), of)).collect();
+        let items = groups.into_iter().map(|polygons| {
             let (face, view) = (polygons[0].face, polygons[0].view);
             let node = self.node(u32::MAX, (face, view), 1, (false, false));
-            Item { node, first_patch: self.beams.face(face).patch, view, polygons }
+            Item { node, first_patch: faces.faces[face as usize].patch, view, polygons }
         });
         let items = items.collect();
         self.add(items)
@@ -124,7 +127,7 @@ impl<'a> Levels<'a> {
     /// Takes what `beams` light of what is ahead of them.
     pub fn next(&mut self, beams: &[Onward], mut found: Vec<LitPolygon>) -> Vec<Onward> {
         found.sort_by_key(|p| (p.from, p.face));
-        let shared = self.beams.shared;
+        let shared = self.views.shared;
         let faces = shared.faces;
         let mut items = Vec::new();
         for polygons in grouped(found, |p| (p.from, p.face)) {
@@ -132,7 +135,7 @@ impl<'a> Levels<'a> {
             let parent = &self.out.nodes[beam.node as usize];
             let begins =
                 shared.options.images && parent.bounce == 1 && faces.mirrors_points(beam.first_patch);
-            let patch = self.beams.face(face).patch;
+            let patch = shared.faces.faces[face as usize].patch;
             let imaged = parent.imaged || begins && faces.mirrors(beam.first_patch, patch);
             let endless = parent.endless || begins && faces.is_endless(beam.first_patch, patch);
             if parent.bounce as usize >= shared.exact.most(endless) {
@@ -155,15 +158,15 @@ impl<'a> Levels<'a> {
         bounce: u8,
         (imaged, endless): (bool, bool),
     ) -> Node {
-        let sign = front(self.beams.facing(view, face));
+        let sign = front(self.views.facing(view, face));
         Node {
             parent,
             face,
             bounce,
             imaged,
             endless,
-            frame: self.beams.views[view as usize].frame,
-            normal: self.beams.face(face).normal * f64::from(sign),
+            frame: self.views.list[view as usize].frame,
+            normal: self.views.shared.faces.faces[face as usize].normal * f64::from(sign),
         }
     }
 
@@ -183,14 +186,14 @@ impl<'a> Levels<'a> {
             self.out.imaged.extend(new.imaged);
             self.out.ended.extend(new.ended);
         }
-        let shared = self.beams.shared;
+        let shared = self.views.shared;
         let mut onward = Vec::new();
         for (index, item) in (first..).zip(items) {
             let Item { node, first_patch, view, polygons } = item;
             if !self.goes_on(&node, first_patch) {
                 continue;
             }
-            let ahead = self.beams.mirrored(view, node.face, node.normal);
+            let ahead = self.views.mirrored(view, node.face, node.normal);
             let turned = node.normal.dot(shared.faces.faces[node.face as usize].normal) < 0.0;
             onward.extend(polygons.into_iter().map(|p| Onward {
                 node: index,
@@ -205,90 +208,80 @@ impl<'a> Levels<'a> {
     }
 
     fn begins(&self, node: &Node, first_patch: u32) -> bool {
-        let shared = self.beams.shared;
+        let shared = self.views.shared;
         shared.options.images && node.bounce == 1 && shared.faces.mirrors_points(first_patch)
     }
 
     fn goes_on(&self, node: &Node, first_patch: u32) -> bool {
         let begins = self.begins(node, first_patch);
-        (node.bounce as usize) < self.beams.shared.exact.most(node.endless || begins)
+        (node.bounce as usize) < self.views.shared.exact.most(node.endless || begins)
     }
 
     fn added(&self, index: u32, item: &Item) -> Added {
-        let (node, shared) = (&item.node, self.beams.shared);
-        let sign = front(self.beams.facing(item.view, node.face));
+        let (node, shared) = (&item.node, self.views.shared);
+        let radar = Port::At(self.views.list[0].frame.origin);
         let patch = shared.faces.faces[node.face as usize].patch;
         let is_imaged = node.imaged && shared.faces.mirrors(item.first_patch, patch);
+        let ends = self.ends.as_ref().filter(|_| node.bounce as usize >= shared.exact.most(node.endless));
         let mut added = Added::default();
-        for p in &item.polygons {
-            let outline = self.outline(p);
-            let along = (item.view, sign);
-            let is_first = node.bounce == 1;
-            self.beams.radiate((index, node), along, &outline, is_first, &self.seen, &mut added.every);
+        for polygon in item.polygons.iter().flat_map(|p| self.polygons(p)) {
+            let radiate = |is_seen: bool, out: &mut Vec<Piece>| {
+                shared.exact.radiate(index, node, &polygon, is_seen, &self.seen, radar, out);
+            };
+            radiate(node.bounce == 1, &mut added.every);
             if is_imaged {
-                self.beams.radiate((index, node), along, &outline, true, &self.seen, &mut added.imaged);
+                radiate(true, &mut added.imaged);
             }
-            if let Some(ends) = &self.ends
-                && node.bounce as usize >= shared.exact.most(node.endless)
-            {
-                self.end(ends, (index, item), &outline, &mut added.ended);
+            if let Some(ends) = ends {
+                self.end(ends, (index, item), &polygon, &mut added.ended);
             }
         }
         added
     }
 
     /// Lists what a beam that the limit of bounces ends would meet next.
-    fn end(&self, ends: &Ends<'_>, (index, item): (u32, &Item), outline: &Outline, out: &mut Vec<Ended>) {
-        let (node, shared) = (&item.node, self.beams.shared);
-        let face = self.beams.face(node.face);
+    fn end(&self, ends: &Ends<'_>, (index, item): (u32, &Item), polygon: &Polygon, out: &mut Vec<Ended>) {
+        if ends.most(solid_angle_sr(polygon)) <= ends.least {
+            return;
+        }
+        let (node, shared) = (&item.node, self.views.shared);
+        let face = &shared.faces.faces[node.face as usize];
         let offset = node.normal.dot(face.normal) * face.offset_m;
         let (frame, source) =
             (node.frame.mirrored(node.normal, offset), Side { normal: node.normal, offset });
         let begins = self.begins(node, item.first_patch);
-        let corners: Vec<DVec2> = outline.iter().map(|c| c.at.as_dvec2()).collect();
-        for polygon in Polygon::of(&corners) {
-            if ends.most(solid_angle_sr(&polygon)) <= ends.least {
-                continue;
-            }
-            let left = shared.exact.left(ends, &self.out.nodes, index, middle(&polygon));
-            let mut met = Vec::new();
-            shared.exact.end(ends, (index, left), &polygon, (&frame, &source), &mut met);
-            let patch = |face: u32| shared.faces.faces[face as usize].patch;
-            out.extend(
-                met.into_iter()
-                    .filter(|e| !(begins && shared.faces.is_endless(item.first_patch, patch(e.face)))),
-            );
-        }
+        let left = shared.exact.left(ends, &self.out.nodes, index, middle(polygon));
+        let mut met = Vec::new();
+        shared.exact.end(ends, (index, left), polygon, (&frame, &source), &mut met);
+        let patch = |face: u32| shared.faces.faces[face as usize].patch;
+        let is_followed = |e: &Ended| begins && shared.faces.is_endless(item.first_patch, patch(e.face));
+        out.extend(met.into_iter().filter(|e| !is_followed(e)));
     }
 
-    fn outline(&self, p: &LitPolygon) -> Outline {
-        let of = |first: u32, second: u32| self.line((first, second), p.view);
-        p.corners
-            .chunks_exact(2)
-            .map(|c| Corner {
-                at: Vec2::new(f32::from_bits(c[0][0]), f32::from_bits(c[0][1])),
-                on: [of(c[0][2], c[0][3]), of(c[1][0], c[1][1])],
-                side: of(c[1][2], c[1][3]),
-            })
-            .collect()
-    }
-
-    /// The line of these two words, of something that is lit along `view`.
-    fn line(&self, (first, second): (u32, u32), view: u32) -> LineId {
-        let (kind, level, number) = (first >> 28, first >> 24 & 0xf, first & 0xff_ffff);
-        let parents = std::iter::successors(Some(view), |v| {
-            Some(self.beams.views[*v as usize].parent).filter(|p| *p != u32::MAX)
-        });
-        let views: Vec<u32> = parents.collect();
-        let seen_in = views[views.len() - 1 - level as usize];
-        let chain = self.beams.views[seen_in as usize].chain;
-        let of = match kind {
-            EDGE => Of::Edge { chain, edge: number },
-            CROSSING => Of::Crossing { chain, patches: [number, second] },
-            WALL => Of::Wall { view: seen_in, wall: number },
-            _ => Of::Halving { view: seen_in, axis: number, bits: second },
+    /// A polygon in the coordinates of its view, in pieces of few corners.
+    fn polygons(&self, p: &LitPolygon) -> Vec<Polygon> {
+        let behind: Vec<u32> = self.views.behind(p.view).collect();
+        let line = |first: u32, second: u32| {
+            let (kind, level, number) = (first >> 28 & 7, first >> 24 & 0xf, first & 0xff_ffff);
+            let of = match kind {
+                EDGE => Of::Edge(number),
+                CROSSING => Of::Crossing([number, second]),
+                WALL => Of::Wall(number),
+                _ => Of::Halving { axis: number, bits: second },
+            };
+            Line { of, view: behind[behind.len() - 1 - level as usize] }
         };
-        LineId { of, received: false }
+        let corner = |c: &[[u32; 4]]| Corner {
+            at: Vec2::new(f32::from_bits(c[0][0]), f32::from_bits(c[0][1])),
+            on: [line(c[0][2], c[0][3]), line(c[1][0], c[1][1])],
+        };
+        let corners: Vec<Corner> = p.corners.chunks_exact(2).map(corner).collect();
+        let face = &self.views.shared.faces.faces[p.face as usize];
+        let mut out = Vec::with_capacity(1);
+        for polygon in self.views.exactly(&corners, p.view, face).iter().flat_map(|c| Polygon::of(c)) {
+            keep(&polygon, 0.0, &mut out);
+        }
+        out
     }
 }
 

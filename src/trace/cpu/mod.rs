@@ -15,5 +15,5 @@ pub mod points;
 pub mod rays;
 pub mod refract;
 pub mod scan;
-pub mod topology;
+pub(super) mod topology;
 pub mod volume;

@@ -178,38 +178,6 @@ fn changes<K: Ord>(
     [worst, all]
 }
 
-/// Decisions in f32 move less of the power than a sixteenth of the accuracy does, or than 1e-7 of it: sums of echoes by chain and stretch
-/// of the path, on ten looks.
-#[test]
-fn decisions_in_f32_cost_less_than_the_accuracy() {
-    let engine = Engine::Cpu(Precision::F64);
-    for (number, look) in ten_looks().iter().enumerate() {
-        let of = |accuracy_db: f64, f32_decisions: bool| {
-            let plain = TraceOptions { merge: false, least: 0.0, most_bounces: 0, ..look.options };
-            let options = TraceOptions { accuracy_db, f32_decisions, least_cut: None, ..plain };
-            let start = Instant::now();
-            let found =
-                engine.echoes(&look.geometry, &look.radar, &look.pose, look.velocity_mps, &options).list;
-            (found.len(), start.elapsed().as_secs_f64(), sums_of(look, &found))
-        };
-        let accuracy_db = look.options.accuracy_db;
-        let ((n, s, want), (m, t, got)) = (of(accuracy_db, false), of(accuracy_db, true));
-        let (_, _, finer) = of(accuracy_db / 16.0, false);
-        let [strong, moved] = changes(&want, &got, 1e-4);
-        let [own_strong, own] = changes(&finer, &want, 1e-4);
-        println!(
-            "{}: {n} and {m} echoes in {s:.2} and {t:.2} s; f32 moves {moved:.1e} of the power, a chain by {strong:.1e} at most; \
-             the accuracy {own:.1e} and {own_strong:.1e}",
-            look.name
-        );
-        // In scene 0 of the template a part of the road that the radar sees is lost in f32: on face 6 the lit part ends at the line of edge 38829, and
-        // in f64 it goes on. So chains by the road (1, 13, 13, a post of the rail) are up to 3.5 dB off, at -36 dB of all power. The f64 clipper
-        // does not move there with the radar, so that f32 is wrong; neither sides of planes decided in f64 nor exact directions of lines mend it.
-        let most = if number == 4 { 1e-3 } else { own.max(1e-7) };
-        assert!(n > 1000 && m > 1000 && moved <= most, "{}: {moved:e}, {own:e}", look.name);
-    }
-}
-
 /// Shaders that clip the beams of a frame move less of the power than a sixteenth of the accuracy does, or than 1e-7 of it. (On
 /// the other four of the ten looks too.)
 #[test]
@@ -255,8 +223,7 @@ fn a_device_traces_what_the_host_traces() {
             counts.submits,
             counts.dispatches
         );
-        let most = if number == 4 { 1e-3 } else { own.max(1e-7) };
-        assert!(host.len() > 1000 && moved <= most, "{}: {moved:e}, {own:e}", look.name);
+        assert!(host.len() > 1000 && moved <= own.max(1e-7), "{}: {moved:e}, {own:e}", look.name);
     }
 }
 
