@@ -564,8 +564,25 @@ fn reaches(space: vec4<f32>, centre: vec3<f32>, half: vec3<f32>) -> bool {
     return dot(space.xyz, centre) + dot(abs(space.xyz), half) >= space.w;
 }
 
+// Whether a face reaches into all half-spaces, as its leaf does.
+fn reaches_in(face: u32) -> bool {
+    let first = first_corner(face);
+    let count = corners_of(face);
+    var inside = 0u;
+    for (var i = 0u; i < count; i += 1u) {
+        let c = bitcast<vec3<f32>>(corner_of(first + i).xyz);
+        inside |= select(0u, 1u, dot(walls[0].xyz, c) >= walls[0].w)
+            | select(0u, 2u, dot(walls[1].xyz, c) >= walls[1].w)
+            | select(0u, 4u, dot(walls[2].xyz, c) >= walls[2].w)
+            | select(0u, 8u, dot(walls[3].xyz, c) >= walls[3].w)
+            | select(0u, 16u, dot(ahead_of.xyz, c) >= ahead_of.w)
+            | select(0u, 32u, dot(also_ahead_of.xyz, c) >= also_ahead_of.w);
+    }
+    return inside == 63u;
+}
+
 // A face is worth so many nodes.
-const STEPS_OF_FACE: u32 = 24u;
+const STEPS_OF_FACE: u32 = 20u;
 
 // Finds the next face whose leaf reaches into all half-spaces into `found_face`. False at the end, and when the thread has taken as many
 // steps as it may: then `steps` has come to the budget.

@@ -48,7 +48,7 @@ fn main(
     var found = 0u;
     while find_next() {
         let g = found_face;
-        if g == from_face || lit(f, g) == 0.0 {
+        if g == from_face || !reaches_in(g) || lit(f, g) == 0.0 {
             continue;
         }
         // The host looks again at what lies on the edge of the rule.

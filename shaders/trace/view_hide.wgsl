@@ -187,7 +187,7 @@ fn main(
         var is_full = false;
         while find_next() {
             let g = found_face;
-            if g == target_face {
+            if g == target_face || !reaches_in(g) {
                 continue;
             }
             let other_facing = lit(f, g);
@@ -216,7 +216,7 @@ fn main(
             }
             outline_of(f, g);
             // Steps of the loops here, of which drivers on the cpu allow so many.
-            steps += 2u * STEPS_OF_FACE + 8u * outline_count + outline_count * corners;
+            steps += 3u * STEPS_OF_FACE + 8u * outline_count + outline_count * corners;
             if outline_count < 3u {
                 continue;
             }

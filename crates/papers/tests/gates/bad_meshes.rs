@@ -3,13 +3,21 @@
 use super::meshes::{Cut, Noise, WHOLE, by_chain, db, seen, walled};
 use catseye::base::frames::Pose;
 use catseye::geom::Geometry;
+use catseye::geom::faces::Faces;
 use catseye::geom::remarks::of_meshes;
+use catseye::gpu::compare;
 use catseye::road::reflector::Reflector;
 use catseye::road::site::Site;
 use catseye::scene::scenario::{self, Scenario};
 use catseye::scene::{Mesh, Scene, material};
 use catseye::simulate::Prepared;
-use glam::DVec3;
+use catseye::trace::TraceOptions;
+use catseye::trace::beams::BeamOptions;
+use catseye::trace::cpu::beams::Ends;
+use catseye::trace::cpu::echoes;
+use catseye::trace::view_clipper::{self, Traced};
+use catseye::trace::windows::around;
+use glam::{DQuat, DVec3};
 use num_complex::Complex64;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -305,6 +313,42 @@ fn bad_meshes_echo_as_clean_ones() {
             }
         }
     }
+    assert!(wrong.is_empty(), "{} cases:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// On bad meshes the shaders find what the f64 clipper finds: each chain that counts within 0.1 dB, none refused.
+#[test]
+fn a_device_sees_bad_meshes_as_the_host_does() {
+    let gpu = compare::test_gpu();
+    let (mut wrong, mut worst) = (Vec::new(), 0f64);
+    for clean in cleans() {
+        let mesh = &clean.scene.meshes[clean.mesh];
+        for (name, bad) in cases(mesh, &clean.hidden) {
+            let mut scene = clean.scene.clone();
+            scene.meshes[clean.mesh] = bad;
+            let (host, geometry) = seen(&scene, clean.radar);
+            let pose = Pose::new(DQuat::IDENTITY, clean.radar);
+            let windows = around(&pose);
+            let clip = |faces: &Faces, beams: &BeamOptions, ends: Option<Ends<'_>>| {
+                match view_clipper::clip_windows(gpu, faces, &windows, beams, ends).unwrap() {
+                    Traced::Whole(clipped) => Ok(clipped),
+                    Traced::Refused(why) => Err(why),
+                }
+            };
+            let options = TraceOptions { amplitude_floor: 0.0, ..Default::default() };
+            match echoes::echoes_by(&geometry, clip, &pose, DVec3::ZERO, &options) {
+                Err(why) => wrong.push(format!("{} {name}: refused, {why}", clean.name)),
+                Ok(device) => {
+                    let (off_db, chain) = off(&by_chain(&host), &by_chain(&device));
+                    worst = worst.max(off_db);
+                    if off_db > SAME_DB {
+                        wrong.push(format!("{} {name}: {off_db:.3} dB in {chain:?}", clean.name));
+                    }
+                }
+            }
+        }
+    }
+    println!("worst {worst:.1e} dB");
     assert!(wrong.is_empty(), "{} cases:\n{}", wrong.len(), wrong.join("\n"));
 }
 
