@@ -30,7 +30,7 @@ fn road(criterion: &mut Criterion, name: &str, engine: &Engine) {
         b.iter(|| {
             let frame = Frame::w3(false).unwrap();
             let geometry = frame.geometry(&frame.scene).unwrap();
-            let echoes = frame.echoes(engine, &geometry, &frame.options, frame.budget);
+            let echoes = frame.echoes(engine, &geometry, &frame.options, frame.budget).unwrap();
             let (cube, _) = engine.cube(&frame.radar, &echoes, &[], 1, 0, Control::default()).unwrap();
             black_box(engine.range_doppler(&frame.radar, &cube).unwrap())
         })

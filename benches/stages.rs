@@ -61,7 +61,7 @@ fn trace(criterion: &mut Criterion, name: &str, engine: &Engine) {
         });
     }
     let (frame, geometry) = placed(false);
-    let echoes = || frame.echoes(engine, &geometry, &frame.options, frame.budget);
+    let echoes = || frame.echoes(engine, &geometry, &frame.options, frame.budget).unwrap();
     group.throughput(Throughput::Elements(echoes().list.len() as u64));
     group.bench_function(BenchmarkId::new("W3 by beams", name), |b| b.iter(|| black_box(echoes())));
     group.finish();
@@ -72,7 +72,7 @@ fn synthesis(criterion: &mut Criterion, name: &str, engine: &Engine) {
     let mut group = criterion.benchmark_group("synthesis");
     for (kind, moving, count) in [("at rest", false, 16_384), ("moving", true, 256)] {
         let (frame, geometry) = placed(moving);
-        let mut echoes = frame.echoes(engine, &geometry, &frame.options, frame.budget);
+        let mut echoes = frame.echoes(engine, &geometry, &frame.options, frame.budget).unwrap();
         echoes.list.truncate(count);
         let chirps = if moving { frame.radar.chirps } else { 1 };
         let samples = chirps * frame.radar.channels() * frame.radar.samples;

@@ -72,7 +72,7 @@ pub fn draw(file: &str) -> Result<(), Box<dyn Error>> {
             air,
             ..Default::default()
         };
-        let echoes = engine.echoes(&geometry, &radar, &pose, DVec3::ZERO, &options);
+        let echoes = engine.trace(&geometry, &radar, &pose, DVec3::ZERO, &options)?;
         let (cube, _) = engine.cube(&radar, &echoes, &[], 0, 0, Control::default())?;
         let at = |r: usize| r as f64 * bin_m(&radar);
         let seen = spectrum(&radar, &cube).iter().enumerate().map(|(r, p)| [at(r), dbm_from_w(*p)]).collect();

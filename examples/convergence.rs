@@ -109,20 +109,18 @@ fn asked(engine: &Engine) -> catseye::Result<Chart> {
     let frame = Frame::w3(false)?;
     let geometry = frame.geometry(&frame.scene)?;
     let k = wavenumber(FREQUENCY_HZ);
-    let of = |accuracy_db| -> Vec<Complex64> {
+    let of = |accuracy_db| -> catseye::Result<Vec<Complex64>> {
+        let options = TraceOptions { accuracy_db, ..frame.options };
         let mut sums = vec![Complex64::ZERO; frame.scene.objects.len() + 1];
-        for r in frame
-            .echoes(engine, &geometry, &TraceOptions { accuracy_db, ..frame.options }, Budget::Nothing)
-            .list
-        {
+        for r in frame.echoes(engine, &geometry, &options, Budget::Nothing)?.list {
             sums[r.object_id() as usize] += r.path_gain[0][0] * Complex64::cis(-k * r.path_length_m);
         }
-        sums
+        Ok(sums)
     };
-    let truth = of(2e-4);
+    let truth = of(2e-4)?;
     let mut points = Vec::new();
     for db in ALLOWED_DB {
-        let found = of(db);
+        let found = of(db)?;
         let mut errors: Vec<f64> = found
             .iter()
             .zip(&truth)

@@ -75,12 +75,12 @@ fn main() -> catseye::Result<()> {
         let range = d.hypot(RADAR_M);
         let options = TraceOptions { bandwidth_hz: radar.bandwidth_hz(), rays: 20_000, ..Default::default() };
         if i % 5 == 0 {
-            let echoes = engine.echoes(&empty, &radar, &pose, DVec3::ZERO, &options);
+            let echoes = engine.trace(&empty, &radar, &pose, DVec3::ZERO, &options)?;
             clutter.push([d, dbm_from_w(level(&engine, &radar, &echoes, range, i)?[0])]);
         }
         road.objects[1].pose = Pose::from_yaw_pitch_roll(DVec3::new(d, 0.0, TARGET_M), PI, tilt, 0.0);
         let geometry = Geometry::build(&road, 0.0, radar.carrier_hz)?;
-        let echoes = engine.echoes(&geometry, &radar, &pose, DVec3::ZERO, &options);
+        let echoes = engine.trace(&geometry, &radar, &pose, DVec3::ZERO, &options)?;
         let [top, floor] = level(&engine, &radar, &echoes, range, i)?;
         seen.push([d, dbm_from_w(top)]);
         noise.push([d, dbm_from_w(floor)]);

@@ -39,7 +39,7 @@ fn main() -> catseye::Result<()> {
     let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
     let pose: Pose<Sensor, World> = Pose::IDENTITY;
     let options = TraceOptions { bandwidth_hz: radar.bandwidth_hz(), ..Default::default() };
-    let echoes = engine.echoes(&geometry, &radar, &pose, DVec3::ZERO, &options);
+    let echoes = engine.trace(&geometry, &radar, &pose, DVec3::ZERO, &options)?;
     let (cube, _) = engine.cube(&radar, &echoes, &[], 1, 0, Control::default())?;
     let found = engine.range_doppler(&radar, &cube)?;
     let snapshot: Vec<Complex64> = found.snapshots.of(0).to_vec();

@@ -7,7 +7,9 @@ pub mod memory;
 pub mod reach;
 pub mod solver;
 pub mod sweep;
+mod tracing;
 
+pub use crate::trace::tracing::Tracing;
 pub use chain::{FrameInput, MadeFrame};
 
 use crate::adc::{self, Cube};
@@ -99,6 +101,8 @@ pub struct EngineReport {
     pub driver: String,
     /// Version of the driver, empty on the cpu.
     pub driver_info: String,
+    /// Where the beams of frames are followed.
+    pub trace: Tracing,
 }
 
 /// A cube in the precision of its engine.
@@ -226,6 +230,7 @@ impl Engine {
                 adapter: "cpu".into(),
                 driver: "rayon".into(),
                 driver_info: format!("{} threads", rayon::current_num_threads()),
+                trace: self.tracing(),
             },
             Engine::Gpu(gpu) => {
                 let r = gpu.report();
@@ -235,6 +240,7 @@ impl Engine {
                     adapter: r.name.clone(),
                     driver: r.driver.clone(),
                     driver_info: r.driver_info.clone(),
+                    trace: self.tracing(),
                 }
             }
         }
@@ -269,7 +275,10 @@ impl Engine {
         let r = self.report();
         match self {
             Engine::Cpu(_) => format!("cpu ({}, {:?})", r.driver_info, r.precision).to_lowercase(),
-            Engine::Gpu(_) => format!("gpu: {} ({} {})", r.adapter, r.driver, r.driver_info),
+            Engine::Gpu(_) => {
+                let beams = if r.trace == Tracing::Host { "; beams on the host" } else { "" };
+                format!("gpu: {} ({} {}){beams}", r.adapter, r.driver, r.driver_info)
+            }
         }
     }
 

@@ -62,7 +62,7 @@ class Failed(RuntimeError):
 class Engine:
     """What computes: the cpu, or a GPU."""
 
-    def __new__(cls, device: str = "auto", *, precision: str = "f32") -> Engine: ...
+    def __new__(cls, device: str = "auto", *, precision: str = "f32", trace: str | None = None) -> Engine: ...
     @property
     def description(self) -> str: ...
     @property
@@ -71,6 +71,8 @@ class Engine:
     def kind(self) -> Literal["cpu", "gpu"]: ...
     @property
     def precision(self) -> Literal["f32", "f64"]: ...
+    @property
+    def trace(self) -> Literal["host", "device"]: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
@@ -343,6 +345,7 @@ def simulate(
     radar: str | None = None,
     scene: Scene | None = None,
     engine: _Engine | None = None,
+    trace: str | None = None,
 ) -> Frames: ...
 def process(adc: NDArray[Any], *, radar: Radar | _Path, engine: _Engine | None = None) -> Detections: ...
 @final
@@ -375,6 +378,7 @@ def lane(
     frames: int | None = None,
     seed: int | None = None,
     engine: _Engine | None = None,
+    trace: str | None = None,
     force: bool = False,
     progress: _Progress | None = None,
 ) -> dict[str, Any]: ...
@@ -386,6 +390,7 @@ def lane_compare(
     frames: int | None = None,
     seed: int | None = None,
     engine: _Engine | None = None,
+    trace: str | None = None,
     force: bool = False,
     progress: _Progress | None = None,
 ) -> dict[str, Any]: ...
@@ -399,6 +404,7 @@ def dataset(
     batch: int | None = None,
     seed: int | None = None,
     engine: _Engine | None = None,
+    trace: str | None = None,
     mixed_devices: bool = False,
     force: bool = False,
     progress: _Progress | None = None,

@@ -22,14 +22,15 @@ use std::sync::Arc;
 ///
 /// recipe: path of a recipe TOML. out: folder. shards: (first, end) of those to make, default all; others are left to
 /// other runs. jobs: workers, each with its share of the cores (default: one a core, on a GPU one). batch: frames that a GPU takes at once, as
-/// far as memory allows (default 64); the bytes do not depend on it, and the CPU takes one. seed: in place of the recipe's. mixed_devices: go on
+/// far as memory allows (default 64); the bytes do not depend on it, and the CPU takes one. seed: in place of the recipe's. trace: "host" or "device", where beams are
+/// followed, as for Engine. mixed_devices: go on
 /// with a dataset that another device began. force: begin anew in a folder that holds another dataset. progress: called with the numbers of
 /// frames done and of all.
 ///
 /// Returns a dictionary: folder, frames, shards, shards_complete, shards_resumed, shards_repaired, frames_made, complete, tally, bytes.
 /// Raises BadInput for a folder of another recipe or device. Ctrl-C ends it after the frames in work; the same call goes on.
 #[pyfunction]
-#[pyo3(signature = (recipe, out, *, shards = None, jobs = None, batch = None, seed = None, engine = None, mixed_devices = false, force = false,
+#[pyo3(signature = (recipe, out, *, shards = None, jobs = None, batch = None, seed = None, engine = None, trace = None, mixed_devices = false, force = false,
     progress = None))]
 #[allow(clippy::too_many_arguments)] // keywords
 pub fn dataset(
@@ -41,6 +42,7 @@ pub fn dataset(
     batch: Option<usize>,
     seed: Option<u64>,
     engine: Option<&Bound<'_, PyAny>>,
+    trace: Option<&str>,
     mixed_devices: bool,
     force: bool,
     progress: Option<&Bound<'_, PyAny>>,
@@ -55,7 +57,7 @@ pub fn dataset(
         );
     }
     let recipe = py.detach(|| Recipe::load(&recipe, seed)).or_raise(py)?;
-    let engine = engine::resolve(py, engine)?;
+    let engine = engine::resolve(py, engine, trace)?;
     let report = run_to(py, progress, Afterwards::Awaited, move |watch| {
         let options = produce::Options {
             jobs,

@@ -3,8 +3,8 @@
 use crate::arrays::plain;
 use crate::errors::{Failed, refuse};
 use crate::work;
-use catseye::base::error::BadInput;
-use catseye::engine::{Engine as Opened, Precision};
+use catseye::base::error::{BadInput, Result};
+use catseye::engine::{Engine as Opened, Precision, Tracing};
 use pyo3::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -21,21 +21,22 @@ pub fn devices(py: Python<'_>) -> PyResult<Py<PyAny>> {
 ///
 /// device: "auto" (a hardware GPU, else the cpu), "cpu", "gpu" (a hardware GPU), or part of an adapter's name. Never
 /// another one than was asked for. precision: "f32", or "f64" (cpu only) of cube, FFT and detection; geometry, phase and fields are
-/// always f64.
+/// always f64. trace: where the beams of frames are followed, "device" (the default on a GPU) or "host" (in f64; the only way of the
+/// cpu, and faster than a software driver).
 ///
-/// Raises BadInput for a device that is not there, Failed for one that does not pass its self-test.
+/// Raises BadInput for a device that is not there and for trace = "device" on the cpu, Failed for one that does not pass its self-test.
 #[pyclass(module = "catseye", frozen)]
 pub struct Engine {
     opened: Arc<Opened>,
     pid: u32,
-    arguments: (String, String),
+    arguments: (String, String, Option<String>),
 }
 
 #[pymethods]
 impl Engine {
     #[new]
-    #[pyo3(signature = (device = "auto", *, precision = "f32"))]
-    fn new(py: Python<'_>, device: &str, precision: &str) -> PyResult<Engine> {
+    #[pyo3(signature = (device = "auto", *, precision = "f32", trace = None))]
+    fn new(py: Python<'_>, device: &str, precision: &str, trace: Option<&str>) -> PyResult<Engine> {
         let wanted = match precision {
             "f32" => Precision::F32,
             "f64" => Precision::F64,
@@ -44,9 +45,10 @@ impl Engine {
                 return refuse(py, e);
             }
         };
-        let name = device.to_string();
-        let opened = Arc::new(work::run(py, None, move |_| Opened::open(&name, wanted))?);
-        Ok(Engine { opened, pid: std::process::id(), arguments: (device.into(), precision.into()) })
+        let (name, place) = (device.to_string(), trace.map(String::from));
+        let opened = Arc::new(work::run(py, None, move |_| open(&name, wanted, place.as_deref()))?);
+        let arguments = (device.into(), precision.into(), trace.map(String::from));
+        Ok(Engine { opened, pid: std::process::id(), arguments })
     }
 
     /// One line: engine, adapter, driver.
@@ -76,12 +78,19 @@ impl Engine {
         }
     }
 
+    /// Where the beams of frames are followed: "host" or "device".
+    #[getter]
+    fn trace(&self) -> &'static str {
+        self.opened.tracing().word()
+    }
+
     /// Opened again by the one who unpickles it.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         let kind = py.get_type::<Engine>();
         let partial = py.import("functools")?.getattr("partial")?;
         let keywords = pyo3::types::PyDict::new(py);
         keywords.set_item("precision", &self.arguments.1)?;
+        keywords.set_item("trace", self.arguments.2.as_deref())?;
         let open = partial.call((kind,), Some(&keywords))?;
         Ok((open, (self.arguments.0.clone(),)))
     }
@@ -103,27 +112,53 @@ impl Engine {
     }
 }
 
-/// The engine that an argument means: an Engine, or a device by name, which is opened once in a process.
-pub fn resolve(py: Python<'_>, argument: Option<&Bound<'_, PyAny>>) -> PyResult<Arc<Opened>> {
-    type Known = HashMap<(u32, String), Arc<Opened>>;
+/// Opens an engine that follows beams in the place of this word, or in its own where none is given.
+fn open(device: &str, precision: Precision, trace: Option<&str>) -> Result<Opened> {
+    let place = trace.map(Tracing::parse).transpose()?;
+    let engine = Opened::open(device, precision)?;
+    match place {
+        Some(place) => engine.with_tracing(place),
+        None => Ok(engine),
+    }
+}
+
+/// The engine that arguments mean: an Engine, or a device by name with the place where it follows beams, which is opened once in a
+/// process. An Engine has its place already.
+pub fn resolve(
+    py: Python<'_>,
+    argument: Option<&Bound<'_, PyAny>>,
+    trace: Option<&str>,
+) -> PyResult<Arc<Opened>> {
+    type Known = HashMap<(u32, String, Option<String>), Arc<Opened>>;
     static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
     let device = match argument {
         None => "auto".to_string(),
         Some(a) => match a.cast::<Engine>() {
-            Ok(engine) => return engine.get().opened(),
+            Ok(engine) => {
+                let opened = engine.get().opened()?;
+                if let Some(word) = trace
+                    && word != opened.tracing().word()
+                {
+                    let e = BadInput::new("this Engine traces elsewhere").key("trace").value(word);
+                    let e = e.allowed(opened.tracing().word());
+                    return refuse(py, e.remedy("give trace to Engine(...)"));
+                }
+                return Ok(opened);
+            }
             Err(_) => a.extract::<String>().map_err(|_| {
                 pyo3::exceptions::PyTypeError::new_err("engine is neither an Engine nor the name of a device")
             })?,
         },
     };
-    let key = (std::process::id(), device.clone());
+    let place = trace.map(String::from);
+    let key = (std::process::id(), device.clone(), place.clone());
     let known = |f: &mut dyn FnMut(&mut Known) -> Option<Arc<Opened>>| {
         f(KNOWN.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default())
     };
     if let Some(engine) = known(&mut |k| k.get(&key).cloned()) {
         return Ok(engine);
     }
-    let engine = Arc::new(work::run(py, None, move |_| Opened::open(&device, Precision::F32))?);
+    let engine = Arc::new(work::run(py, None, move |_| open(&device, Precision::F32, place.as_deref()))?);
     known(&mut |k| k.insert(key.clone(), engine.clone()));
     Ok(engine)
 }

@@ -21,12 +21,12 @@ const LINE_STEP_M: f64 = 1.0;
 /// folder `out`.
 ///
 /// method: one of lane_methods(). scenario: path of a scenario TOML, whose table [lane] holds the method's settings. runs: drives, each with
-/// another seed. frames: of a drive. progress: called with the numbers of looks done and of all.
+/// another seed. frames: of a drive. trace: "host" or "device", where beams are followed, as for Engine. progress: called with the numbers of looks done and of all.
 ///
 /// Returns a dictionary: folder, method, title, rows (each quantity, unit, document, ours, half, why), notes. Raises BadInput for a scenario that
 /// the method cannot take. The same call goes on after an interruption.
 #[pyfunction]
-#[pyo3(signature = (method, scenario, out, *, runs = None, frames = None, seed = None, engine = None, force = false, progress = None))]
+#[pyo3(signature = (method, scenario, out, *, runs = None, frames = None, seed = None, engine = None, trace = None, force = false, progress = None))]
 #[allow(clippy::too_many_arguments)] // keywords
 pub fn lane(
     py: Python<'_>,
@@ -37,11 +37,12 @@ pub fn lane(
     frames: Option<u32>,
     seed: Option<u64>,
     engine: Option<&Bound<'_, PyAny>>,
+    trace: Option<&str>,
     force: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Py<PyAny>> {
     let method = Method::named(method).or_raise(py)?;
-    let engine = engine::resolve(py, engine)?;
+    let engine = engine::resolve(py, engine, trace)?;
     let report = run_to(py, progress, Afterwards::LeftAlone, move |watch| {
         let options = RunOptions {
             force,
@@ -61,7 +62,7 @@ pub fn lane(
 
 /// Compares all methods on the same drives, as `catseye lane compare SCENARIO... -o OUT`; as `lane` else.
 #[pyfunction]
-#[pyo3(signature = (scenarios, out, *, runs = None, frames = None, seed = None, engine = None, force = false, progress = None))]
+#[pyo3(signature = (scenarios, out, *, runs = None, frames = None, seed = None, engine = None, trace = None, force = false, progress = None))]
 #[allow(clippy::too_many_arguments)] // keywords
 pub fn lane_compare(
     py: Python<'_>,
@@ -71,10 +72,11 @@ pub fn lane_compare(
     frames: Option<u32>,
     seed: Option<u64>,
     engine: Option<&Bound<'_, PyAny>>,
+    trace: Option<&str>,
     force: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Py<PyAny>> {
-    let engine = engine::resolve(py, engine)?;
+    let engine = engine::resolve(py, engine, trace)?;
     let report = run_to(py, progress, Afterwards::LeftAlone, move |watch| {
         let options = RunOptions {
             force,

@@ -87,7 +87,7 @@ pub fn process(
     engine: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Detections> {
     let radar = radar::resolve(radar)?;
-    let engine = engine::resolve(py, engine)?;
+    let engine = engine::resolve(py, engine, None)?;
     let wide = matches!(*engine, Engine::Cpu(Precision::F64));
     let cube = cube(adc, wide, [radar.rows(), radar.channels(), radar.samples])?;
     let finite = match &cube {

@@ -212,7 +212,7 @@ pub fn rcs(
 
     let looks = shape[1..].iter().product::<usize>() as u64;
     let target = scene::resolve(target)?;
-    let engine = engine::resolve(py, engine)?;
+    let engine = engine::resolve(py, engine, None)?;
     let (frequencies_hz, target_name) = (sweep.frequencies_hz.clone(), target.name);
     let contents = target.contents;
     let (swept, told) = work::run(py, progress, move |watch| {

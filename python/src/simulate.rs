@@ -311,11 +311,13 @@ pub fn points(py: Python<'_>, list: &[Point]) -> PyResult<Py<PyAny>> {
 ///
 /// scenario: a Scenario or the path of one. frames: how many, or which (a sequence of indices); default: what the
 /// scenario says. seed: in place of the scenario's. radar: the name of one of several; default: all, each frame once for
-/// each. scene: a Scene in place of what the scenario says. engine: an Engine or the name of a device.
+/// each. scene: a Scene in place of what the scenario says. engine: an Engine or the name of a device. trace: "host" or "device", where
+/// beams are followed, as for Engine.
 ///
 /// Ctrl-C ends the frame in work; the iterator can go on with the same frame.
 #[pyfunction]
-#[pyo3(signature = (scenario, *, frames = None, seed = None, radar = None, scene = None, engine = None))]
+#[pyo3(signature = (scenario, *, frames = None, seed = None, radar = None, scene = None, engine = None, trace = None))]
+#[allow(clippy::too_many_arguments)] // keywords
 pub fn simulate(
     py: Python<'_>,
     scenario: &Bound<'_, PyAny>,
@@ -324,6 +326,7 @@ pub fn simulate(
     radar: Option<&str>,
     scene: Option<&Bound<'_, Scene>>,
     engine: Option<&Bound<'_, PyAny>>,
+    trace: Option<&str>,
 ) -> PyResult<Frames> {
     let mut scenario = match scenario.cast::<Scenario>() {
         Ok(s) => s.get().scenario.clone(),
@@ -357,7 +360,7 @@ pub fn simulate(
             }
         },
     };
-    let engine = engine::resolve(py, engine)?;
+    let engine = engine::resolve(py, engine, trace)?;
     let (scenario, scene, labels) = match scene {
         Some(s) => {
             let Ok(scenario) = scenario::Scenario::clone(&scenario).without_roads() else {

@@ -1,7 +1,6 @@
 //! From geometry to detected cells.
 
-use super::{AnyCube, Engine, Precision, reach};
-use crate::adc::budget::{power_w, unpolarised_w};
+use super::{AnyCube, Engine, Precision};
 use crate::adc::convert::Convert;
 use crate::adc::cpu::front_end::Inputs;
 use crate::adc::front_end::{Chain, channels};
@@ -14,22 +13,17 @@ use crate::adc::synthesis::{Plan, SynthesisStats};
 use crate::adc::{Cube, DeviceCube};
 use crate::base::control::Control;
 use crate::base::error::{Error, Result};
-use crate::base::frames::{Pose, Sensor, World};
-use crate::base::units::{power_from_db, wavenumber};
 use crate::dsp::doa_beamform::{BeamCells, Beamformer};
 use crate::dsp::doa_spectrum::{Forms, Steering};
 use crate::dsp::stream::Source;
 use crate::dsp::transform::Transform;
 use crate::dsp::zero_doppler::AtRest;
 use crate::dsp::{self, RangeDoppler, Snapshots};
-use crate::geom::Geometry;
 use crate::gpu::{Gpu, Pending, Recorder};
 use crate::scene::front_end::FrontEndSettings;
 use crate::scene::radar::Radar;
 use crate::scene::waveform::Multiplex;
-use crate::trace::windows::windows;
-use crate::trace::{Echoes, TraceOptions, merge};
-use glam::DVec3;
+use crate::trace::Echoes;
 use num_complex::{Complex32, Complex64};
 use std::time::Instant;
 
@@ -158,53 +152,6 @@ pub struct MadeFrame {
 }
 
 impl Engine {
-    /// Echoes of a frame at the radar's pose, moving with `velocity_mps` (world).
-    ///
-    /// Both engines follow the beams of a frame on the host in f64: they are few, and the corners of what
-    /// they light must be known to a thousandth of a wavelength all over the scene. What lies so far that `radar` cannot hear it
-    /// is left out.
-    pub fn echoes(
-        &self,
-        geometry: &Geometry,
-        radar: &Radar,
-        pose: &Pose<Sensor, World>,
-        velocity_mps: DVec3,
-        options: &TraceOptions,
-    ) -> Echoes {
-        let windows = windows(radar, pose);
-        let of = |bounces: usize| {
-            let rate_mps = reach::fastest_path_mps(geometry, velocity_mps, bounces);
-            let reach_m = options.reach_m.min(reach::reach_m(radar, rate_mps));
-            let options = &TraceOptions { reach_m, bounces, ..*options };
-            let mut all = crate::trace::cpu::echoes::echoes(geometry, &windows, pose, velocity_mps, options);
-            if options.least_cut.is_some() {
-                all.power_w = power_w(radar, &all.list);
-                all.cut_power_w = unpolarised_w(radar, &all.cut);
-            }
-            all
-        };
-        let mut all = of(options.bounces);
-        let bearable = power_from_db(options.accuracy_db) - 1.0;
-        while all.bounces < options.most_bounces && all.cut_power_w > bearable * all.power_w {
-            all = of(all.bounces + 1);
-        }
-        if let Some(air) = &options.air {
-            all.list.extend(crate::trace::cpu::volume::echoes(
-                geometry,
-                radar,
-                pose,
-                velocity_mps,
-                air,
-                options,
-            ));
-            air.attenuate(&mut all.list);
-        }
-        if options.merge {
-            all.merged = merge::merge(&mut all.list, wavenumber(geometry.freq_hz), geometry.reach_s);
-        }
-        all
-    }
-
     /// Samples of one frame as the receiver's converter delivers them: `[chirp, channel, sample]`, ramps in turn along chirps.
     /// `interference` is what other radars send into the receivers.
     ///

@@ -161,6 +161,8 @@ pub struct Gpu {
     poison: bool,
     /// Whether a software driver takes the ways that hardware takes.
     pretends: bool,
+    /// Whether the beams of frames are left to the host.
+    host_traces: bool,
     /// None unless kernels are profiled.
     pub(super) profiler: Option<Profiler>,
     pipelines: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
@@ -206,6 +208,7 @@ impl Gpu {
             report: report.clone(),
             poison: cfg!(any(test, debug_assertions)),
             pretends: false,
+            host_traces: false,
             profiler: None,
             pipelines: Mutex::default(),
             sink,
@@ -243,6 +246,17 @@ impl Gpu {
     /// without a GPU reach them.
     pub fn with_pretended_hardware(mut self) -> Gpu {
         self.pretends = true;
+        self
+    }
+
+    /// Whether the beams of frames are followed on the host, and not here.
+    pub fn traces_on_host(&self) -> bool {
+        self.host_traces
+    }
+
+    /// Leaves the beams of frames to the host, or takes them back.
+    pub fn with_tracing_on_host(mut self, on_host: bool) -> Gpu {
+        self.host_traces = on_host;
         self
     }
 

@@ -411,7 +411,7 @@ impl<'a> Prepared<'a> {
         {
             (options.bounces, options.most_bounces) = (depth, 0);
         }
-        let mut echoes = engine.echoes(geometry, radar, &pose, velocity_mps, &options);
+        let mut echoes = engine.trace(geometry, radar, &pose, velocity_mps, &options)?;
         if index == 0 {
             self.depths.known().insert(which, echoes.bounces);
         }

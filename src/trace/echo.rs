@@ -114,4 +114,8 @@ pub struct Echoes {
     /// Number of echoes that were left out because their amplitude or motion is not a finite number. Each is a fault of
     /// the mesh or of catseye.
     pub broken: u64,
+    /// Whether a device followed the beams; else the host did, in f64.
+    pub on_device: bool,
+    /// Why the device of an engine that traces there left the frame to the host; None where it did not.
+    pub fallback: Option<&'static str>,
 }

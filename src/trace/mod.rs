@@ -13,6 +13,7 @@ pub mod echo;
 pub mod launch;
 pub mod merge;
 pub mod scan;
+pub mod tracing;
 pub mod upload;
 pub mod view_ahead;
 pub mod view_clipper;

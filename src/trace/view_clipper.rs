@@ -49,6 +49,10 @@ pub fn clip_windows(
     let Some(root) = windows.first().filter(|_| !faces.faces.is_empty()) else {
         return Ok(Traced::Whole(Clipped::default()));
     };
+    let most = (PAIRS.max(BEAMS) * PIECE).max(64 * SLOTS * PIECE) * size_of::<[u32; 4]>();
+    if most.max((WALKS + 1) * size_of::<u32>()) as u64 > gpu.max_binding_bytes() {
+        return Ok(Traced::Refused("bindings of the adapter that are too small for its polygons"));
+    }
     let shared = Shared::new(faces, root, options);
     let Some(arrays) = ViewArrays::new(&shared) else {
         return Ok(Traced::Refused("more faces than it can tell apart"));

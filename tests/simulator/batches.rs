@@ -22,6 +22,11 @@ fn site() -> Site {
     Site::new(&scenario::parse(&place, text).unwrap()).unwrap()
 }
 
+/// Beams are followed on the host: what is counted here is what comes after them.
+fn opened() -> Engine {
+    Engine::Gpu(Box::new(opened_for_tests().with_tracing_on_host(true)))
+}
+
 fn used<T>(engine: &Engine, work: impl FnOnce() -> T) -> (T, GpuCounts) {
     let before = engine.device_counts().unwrap();
     let result = work();
@@ -53,7 +58,7 @@ fn content(made: &MadeFrame) -> (&Option<catseye::engine::AnyCube>, &Vec<RangeDo
 /// 64 frames of one submission have the bytes of frames made singly, and of any other number together.
 #[test]
 fn frames_of_one_submission_are_those_of_many() {
-    let (site, engine) = (site(), Engine::Gpu(Box::new(opened_for_tests())));
+    let (site, engine) = (site(), opened());
     let heard = heard(&site, &engine);
     let inputs = inputs(&site, &heard);
     let (singly, counts) = used(&engine, || -> Vec<MadeFrame> {
@@ -84,7 +89,7 @@ fn frames_of_one_submission_are_those_of_many() {
 fn batches_are_bounded_and_leave_others_out() {
     let site = site();
     let gpu = opened_for_tests().with_binding_limit(1 << 20);
-    let engine = Engine::Gpu(Box::new(gpu));
+    let engine = Engine::Gpu(Box::new(gpu.with_tracing_on_host(true)));
     assert_eq!(engine.batch_bytes(), 8 << 20);
     let heard = heard(&site, &engine);
     let mut inputs = inputs(&site, &heard);
@@ -106,7 +111,7 @@ fn batches_are_bounded_and_leave_others_out() {
 /// An echo that is not finite fails the frame that it belongs to; those before it are there, those behind it are not made.
 #[test]
 fn an_error_is_that_of_its_frame() {
-    let (site, engine) = (site(), Engine::Gpu(Box::new(opened_for_tests())));
+    let (site, engine) = (site(), opened());
     let heard = heard(&site, &engine);
     let mut inputs = inputs(&site, &heard);
     inputs.truncate(6);
@@ -123,7 +128,7 @@ fn an_error_is_that_of_its_frame() {
 /// A batch of 64 frames of a drive takes few submissions, and its frames are those that are made singly, whatever the size of the batch.
 #[test]
 fn a_batch_of_64_frames_waits_rarely() {
-    let (site, engine) = (site(), Engine::Gpu(Box::new(opened_for_tests())));
+    let (site, engine) = (site(), opened());
     let prepared = Prepared::new(&site.scenario, &site.scene).unwrap();
     let wanted: Vec<(usize, u32)> = (0..64).map(|index| (0, index)).collect();
     let all = |together: usize| -> Vec<Frame> {
@@ -165,7 +170,7 @@ fn mixed_radars_share_a_batch() {
         site.scenario.radars.extend([music, hosted]);
         site
     };
-    let engine = Engine::Gpu(Box::new(opened_for_tests()));
+    let engine = opened();
     let prepared = Prepared::new(&site.scenario, &site.scene).unwrap().without_cubes();
     let wanted: Vec<(usize, u32)> =
         (0..4).flat_map(|index| (0..3).map(move |which| (which, index))).collect();
@@ -188,7 +193,7 @@ fn mixed_radars_share_a_batch() {
 /// Frames with more detected cells than there was room for fetch them in one further submission together.
 #[test]
 fn crowded_frames_share_their_second_submission() {
-    let (site, engine) = (site(), Engine::Gpu(Box::new(opened_for_tests())));
+    let (site, engine) = (site(), opened());
     let heard = heard(&site, &engine);
     let mut inputs = inputs(&site, &heard);
     inputs.truncate(5);

@@ -11,6 +11,7 @@ mod closest;
 mod clutter;
 mod curved;
 mod detect;
+mod device_trace;
 mod doa;
 mod doppler_bands;
 mod dsp;

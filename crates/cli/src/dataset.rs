@@ -92,6 +92,11 @@ impl Dataset {
         )?;
         drop(bar);
         report.remarks.iter().for_each(|r| global.say(&format!("warning: first scene: {r}")));
+        for (why, n) in &report.tally.trace_fallbacks {
+            global.say(&format!(
+                "warning: the device left {n} frames to the host, which traced them in f64: it met {why}; --trace host takes the host for all"
+            ));
+        }
         if report.cancelled && !report.complete {
             let complete = match report.tally.frames {
                 0 if report.shards_complete == 0 => "no frame is complete".to_string(),

@@ -2,7 +2,7 @@
 
 use super::bar::{Bar, Kept};
 use catseye::base::error::{Error, Result};
-use catseye::engine::{Engine, Precision};
+use catseye::engine::{Engine, Precision, Tracing};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -19,6 +19,10 @@ pub struct Global {
     /// Precision of cube, FFT and detection on the cpu engine (geometry, phase and fields are always f64)
     #[arg(long, global = true, default_value = "f32", value_parser = choice(&[("f32", Precision::F32), ("f64", Precision::F64)]))]
     pub precision: Precision,
+    /// Where the beams of frames are followed: device: by the GPU (the default on one); host: by the CPU in f64 (the only way on the cpu
+    /// device, and faster than a software driver)
+    #[arg(long, global = true, value_parser = choice(&[("host", Tracing::Host), ("device", Tracing::Device)]))]
+    pub trace: Option<Tracing>,
     /// Print one machine-readable object on stdout, in case of an error too
     #[arg(long, global = true)]
     pub json: bool,
@@ -43,7 +47,10 @@ pub fn choice<T: Copy + Send + Sync>(
 
 impl Global {
     pub fn engine(&self) -> Result<Engine> {
-        let engine = Engine::open(&self.device, self.precision)?;
+        let mut engine = Engine::open(&self.device, self.precision)?;
+        if let Some(trace) = self.trace {
+            engine = engine.with_tracing(trace)?;
+        }
         self.say(&format!("engine: {}", engine.describe()));
         Ok(engine)
     }

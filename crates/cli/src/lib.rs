@@ -66,7 +66,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 
 /// The global options that act for each command. The others are not in its help, and it says that they change nothing.
 const ACTING: [(&str, &[&str]); 21] = [
-    ("demo", &["device", "precision", "json", "quiet", "seed"]),
+    ("demo", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("devices", &["json", "quiet"]),
     ("init", &["json", "quiet", "force"]),
     ("examples", &["json", "quiet", "force"]),
@@ -74,18 +74,18 @@ const ACTING: [(&str, &[&str]); 21] = [
     ("scene", &["json", "quiet", "force"]),
     ("rcs", &["device", "precision", "json", "quiet", "force"]),
     ("study", &["device", "precision", "json", "quiet", "force"]),
-    ("simulate", &["device", "precision", "json", "quiet", "seed", "force"]),
-    ("dataset", &["device", "precision", "json", "quiet", "seed", "force"]),
-    ("lane", &["device", "precision", "json", "quiet", "seed", "force"]),
+    ("simulate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
+    ("dataset", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
+    ("lane", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("verify", &["json", "quiet"]),
     ("diff", &["json", "quiet"]),
     ("process", &["device", "precision", "json", "quiet", "force"]),
     ("convert", &["json", "quiet", "force"]),
     ("export", &["json", "quiet", "force"]),
-    ("calibrate", &["device", "precision", "json", "quiet", "seed", "force"]),
+    ("calibrate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("plot", &["json", "quiet", "force"]),
-    ("validate", &["device", "precision", "json", "quiet"]),
-    ("bench", &["device", "precision", "json", "quiet", "seed"]),
+    ("validate", &["device", "precision", "trace", "json", "quiet"]),
+    ("bench", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("help", &[]),
 ];
 

@@ -94,6 +94,7 @@ impl Process {
         Manifest {
             catseye: env!("CARGO_PKG_VERSION"),
             engine: engine.report(),
+            trace: None,
             seed: 0,
             scenario: None,
             scenario_name: title,

@@ -13,7 +13,7 @@ use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Scenario;
 use catseye::simulate::Prepared;
 use catseye_io::files::expected_bytes;
-use catseye_io::manifest::FrameRecord;
+use catseye_io::manifest::{FrameRecord, RunTrace};
 use catseye_io::run::{RunOptions, RunReport, run};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -140,6 +140,12 @@ pub fn simulate(
                 f.index, f.front_end.broken
             ));
         }
+    }
+    for (why, n) in RunTrace::of(engine.tracing(), &report.frames).fallbacks {
+        global.say(&format!(
+            "warning: the device left {n} of {} frames to the host, which traced them in f64: it met {why}; --trace host takes the host for all",
+            report.frames.len()
+        ));
     }
     let bearable = power_from_db(scenario.trace.accuracy_db) - 1.0;
     let cut = |f: &FrameRecord| f.front_end.cut_power_w > bearable * f.front_end.power_w;

@@ -7,7 +7,7 @@ use super::store::{DatasetLayout, ShardFile};
 use super::tally::Tally;
 use catseye::base::control::Control;
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
-use catseye::engine::{Engine, EngineReport};
+use catseye::engine::{Engine, EngineReport, Tracing};
 use catseye::formats::stage;
 use catseye::simulate::{Frame, Prepared};
 use serde::{Deserialize, Serialize};
@@ -30,6 +30,13 @@ pub struct Device {
     pub adapter: String,
     /// Driver of the adapter; empty on the CPU.
     pub driver: String,
+    /// Where the beams of frames are followed. Datasets made before December 2026 say nothing here; they had the host.
+    #[serde(default = "on_host")]
+    pub trace: Tracing,
+}
+
+fn on_host() -> Tracing {
+    Tracing::Host
 }
 
 impl Device {
@@ -45,6 +52,7 @@ impl Device {
             precision: format!("{:?}", report.precision).to_lowercase(),
             adapter: report.adapter.clone(),
             driver,
+            trace: report.trace,
         }
     }
 }
@@ -52,7 +60,11 @@ impl Device {
 impl std::fmt::Display for Device {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let name = format!("{} {} {}", self.adapter, self.driver, self.precision);
-        f.write_str(&name.replace("  ", " "))
+        let beams = match (self.engine.as_str(), self.trace) {
+            ("gpu", Tracing::Host) => ", beams on the host",
+            _ => "",
+        };
+        write!(f, "{}{beams}", name.replace("  ", " "))
     }
 }
 

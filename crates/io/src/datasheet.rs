@@ -220,6 +220,7 @@ fn statistics(made: &Made<'_>) -> serde_json::Value {
         "echoes_a_frame_mean": mean(t.echoes),
         "rows_a_frame_most": t.rows_a_frame_most,
         "points_by_snr_db": { "bin_db": super::tally::SNR_BIN_DB, "counts": t.snr_db },
+        "trace_fallbacks": t.trace_fallbacks,
         "points_by_range_m": { "bin_m": super::tally::RANGE_BIN_M, "counts": t.range_m },
         "classes": t.classes,
         "vehicles_drawn_again": t.redrawn,
@@ -300,6 +301,11 @@ fn readme(made: &Made<'_>, pictured: &[u64]) -> String {
         limits += &format!(
             "* Places of vehicles were drawn again {} times because two stood in one another, so near neighbours are rarer than the recipe's distributions say.\n",
             t.redrawn
+        );
+    }
+    for (why, n) in &t.trace_fallbacks {
+        limits += &format!(
+            "* Of {n} frames the device left the beams to the host, in f64: it met {why}. They are as accurate as the others.\n"
         );
     }
     let pictures: String =

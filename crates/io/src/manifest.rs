@@ -5,12 +5,13 @@ use catseye::adc::methods::Methods;
 use catseye::adc::synthesis::SynthesisStats;
 use catseye::base::error::{Error, Result};
 use catseye::dsp::doa_beamform::Grid;
-use catseye::engine::EngineReport;
+use catseye::engine::{EngineReport, Tracing};
 use catseye::formats::stage::MANIFEST;
 use catseye::scene::ImportReport;
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml::to_toml;
 use catseye::simulate::{Convergence, Frame, Stages};
+use catseye::trace::Echoes;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -96,6 +97,9 @@ pub struct FrameRecord {
     pub returns: usize,
     /// Statistics of the front end.
     pub front_end: FrontEndRecord,
+    /// Where the beams of the frame were followed. Runs made before December 2026 say nothing here; they had the host.
+    #[serde(default = "FrameTrace::host")]
+    pub trace: FrameTrace,
     /// Number of points.
     pub points: usize,
     /// Convergence of each object, where it was requested.
@@ -103,6 +107,58 @@ pub struct FrameRecord {
     pub convergence: Vec<Convergence>,
     /// Times of the stages; not part of the result's identity.
     pub seconds: Stages,
+}
+
+/// Where the beams of a frame were followed.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct FrameTrace {
+    /// The place.
+    pub on: Tracing,
+    /// Why the device left the frame to the host; None where it did not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fallback: Option<String>,
+}
+
+impl FrameTrace {
+    fn host() -> FrameTrace {
+        FrameTrace { on: Tracing::Host, fallback: None }
+    }
+
+    /// Where the beams of these echoes were followed.
+    pub fn of(echoes: &Echoes) -> FrameTrace {
+        let on = if echoes.on_device { Tracing::Device } else { Tracing::Host };
+        FrameTrace { on, fallback: echoes.fallback.map(String::from) }
+    }
+}
+
+/// Where the beams of all frames of a run were followed.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct RunTrace {
+    /// The place that the engine was told.
+    pub on: Tracing,
+    /// Number of frames that the device traced.
+    pub on_device: u64,
+    /// Number of frames that the host traced.
+    pub on_host: u64,
+    /// Number of frames that the device left to the host, by the reason.
+    pub fallbacks: BTreeMap<String, u64>,
+}
+
+impl RunTrace {
+    /// Counts the frames of a run.
+    pub fn of(on: Tracing, frames: &[FrameRecord]) -> RunTrace {
+        let mut counted = RunTrace { on, on_device: 0, on_host: 0, fallbacks: BTreeMap::new() };
+        for FrameTrace { on, fallback } in frames.iter().map(|f| &f.trace) {
+            match on {
+                Tracing::Device => counted.on_device += 1,
+                Tracing::Host => counted.on_host += 1,
+            }
+            if let Some(why) = fallback {
+                *counted.fallbacks.entry(why.clone()).or_default() += 1;
+            }
+        }
+        counted
+    }
 }
 
 /// Statistics of the front end for the echoes of a frame.
@@ -177,6 +233,7 @@ impl FrameRecord {
                 broken,
                 synthesis,
             },
+            trace: FrameTrace::of(&frame.echoes),
             points: frame.points.len(),
             convergence,
             seconds: frame.stages,
@@ -247,6 +304,9 @@ pub struct Manifest {
     pub catseye: &'static str,
     /// Engine that made it.
     pub engine: EngineReport,
+    /// Where the beams of its frames were followed; None where nothing was traced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trace: Option<RunTrace>,
     /// Seed of all draws.
     pub seed: u64,
     /// Text of the scenario file.

@@ -3,7 +3,7 @@
 
 use super::files::{Truth, frame_name, write_frame, write_masks, write_spectra};
 use super::follow;
-use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, keep_radars};
+use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, RunTrace, keep_radars};
 use catseye::base::control::Control;
 use catseye::base::error::{Error, Result};
 use catseye::engine::Engine;
@@ -196,6 +196,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     Manifest {
         catseye: env!("CARGO_PKG_VERSION"),
         engine: engine.report(),
+        trace: Some(RunTrace::of(engine.tracing(), &records)),
         seed: scenario.seed,
         scenario: options.source.clone(),
         scenario_name: scenario.name.clone(),

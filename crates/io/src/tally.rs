@@ -41,6 +41,9 @@ pub struct Tally {
     /// Greatest number of rows in a frame, by table.
     #[serde(default)]
     pub rows_a_frame_most: BTreeMap<String, u64>,
+    /// Number of frames, of each radar by itself, whose beams the host followed because the device refused, by the reason.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub trace_fallbacks: BTreeMap<String, u64>,
 }
 
 /// Counts of one class, "" for none.
@@ -72,6 +75,9 @@ impl Tally {
         for f in radars {
             t.echoes += f.echoes.list.len() as u64;
             t.points += f.points.len() as u64;
+            if let Some(why) = f.echoes.fallback {
+                *t.trace_fallbacks.entry(why.into()).or_default() += 1;
+            }
             for p in &f.points {
                 // In a cube without noise the ratio is infinite.
                 if p.snr_db.is_finite() {
@@ -123,6 +129,7 @@ impl Tally {
             *most = (*most).max(*rows);
         }
         maps(&mut self.splits, &o.splits);
+        maps(&mut self.trace_fallbacks, &o.trace_fallbacks);
         maps(&mut self.snr_db, &o.snr_db);
         maps(&mut self.range_m, &o.range_m);
         for (class, n) in &o.classes {
@@ -151,6 +158,7 @@ mod tests {
             t.classes.insert(class.into(), ClassTally { objects: 1, points, ghosts: 1, side_lobes: 2 });
             t.snr_db.insert(10, points);
             t.rows_a_frame_most.insert("points".into(), points);
+            t.trace_fallbacks.insert("a reason".into(), 1);
             t
         };
         let parts = [one(3, "car"), one(7, "marker"), one(5, "car")];
@@ -162,7 +170,7 @@ mod tests {
         let t = sum([0, 1, 2]);
         assert_eq!(t, sum([2, 0, 1]));
         assert_eq!((t.points, t.points_a_frame, t.snr_db[&10]), (15, Some([3, 7]), 15));
-        assert_eq!(t.rows_a_frame_most["points"], 7);
+        assert_eq!((t.rows_a_frame_most["points"], t.trace_fallbacks["a reason"]), (7, 3));
         assert_eq!(t.classes["car"], ClassTally { objects: 2, points: 8, ghosts: 2, side_lobes: 4 });
         let text = serde_json::to_string(&t).unwrap();
         assert_eq!(serde_json::from_str::<Tally>(&text).unwrap(), t);

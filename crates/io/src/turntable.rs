@@ -99,7 +99,7 @@ pub fn run(
                 .inverse(),
                 DVec3::ZERO,
             );
-            let returns = engine.echoes(&geometry, &short, &pose, DVec3::ZERO, &options);
+            let returns = engine.trace(&geometry, &short, &pose, DVec3::ZERO, &options)?;
             let frame = snapshots.len() as u32;
             let (cube, _) = engine.cube(&short, &returns, &[], table.seed, frame, Control::default())?;
             let found = engine.range_doppler(&short, &cube)?;

@@ -428,7 +428,7 @@ fn level(engine: &Engine, rows: &mut Rows) -> Result<()> {
     scene.add_object("post", "post", Shape::Point { rcs_dbsm: 10.0 }, at, DVec3::ZERO);
     let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
     let pose = Pose::IDENTITY;
-    let echoes = engine.echoes(&geometry, &radar, &pose, DVec3::ZERO, &TraceOptions::default());
+    let echoes = engine.trace(&geometry, &radar, &pose, DVec3::ZERO, &TraceOptions::default())?;
     let (cube, _) = engine.cube(&radar, &echoes, &[], 0, 0, Control::default())?;
     let mut maps = vec![engine.range_doppler(&radar, &cube)?];
     let cell = maps[0].map.at(radar.processing.doppler_fft / 2, 125);

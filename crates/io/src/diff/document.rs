@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use std::path::Path;
 
 /// Keys of manifests and reports that state what made a result, when and where, and not its content.
-const OF_THE_MAKING: [&str; 14] = [
+const OF_THE_MAKING: [&str; 15] = [
     "catseye",
     "checksums",
     "device",
@@ -23,6 +23,7 @@ const OF_THE_MAKING: [&str; 14] = [
     "scenario_name",
     "sources",
     "synthesis",
+    "trace",
 ];
 
 fn is_of_the_making(key: &str) -> bool {

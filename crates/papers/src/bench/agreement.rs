@@ -76,7 +76,7 @@ pub(super) fn compare(
     let geometry = frame.geometry(&sized)?;
     let all = |accuracy_db: f64| -> Result<Echoes> {
         let options = TraceOptions { accuracy_db, least: 0.0, merge: false, ..frame.options };
-        Ok(frame.echoes(engine, &geometry, &options, Budget::Nothing))
+        frame.echoes(engine, &geometry, &options, Budget::Nothing)
     };
     let noise_w = noise_w(&frame.radar);
     let error_db = synthesis_error_db(engine, &frame.radar, echoes)?;

@@ -39,7 +39,7 @@ impl Point {
             Ok(())
         })?;
         let (echoes, trace) =
-            once("trace", || Ok(frame.echoes(engine, &geometry, &frame.options, frame.budget)))?;
+            once("trace", || frame.echoes(engine, &geometry, &frame.options, frame.budget))?;
         let (_, synthesis) =
             once("synthesis", || engine.cube(&frame.radar, &echoes, &[], seed, 0, Control::default()))?;
         Ok(Point {

@@ -89,7 +89,7 @@ fn run(
     let site = dataset::drawn_scene(&recipe, 0)?;
     let frame = Frame::of(&site.scenario, site.scene)?;
     let geometry = frame.geometry(&*frame.refined(frame.options.accuracy_db)?)?;
-    let echoes = frame.echoes(engine, &geometry, &frame.options, frame.budget);
+    let echoes = frame.echoes(engine, &geometry, &frame.options, frame.budget)?;
     drop(geometry);
     agreement::compare(&frame, &echoes, &Limits { loops: 64 }, engine, &mut sheet)?;
     sheet.note("frames are written as folders and checksummed; the frame that gives the layout and those of the previews, whose \

@@ -96,15 +96,18 @@ impl Frame {
     }
 
     /// Traces the echoes of the frame.
+    ///
+    /// # Errors
+    /// Returns an error if the adapter fails.
     pub fn echoes(
         &self,
         engine: &Engine,
         geometry: &Geometry,
         options: &TraceOptions,
         budget: Budget,
-    ) -> Echoes {
-        let mut echoes = engine.echoes(geometry, &self.radar, &self.pose, self.ego_mps, options);
+    ) -> Result<Echoes> {
+        let mut echoes = engine.trace(geometry, &self.radar, &self.pose, self.ego_mps, options)?;
         trim(&self.radar, &mut echoes, budget);
-        echoes
+        Ok(echoes)
     }
 }

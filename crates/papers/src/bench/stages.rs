@@ -27,8 +27,7 @@ pub(super) fn run(
     // Faces are made once and kept with the geometry.
     sheet.stage("faces", || Ok(geometry.find_faces()))?;
     sheet.count("faces", geometry.faces().faces.len());
-    let echoes =
-        sheet.stage("trace", || Ok(frame.echoes(engine, &geometry, &frame.options, frame.budget)))?;
+    let echoes = sheet.stage("trace", || frame.echoes(engine, &geometry, &frame.options, frame.budget))?;
     let (cube, front_end) = sheet
         .stage("synthesis", || engine.cube(radar, &echoes, &[], settings.seed, 0, Control::default()))?;
     sheet.count("echoes", echoes.list.len());

@@ -43,7 +43,7 @@ struct Run {
 
 fn run(engine: &Engine, radar: &Radar, scene: &Scene, pose: &Pose<Sensor, World>, velocity: DVec3) -> Run {
     let geometry = Geometry::build(scene, 0.0, radar.carrier_hz).unwrap();
-    let echoes = engine.echoes(&geometry, radar, pose, velocity, &TraceOptions::default());
+    let echoes = engine.trace(&geometry, radar, pose, velocity, &TraceOptions::default()).unwrap();
     let (cube, front_end) = engine.cube(radar, &echoes, &[], 9, 2, Control::default()).unwrap();
     let found = engine.range_doppler(radar, &cube).unwrap();
     let mut points = locate::points(engine, radar, &mut [found], None).unwrap();

@@ -3,7 +3,7 @@
 use catseye::base::units::dbsm_from_amplitude;
 use catseye::engine::solver::Solver;
 use catseye::engine::sweep::{Accuracy, Sweep};
-use catseye::engine::{Engine, EngineReport, Precision};
+use catseye::engine::{Engine, EngineReport, Precision, Tracing};
 use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
@@ -157,6 +157,7 @@ fn another_solver_takes_the_place_of_an_engine() {
                 adapter: "constant".into(),
                 driver: String::new(),
                 driver_info: String::new(),
+                trace: Tracing::Host,
             }
         }
         fn scattering(

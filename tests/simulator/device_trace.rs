@@ -1,0 +1,229 @@
+//! Frames whose beams compute shaders follow, beside those that the host follows in f64, from the scene to the map.
+
+use catseye::adc::budget::trim;
+use catseye::base::control::Control;
+use catseye::base::convention::Convention;
+use catseye::base::frames::Pose;
+use catseye::dsp::RangeDoppler;
+use catseye::engine::{Engine, FrameInput, Precision, Tracing};
+use catseye::geom::Geometry;
+use catseye::gpu::compare::opened_for_tests;
+use catseye::road::reflector::Reflector;
+use catseye::road::site::Site;
+use catseye::road::w3;
+use catseye::scene::radar::Radar;
+use catseye::scene::{Scene, Shape, material, radar_toml, scenario};
+use catseye::simulate::thermal_floor::thermal_floor_w;
+use catseye::simulate::{Frame, Prepared, noise_budget};
+use catseye::trace::{Echo, Echoes, TraceOptions, strength};
+use glam::{DQuat, DVec3};
+use std::path::Path;
+
+/// Relative amplitude by which an echo may move: f32 decides, and places are worked out in f64 after it.
+const AMPLITUDE: f64 = 1e-4;
+
+fn device() -> Engine {
+    Engine::Gpu(Box::new(opened_for_tests()))
+}
+
+/// The frame of W3, traced and made by an engine.
+fn w3_frame(engine: &Engine) -> (Radar, Echoes, RangeDoppler<f64>) {
+    let mut radar = radar_toml::preset("front77").unwrap();
+    let at = DVec3::new(0.0, 0.0, w3::RADAR_HEIGHT_M);
+    radar.mounting = Pose::new(DQuat::IDENTITY, at);
+    radar.thermal_noise = false;
+    let scene = w3::w3(true, &material::by_name).unwrap();
+    let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz).unwrap();
+    let options = TraceOptions { bandwidth_hz: radar.bandwidth_hz(), ..Default::default() };
+    let (pose, velocity) = (Pose::new(DQuat::IDENTITY, at), DVec3::X * w3::EGO_SPEED_MPS);
+    let mut echoes = engine.trace(&geometry, &radar, &pose, velocity, &options).unwrap();
+    let mut noisy = radar.clone();
+    noisy.thermal_noise = true;
+    trim(&noisy, &mut echoes, noise_budget(&noisy));
+    let input =
+        FrameInput { radar: &radar, echoes: &echoes, interference: &[], seed: 1, frame: 0, wanted: false };
+    let map = engine.frame(&input, Control::default()).unwrap().maps.remove(0);
+    (noisy, echoes, map)
+}
+
+#[test]
+fn a_frame_of_w3_is_that_of_the_host() {
+    let engine = device();
+    assert_eq!((engine.tracing(), engine.report().trace), (Tracing::Device, Tracing::Device));
+    let before = engine.device_counts().unwrap();
+    let (radar, echoes, got) = w3_frame(&engine);
+    let counts = engine.device_counts().unwrap().since(&before);
+    let (_, truth, want) = w3_frame(&Engine::Cpu(Precision::F64));
+    assert!(echoes.on_device && echoes.fallback.is_none() && !truth.on_device, "{:?}", echoes.fallback);
+    let noise_w = thermal_floor_w(&radar).unwrap();
+    let (mut worst_db, mut moved, mut all, mut above) = (0f64, 0.0, 0.0, 0);
+    for (a, b) in got.map.data.iter().zip(&want.map.data) {
+        moved += (a - b).powi(2);
+        all += b * b;
+        if *b > noise_w {
+            above += 1;
+            worst_db = worst_db.max((10.0 * (a / b).log10()).abs());
+        }
+    }
+    let l2 = (moved / all).sqrt();
+    println!(
+        "W3: {} and {} echoes, {above} cells above the noise, worst {worst_db:.2e} dB, map L2 {l2:.2e}; {} submissions",
+        echoes.list.len(),
+        truth.list.len(),
+        counts.submits
+    );
+    assert!(above > 100 && worst_db < 0.1 && l2 < 1e-3, "{above} {worst_db} {l2}");
+    // Tracing is more than the one submission that makes the rest of the frame.
+    assert!(counts.submits > 1, "{counts:?}");
+    // The same bytes twice.
+    let (_, again, map) = w3_frame(&device());
+    assert!(again == echoes && map == got);
+}
+
+/// A corner under a radar whose depth is open.
+const OPEN: &str = "name = \"corner\"\nseed = 3\nradar = \"recipes/small_radar.toml\"\n\
+                    [[object]]\nname = \"corner\"\nreflector = \"trihedral:leg_m=0.3\"\nposition_m = [12, 1, 0.6]\nyaw_deg = 180\n\
+                    [ego]\nspeed_mps = 5\n[frames]\ncount = 3\ninterval_s = 0.1\n";
+
+fn site(text: &str) -> Site {
+    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/s.toml");
+    Site::new(&scenario::parse(&place, text).unwrap()).unwrap()
+}
+
+fn frames(engine: &Engine, site: &Site, count: u32) -> Vec<Frame> {
+    let prepared = Prepared::new(&site.scenario, &site.scene).unwrap();
+    let wanted: Vec<(usize, u32)> = (0..count).map(|index| (0, index)).collect();
+    let mut made: Vec<Frame> = Vec::new();
+    while made.len() < wanted.len() {
+        let some = prepared.frames(engine, &wanted[made.len()..], Control::default());
+        made.extend(some.into_iter().map(Result::unwrap));
+    }
+    made
+}
+
+/// The strongest echoes of two frames in the order of their paths.
+fn strongest(echoes: &Echoes, least: f64) -> Vec<&Echo> {
+    let most = echoes.list.iter().map(strength).fold(0.0, f64::max);
+    let mut list: Vec<&Echo> = echoes.list.iter().filter(|e| strength(e) > least * most).collect();
+    list.sort_by(|a, b| a.path_length_m.total_cmp(&b.path_length_m));
+    list
+}
+
+/// Where a scenario leaves the depth open, the device is asked what one bounce more brings, as the host is, and goes as deep.
+#[test]
+fn the_depth_that_is_open_is_found_on_the_device() {
+    let site = site(OPEN);
+    assert!(site.scenario.trace.most_bounces > site.scenario.trace.bounces);
+    let (got, want) = (frames(&device(), &site, 3), frames(&Engine::Cpu(Precision::F64), &site, 3));
+    for (a, b) in got.iter().zip(&want) {
+        let (g, w) = (&a.echoes, &b.echoes);
+        assert!(g.on_device && g.fallback.is_none(), "{:?}", g.fallback);
+        assert_eq!(g.bounces, w.bounces);
+        let off = (g.power_w - w.power_w).abs() / w.power_w;
+        println!("frame {}: {} bounces, power off by {off:.1e}", a.index, g.bounces);
+        assert!(w.power_w > 0.0 && off < AMPLITUDE, "{off}");
+        assert!(!a.points.is_empty() && a.points.len() == b.points.len());
+    }
+    // Made together they are as they are made singly, and again.
+    let prepared = Prepared::new(&site.scenario, &site.scene).unwrap();
+    let engine = device();
+    for a in &got {
+        let b = prepared.frame(&engine, 0, a.index, Control::default()).unwrap();
+        assert!(a.echoes == b.echoes && a.maps == b.maps && a.points == b.points);
+    }
+    // From one bounce on as deep as a corner has to be followed.
+    let (radar, geometry) = corner();
+    let options = TraceOptions { bounces: 1, most_bounces: 6, least_cut: Some(0.0), ..Default::default() };
+    let of = |e: &Engine| e.trace(&geometry, &radar, &Pose::IDENTITY, DVec3::ZERO, &options).unwrap();
+    let (g, w) = (of(&engine), of(&Engine::Cpu(Precision::F64)));
+    assert!(g.on_device && g.bounces == w.bounces && w.bounces >= 3, "{} {}", g.bounces, w.bounces);
+    assert!((g.power_w - w.power_w).abs() < AMPLITUDE * w.power_w);
+}
+
+/// A corner 20 m ahead.
+fn corner() -> (Radar, Geometry) {
+    let radar = radar_toml::preset("front77").unwrap();
+    let mut scene = Scene::default();
+    let pose = Pose::from_yaw_pitch_roll(DVec3::X * 20.0, std::f64::consts::PI, 0.62, 0.0);
+    let body = Reflector::parse("trihedral:leg_m=0.1").unwrap();
+    body.add_to(&mut scene, &material::by_name, ("corner", ""), pose, DVec3::ZERO).unwrap();
+    let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz).unwrap();
+    (radar, geometry)
+}
+
+/// Within a thousandth of the smallest binding that WebGPU promises, the device traces or says why it does not.
+#[test]
+fn small_bindings_are_worked_within_or_said() {
+    let site = site(&OPEN.replace(
+        "[[object]]",
+        "[scene]\nroad = \"road/road_model_straight.toml\"\n[trace]\nfacets = 0\nbounces = 2\n[[object]]",
+    ));
+    let small = Engine::Gpu(Box::new(opened_for_tests().with_binding_limit(128 << 10)));
+    let prepared = Prepared::new(&site.scenario, &site.scene).unwrap();
+    let got = prepared.echoes(&small, 0, 0).unwrap().echoes;
+    let want = prepared.echoes(&Engine::Cpu(Precision::F64), 0, 0).unwrap().echoes;
+    println!("{} and {} echoes; fallback {:?}", got.list.len(), want.list.len(), got.fallback);
+    assert_eq!(got.on_device, got.fallback.is_none());
+    match got.fallback {
+        Some(why) => {
+            // The host's own, to the bit.
+            assert!(why.contains("binding") && got.list == want.list, "{why}");
+        }
+        None => assert!((got.power_w - want.power_w).abs() < AMPLITUDE * want.power_w),
+    }
+}
+
+/// What the device has no way for takes the host without a word of refusal: it is known before.
+#[test]
+fn what_only_the_host_knows_takes_the_host() {
+    let (radar, geometry) = corner();
+    let engine = device();
+    let of = |engine: &Engine, options: &TraceOptions| {
+        engine.trace(&geometry, &radar, &Pose::IDENTITY, DVec3::ZERO, options).unwrap()
+    };
+    for options in [
+        TraceOptions { convention: Convention::Last, ..Default::default() },
+        TraceOptions { f32_decisions: true, ..Default::default() },
+    ] {
+        let (got, want) = (of(&engine, &options), of(&Engine::Cpu(Precision::F64), &options));
+        assert!(!got.on_device && got.fallback.is_none() && got == want && !got.list.is_empty());
+    }
+    // The corner itself.
+    let (got, want) =
+        (of(&engine, &TraceOptions::default()), of(&Engine::Cpu(Precision::F64), &TraceOptions::default()));
+    assert!(got.on_device && got.list.len() == want.list.len(), "{} {}", got.list.len(), want.list.len());
+    for (a, b) in strongest(&got, 1e-3).iter().zip(strongest(&want, 1e-3)) {
+        assert!((strength(a) - strength(b)).abs() < AMPLITUDE * strength(b));
+        assert!((a.path_length_m - b.path_length_m).abs() < 1e-6 && a.chain == b.chain);
+    }
+    // The host where it is asked for.
+    let host = device().with_tracing(Tracing::Host).unwrap();
+    assert_eq!((host.tracing(), host.report().trace), (Tracing::Host, Tracing::Host));
+    let got = of(&host, &TraceOptions::default());
+    assert!(got == want && !got.on_device);
+    let e = Engine::Cpu(Precision::F32).with_tracing(Tracing::Device).err().unwrap();
+    assert!(e.exit_code() == 2 && e.to_string().contains("trace = device"), "{e}");
+}
+
+#[test]
+fn nothing_to_trace_is_traced() {
+    let radar = radar_toml::preset("front77").unwrap();
+    let engine = device();
+    let options = TraceOptions::default();
+    // A scene has a face or a point: here a point alone.
+    let mut scene = Scene::default();
+    let pose = Pose::from_yaw_pitch_roll(DVec3::X * 30.0, 0.0, 0.0, 0.0);
+    scene.add_object("post", "post", Shape::Point { rcs_dbsm: 3.0 }, pose, DVec3::ZERO);
+    let empty = Geometry::build(&scene, 0.0, radar.carrier_hz).unwrap();
+    let all = engine.trace(&empty, &radar, &Pose::IDENTITY, DVec3::ZERO, &options).unwrap();
+    let host = engine.echoes(&empty, &radar, &Pose::IDENTITY, DVec3::ZERO, &options);
+    assert!(all.list.len() == 1 && all.on_device && all.beyond_reach == 0 && all.list == host.list);
+    // Ten kilometres away, where no receiver hears.
+    let mut scene = Scene::default();
+    let pose = Pose::from_yaw_pitch_roll(DVec3::X * 1e4, std::f64::consts::PI, 0.0, 0.0);
+    let body = Reflector::parse("plate:width_m=1,height_m=1").unwrap();
+    body.add_to(&mut scene, &material::by_name, ("plate", ""), pose, DVec3::ZERO).unwrap();
+    let far = Geometry::build(&scene, 0.0, radar.carrier_hz).unwrap();
+    let all = engine.trace(&far, &radar, &Pose::IDENTITY, DVec3::ZERO, &options).unwrap();
+    assert!(all.list.is_empty() && all.on_device && all.beyond_reach > 0, "{}", all.beyond_reach);
+}
