@@ -296,7 +296,10 @@ impl Engine {
         while made.len() < inputs.len() && !matches!(made.last(), Some(Err(_))) {
             let left = &inputs[made.len()..];
             let many = match self {
-                Engine::Gpu(gpu) if left.len() > 1 => self.together(gpu, left, cells, control),
+                // Where the usual room did not do, a frame alone would find that out once more.
+                Engine::Gpu(gpu) if left.len() > 1 || cells > CELLS => {
+                    self.together(gpu, left, cells, control)
+                }
                 _ => Vec::new(),
             };
             match many.is_empty() {
