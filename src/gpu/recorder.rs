@@ -188,6 +188,12 @@ enum Command {
     },
 }
 
+/// Memory that a recorder has taken, and the buffer that had it last.
+struct Taken {
+    memory: Arc<Memory>,
+    last: Weak<Raw>,
+}
+
 /// The commands of one submission, in order. Later commands see what earlier ones wrote.
 pub struct Recorder<'a> {
     gpu: &'a Gpu,
@@ -195,8 +201,8 @@ pub struct Recorder<'a> {
     id: u64,
     /// Buffers of new memory, with what they begin with: before all commands.
     fills: Vec<(Raw, Fill)>,
-    /// Memory that was taken for it, by size class, each with the buffer that has it last.
-    taken: BTreeMap<u64, Vec<(Weak<Raw>, Arc<Memory>)>>,
+    /// Memory that was taken for it, by size class.
+    taken: BTreeMap<u64, Vec<Taken>>,
     commands: Vec<Command>,
     uniforms: Vec<u8>,
     reads: usize,
@@ -311,11 +317,10 @@ impl<'a> Recorder<'a> {
         let is_unspecified = matches!(fill, Fill::Unspecified);
         if is_unspecified || bytes >= SMALL_FILL_BYTES {
             let class = self.taken.get_mut(&size_class(bytes, self.gpu.limits.max_buffer_size));
-            let dead =
-                class.and_then(|class| class.iter_mut().find(|(buffer, _)| buffer.strong_count() == 0));
-            if let Some((buffer, memory)) = dead {
-                let raw = Arc::new(Raw { memory: memory.clone(), bytes, label });
-                *buffer = Arc::downgrade(&raw);
+            let dead = class.and_then(|class| class.iter_mut().find(|t| t.last.strong_count() == 0));
+            if let Some(taken) = dead {
+                let raw = Arc::new(Raw { memory: taken.memory.clone(), bytes, label });
+                taken.last = Arc::downgrade(&raw);
                 if !is_unspecified {
                     self.commands.push(Command::Fill { to: Raw::clone(&raw), fill });
                 }
@@ -329,7 +334,7 @@ impl<'a> Recorder<'a> {
         let memory = Arc::new(Memory { kept: Some(kept), arena: self.gpu.arena.clone() });
         let raw = Arc::new(Raw { memory: memory.clone(), bytes, label });
         self.fills.push((Raw::clone(&raw), fill));
-        self.taken.entry(size).or_default().push((Arc::downgrade(&raw), memory));
+        self.taken.entry(size).or_default().push(Taken { memory, last: Arc::downgrade(&raw) });
         Ok(raw)
     }
 
