@@ -7,7 +7,7 @@ use crate::{engine, work};
 use catseye::base::error::BadInput;
 use catseye_cli::draw_frame;
 use catseye_io::dataset::{DATASET, DatasetFile};
-use catseye_io::produce::{self, produce_in_batches};
+use catseye_io::produce::{self, produce};
 use catseye_io::recipe::{Recipe, SPLITS};
 use catseye_io::store::{Array, Column, Data, DatasetLayout, Table};
 use catseye_io::verify as checks;
@@ -61,6 +61,7 @@ pub fn dataset(
     let report = run_to(py, progress, Afterwards::Awaited, move |watch| {
         let options = produce::Options {
             jobs,
+            batch,
             shards: shards.map(|(a, b)| a..b),
             mixed_devices,
             force,
@@ -73,7 +74,7 @@ pub fn dataset(
             },
             pictures: &draw_frame,
         };
-        produce_in_batches(&engine, &recipe, &out, &options, batch)
+        produce(&engine, &recipe, &out, &options)
     })?;
     plain(py, &report)
 }

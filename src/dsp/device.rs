@@ -67,7 +67,7 @@ pub fn noise(
 }
 
 /// Room for this many detected cells; a frame with more costs a second, small submission.
-pub(super) const CELLS: usize = 4096;
+pub const CELLS: usize = 4096;
 
 /// Processes a cube to detected cells in one submission: the twin of the cpu engine's `process`.
 ///
@@ -90,12 +90,12 @@ pub fn process_by(
 ) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
     let mut recorder = gpu.recorder("processing");
     let spectrum = spectrum::record(&mut recorder, gpu, cube, transform)?;
-    let recorded = Recorded::new(&mut recorder, gpu, spectrum, cfar)?;
+    let recorded = Recorded::new(&mut recorder, gpu, spectrum, cfar, CELLS)?;
     recorded.take(gpu, &mut recorder.submit()?)
 }
 
 /// Records [`process`] for a cube that earlier commands of the recorder leave on the device. When the recorder has been submitted,
-/// [`Recorded::take`] or, of many frames, [`take_all`] gives the results.
+/// [`Recorded::take`] gives the results.
 ///
 /// # Errors
 /// Returns an error for a map or cube that does not fit the settings, or if the adapter fails.
@@ -107,16 +107,30 @@ pub fn record<'a>(
     cfar: &'a Cfar,
 ) -> Result<Recorded<'a>> {
     let spectrum = spectrum::record_device(recorder, gpu, cube, transform)?;
-    Recorded::new(recorder, gpu, spectrum, cfar)
+    Recorded::new(recorder, gpu, spectrum, cfar, CELLS)
+}
+
+/// Records as [`record`], with room for `cells` detected cells, and gives up what the frame has on the device: its memory serves later
+/// commands of the recorder.
+///
+/// # Errors
+/// Returns the errors of [`record`].
+pub fn record_with_room(
+    recorder: &mut Recorder<'_>,
+    gpu: &Gpu,
+    cube: &DeviceCube,
+    transform: &Transform,
+    cfar: &Cfar,
+    cells: usize,
+) -> Result<PendingFrame> {
+    let spectrum = spectrum::record_device(recorder, gpu, cube, transform)?;
+    Ok(Recorded::new(recorder, gpu, spectrum, cfar, cells)?.pending)
 }
 
 /// A frame's processing, recorded and not yet submitted.
 pub struct Recorded<'a> {
     found: DetectionRun<'a>,
-    cells: PendingCells,
-    map: Pending<f32>,
-    mask: Pending<u32>,
-    limit: usize,
+    pending: PendingFrame,
 }
 
 impl<'a> Recorded<'a> {
@@ -125,16 +139,18 @@ impl<'a> Recorded<'a> {
         gpu: &Gpu,
         spectrum: DeviceSpectrum,
         cfar: &'a Cfar,
+        cells: usize,
     ) -> Result<Recorded<'a>> {
         let size = [spectrum.doppler_bins, spectrum.range_bins];
-        let columns = cfar::columns(cfar, spectrum.channels, size[0], size[1])?;
+        let channels = spectrum.channels;
+        let columns = cfar::columns(cfar, channels, size[0], size[1])?;
         let map = power::record(recorder, &spectrum);
         let mask = cfar::record(recorder, &map, size, cfar, &columns)?;
-        let limit = (gpu.max_binding_bytes() as usize / (8 * spectrum.channels)).max(1);
-        let found = DetectionRun { cfar, columns, spectrum, map, mask };
-        let cells = found.record(recorder, CELLS.min(limit));
+        let limit = (gpu.max_binding_bytes() as usize / (8 * channels)).max(1);
+        let found = DetectionRun { cfar, columns: columns.clone(), spectrum, map, mask };
+        let cells = found.record(recorder, cells.min(limit));
         let (map, mask) = (recorder.read(&found.map), recorder.read(&found.mask));
-        Ok(Recorded { found, cells, map, mask, limit })
+        Ok(Recorded { found, pending: PendingFrame { columns, size, channels, cells, map, mask, limit } })
     }
 
     /// Takes the results from the submission of the recorder. More cells than there was room for take a second, small submission.
@@ -142,59 +158,73 @@ impl<'a> Recorded<'a> {
     /// # Errors
     /// Returns an error for samples that are not finite, or if the adapter fails.
     pub fn take(self, gpu: &Gpu, done: &mut Done) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
-        self.read_back(done)?.complete(gpu)
+        let Recorded { found, pending } = self;
+        let mut frame = pending.read_back(done)?;
+        if frame.is_short() {
+            let mut recorder = gpu.recorder("detected cells");
+            let pending = found.record(&mut recorder, frame.count());
+            frame.cells = pending.take(&mut recorder.submit()?);
+        }
+        Ok((found.spectrum, frame.complete()))
+    }
+}
+
+/// What comes back of a frame's processing, recorded and not yet submitted.
+pub struct PendingFrame {
+    columns: Vec<cfar_window::Column>,
+    /// Rows and columns of the map.
+    size: [usize; 2],
+    channels: usize,
+    cells: PendingCells,
+    map: Pending<f32>,
+    mask: Pending<u32>,
+    /// Most cells whose channels fit a buffer of the adapter.
+    limit: usize,
+}
+
+/// What [`PendingFrame::take`] finds.
+pub enum TakenFrame {
+    /// The frame's map and cells.
+    Whole(Box<RangeDoppler<f32>>),
+    /// More cells than there was room for: their number, with which the frame has to be recorded again.
+    Crowded(usize),
+}
+
+impl PendingFrame {
+    /// Takes the results from the submission of the recorder.
+    ///
+    /// # Errors
+    /// Returns an error for samples that are not finite, or for more cells than the adapter can hold.
+    pub fn take(self, done: &mut Done) -> Result<TakenFrame> {
+        let frame = self.read_back(done)?;
+        Ok(match frame.is_short() {
+            true => TakenFrame::Crowded(frame.count()),
+            false => TakenFrame::Whole(Box::new(frame.complete())),
+        })
     }
 
-    fn read_back(self, done: &mut Done) -> Result<DetectedFrame<'a>> {
-        let Recorded { found, cells, map, mask, limit } = self;
-        let size = [found.spectrum.doppler_bins, found.spectrum.range_bins];
+    fn read_back(self, done: &mut Done) -> Result<DetectedFrame> {
+        let PendingFrame { columns, size, channels, cells, map, mask, limit } = self;
         let map = PowerMap { doppler_bins: size[0], range_bins: size[1], data: done.take(map) };
         cfar::check_map(&map)?;
         let (cells, mask) = (cells.take(done), done.take(mask));
         match cells.list[0] as usize {
             count if count > limit.max(cells.list.len() - 1) => Err(too_many(count, limit)),
-            _ => Ok(DetectedFrame { found, map, mask, cells }),
+            _ => Ok(DetectedFrame { columns, channels, map, mask, cells }),
         }
     }
-}
-
-/// Takes the results of frames that were recorded for one submission, in their order. Those with more cells than there was room for
-/// take one further, small submission together.
-///
-/// # Errors
-/// Each frame has the errors of [`Recorded::take`] for itself.
-pub fn take_all(
-    gpu: &Gpu,
-    frames: Vec<Recorded<'_>>,
-    done: &mut Done,
-) -> Vec<Result<(DeviceSpectrum, RangeDoppler<f32>)>> {
-    let mut frames: Vec<Result<DetectedFrame<'_>>> =
-        frames.into_iter().map(|frame| frame.read_back(done)).collect();
-    let mut short: Vec<&mut DetectedFrame<'_>> =
-        frames.iter_mut().flatten().filter(|frame| frame.is_short()).collect();
-    if short.len() > 1 {
-        let mut recorder = gpu.recorder("detected cells");
-        let pending: Vec<PendingCells> =
-            short.iter().map(|frame| frame.found.record(&mut recorder, frame.count())).collect();
-        // Where this fails, each frame tries for itself and has the error that is its own.
-        if let Ok(mut done) = recorder.submit() {
-            for (frame, pending) in short.iter_mut().zip(pending) {
-                frame.cells = pending.take(&mut done);
-            }
-        }
-    }
-    frames.into_iter().map(|frame| frame?.complete(gpu)).collect()
 }
 
 /// What came back of a frame.
-struct DetectedFrame<'a> {
-    found: DetectionRun<'a>,
+struct DetectedFrame {
+    columns: Vec<cfar_window::Column>,
+    channels: usize,
     map: PowerMap<f32>,
     mask: Vec<u32>,
     cells: ListedCells,
 }
 
-impl DetectedFrame<'_> {
+impl DetectedFrame {
     /// Number of cells that the detector found.
     fn count(&self) -> usize {
         self.cells.list[0] as usize
@@ -205,16 +235,11 @@ impl DetectedFrame<'_> {
         self.count() > self.cells.list.len() - 1
     }
 
-    fn complete(mut self, gpu: &Gpu) -> Result<(DeviceSpectrum, RangeDoppler<f32>)> {
-        if self.is_short() {
-            let mut recorder = gpu.recorder("detected cells");
-            let pending = self.found.record(&mut recorder, self.count());
-            self.cells = pending.take(&mut recorder.submit()?);
-        }
-        let DetectedFrame { found, map, mask, cells } = self;
-        let detection = detection(mask, &found.columns);
-        let (cells, noise, snapshots) = cells.sorted(&map, found.spectrum.channels);
-        Ok((found.spectrum, RangeDoppler { map, detection, cells, noise, snapshots }))
+    fn complete(self) -> RangeDoppler<f32> {
+        let DetectedFrame { columns, channels, map, mask, cells } = self;
+        let detection = detection(mask, &columns);
+        let (cells, noise, snapshots) = cells.sorted(&map, channels);
+        RangeDoppler { map, detection, cells, noise, snapshots }
     }
 }
 

@@ -13,6 +13,7 @@ use crate::adc::synthesis::{Plan, SynthesisStats};
 use crate::adc::{Cube, DeviceCube};
 use crate::base::control::Control;
 use crate::base::error::{Error, Result};
+use crate::dsp::device::{CELLS, PendingFrame, TakenFrame};
 use crate::dsp::doa_beamform::{BeamCells, Beamformer};
 use crate::dsp::doa_spectrum::{Forms, Steering};
 use crate::dsp::stream::Source;
@@ -21,7 +22,7 @@ use crate::dsp::zero_doppler::AtRest;
 use crate::dsp::{self, RangeDoppler, Snapshots};
 use crate::gpu::{Gpu, Pending, Recorder};
 use crate::scene::front_end::FrontEndSettings;
-use crate::scene::radar::Radar;
+use crate::scene::radar::{Cfar, Radar};
 use crate::scene::waveform::Multiplex;
 use crate::trace::Echoes;
 use num_complex::{Complex32, Complex64};
@@ -94,21 +95,22 @@ pub struct FrameInput<'a> {
     pub wanted: bool,
 }
 
-/// A frame that was recorded and not yet submitted.
-struct RecordedFrame<'a> {
-    /// The cube and what its samples are read back with, where they are wanted.
+/// A frame that was recorded and not yet submitted, with what finds its cells.
+struct RecordedFrame<F> {
+    /// The cube's shape and what its samples are read back with, where they are wanted.
     cube: Option<(DeviceCube, Vec<Pending<[f32; 2]>>)>,
-    found: dsp::device::Recorded<'a>,
+    found: F,
     front_end: SynthesisStats,
 }
 
-/// Records a frame from echoes to detected cells.
-fn recorded<'a>(
+/// Records a frame from echoes to detected cells, which `find` records.
+fn recorded<'a, F>(
     gpu: &Gpu,
     recorder: &mut Recorder<'_>,
     input: &FrameInput<'a>,
     plan: &Plan<'_>,
-) -> Result<RecordedFrame<'a>> {
+    find: impl FnOnce(&mut Recorder<'_>, &DeviceCube, &Transform, &'a Cfar) -> Result<F>,
+) -> Result<RecordedFrame<F>> {
     let radar = input.radar;
     let (device, front_end) = recorded_cube(gpu, recorder, radar, plan, (input.seed, input.frame))?;
     let pending = input.wanted.then(|| device.read(recorder));
@@ -116,8 +118,10 @@ fn recorded<'a>(
         dsp::zero_doppler::record(recorder, &device, &AtRest::of(radar));
     }
     let transform = Transform::of_shape([device.chirps, device.channels, device.samples], radar)?;
-    let found = dsp::device::record(recorder, gpu, &device, &transform, &radar.processing.cfar)?;
-    Ok(RecordedFrame { cube: pending.map(|pending| (device, pending)), found, front_end })
+    let found = find(recorder, &device, &transform, &radar.processing.cfar)?;
+    // The memory of the samples serves the next frame.
+    let shape = DeviceCube { pieces: Vec::new(), ..device };
+    Ok(RecordedFrame { cube: pending.map(|pending| (shape, pending)), found, front_end })
 }
 
 /// Records synthesis, noise and conversion of a plan's cube.
@@ -200,7 +204,9 @@ impl Engine {
         {
             let start = Instant::now();
             let mut recorder = gpu.recorder("frame");
-            let recorded = recorded(gpu, &mut recorder, input, &plan)?;
+            let recorded = recorded(gpu, &mut recorder, input, &plan, |r, cube, transform, cfar| {
+                dsp::device::record(r, gpu, cube, transform, cfar)
+            })?;
             let mut done = recorder.submit()?;
             let RecordedFrame { cube, found, front_end } = recorded;
             let cube = cube.map(|(device, pending)| AnyCube::F32(device.take(&mut done, pending)));
@@ -223,11 +229,24 @@ impl Engine {
     /// # Errors
     /// The last frame may have an error of [`Engine::frame`].
     pub fn frames(&self, inputs: &[FrameInput<'_>], control: Control<'_>) -> Vec<Result<MadeFrame>> {
+        self.frames_with_room(inputs, CELLS, control)
+    }
+
+    /// [`Engine::frames`] with room for so many detected cells, beyond which a frame is recorded twice.
+    fn frames_with_room(
+        &self,
+        inputs: &[FrameInput<'_>],
+        cells: usize,
+        control: Control<'_>,
+    ) -> Vec<Result<MadeFrame>> {
         let mut made: Vec<Result<MadeFrame>> = Vec::with_capacity(inputs.len());
         while made.len() < inputs.len() && !matches!(made.last(), Some(Err(_))) {
             let left = &inputs[made.len()..];
             let many = match self {
-                Engine::Gpu(gpu) if left.len() > 1 => self.together(gpu, left, control),
+                // Where the usual room did not do, a frame alone would find that out once more.
+                Engine::Gpu(gpu) if left.len() > 1 || cells > CELLS => {
+                    self.together(gpu, left, cells, control)
+                }
                 _ => Vec::new(),
             };
             match many.is_empty() {
@@ -243,11 +262,17 @@ impl Engine {
 
     /// Frames from the front of `inputs` in one submission, or one after another where that fails. Empty where the first of them has to be
     /// made singly: because its radar is not of the usual kind, or because it failed, so that its error is found again.
-    fn together(&self, gpu: &Gpu, inputs: &[FrameInput<'_>], control: Control<'_>) -> Vec<Result<MadeFrame>> {
+    fn together(
+        &self,
+        gpu: &Gpu,
+        inputs: &[FrameInput<'_>],
+        cells: usize,
+        control: Control<'_>,
+    ) -> Vec<Result<MadeFrame>> {
         let start = Instant::now();
         let most = self.batch_bytes();
         let mut recorder = gpu.recorder("frames");
-        let mut frames: Vec<RecordedFrame<'_>> = Vec::new();
+        let mut frames: Vec<RecordedFrame<PendingFrame>> = Vec::new();
         let mut largest = 0;
         for input in inputs {
             let before = recorder.bytes();
@@ -256,7 +281,10 @@ impl Engine {
                 break;
             }
             let Ok(Some(plan)) = self.plan_on_device(input) else { break };
-            let Ok(frame) = recorded(gpu, &mut recorder, input, &plan) else { break };
+            let frame = recorded(gpu, &mut recorder, input, &plan, |r, cube, transform, cfar| {
+                dsp::device::record_with_room(r, gpu, cube, transform, cfar, cells)
+            });
+            let Ok(frame) = frame else { break };
             frames.push(frame);
             largest = largest.max(recorder.bytes() - before);
         }
@@ -274,19 +302,33 @@ impl Engine {
             }
             return made;
         };
-        let mut rest = Vec::with_capacity(frames.len());
-        let mut found = Vec::with_capacity(frames.len());
-        for frame in frames {
-            let cube = frame.cube.map(|(device, pending)| AnyCube::F32(device.take(&mut done, pending)));
-            rest.push((cube, frame.front_end));
-            found.push(frame.found);
+        // None where there were more cells than room, with their number in `crowded`.
+        let mut made: Vec<Option<Result<MadeFrame>>> = Vec::with_capacity(frames.len());
+        let mut crowded: Vec<(usize, usize)> = Vec::new();
+        let a_frame_s = start.elapsed().as_secs_f64() / frames.len() as f64;
+        for (i, RecordedFrame { cube, found, front_end }) in frames.into_iter().enumerate() {
+            let cube = cube.map(|(shape, pending)| AnyCube::F32(shape.take(&mut done, pending)));
+            made.push(match found.take(&mut done) {
+                Ok(TakenFrame::Whole(found)) => {
+                    let maps = vec![found.widened()];
+                    Some(Ok(MadeFrame { cube, front_end, maps, seconds: [a_frame_s, 0.0] }))
+                }
+                Ok(TakenFrame::Crowded(count)) => {
+                    crowded.push((i, count));
+                    None
+                }
+                Err(e) => Some(Err(e)),
+            });
         }
-        let found = dsp::device::take_all(gpu, found, &mut done);
-        let seconds = [start.elapsed().as_secs_f64() / rest.len() as f64, 0.0];
-        let frame = |(found, (cube, front_end)): (Result<(_, RangeDoppler<f32>)>, _)| {
-            Ok(MadeFrame { cube, front_end, maps: vec![found?.1.widened()], seconds })
-        };
-        found.into_iter().zip(rest).map(frame).collect()
+        drop(done);
+        if let Some(most) = crowded.iter().map(|(_, count)| *count).max() {
+            let again: Vec<FrameInput<'_>> = crowded.iter().map(|(i, _)| inputs[*i]).collect();
+            for ((i, _), one) in crowded.into_iter().zip(self.frames_with_room(&again, most, control)) {
+                made[i] = Some(one);
+            }
+        }
+        // What is missing now stands behind a frame that failed.
+        made.into_iter().map_while(|one| one).collect()
     }
 
     /// [`Engine::range_doppler`] of each ramp.

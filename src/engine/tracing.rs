@@ -54,8 +54,8 @@ impl Engine {
     /// Echoes of a frame at the radar's pose, moving with `velocity_mps` (world), with its beams followed where [`Engine::tracing`] says.
     /// What lies so far that `radar` cannot hear it is left out.
     ///
-    /// The device has no way for [`Convention::Last`], and `TraceOptions::f32_decisions` is a mode of the host: these take the host.
-    /// What else the device refuses takes the host too, and [`Echoes::fallback`] says why.
+    /// The device has no way for [`Convention::Last`], which takes the host. What else the device refuses takes the host too, and
+    /// [`Echoes::fallback`] says why.
     ///
     /// # Errors
     /// Returns an error if the adapter fails.
@@ -67,7 +67,7 @@ impl Engine {
         velocity_mps: DVec3,
         options: &TraceOptions,
     ) -> Result<Echoes> {
-        let able = options.convention != Convention::Last && !options.f32_decisions;
+        let able = options.convention != Convention::Last;
         let gpu = match self {
             Engine::Gpu(gpu) if able && self.tracing() == Tracing::Device => &**gpu,
             _ => return Ok(self.echoes(geometry, radar, pose, velocity_mps, options)),

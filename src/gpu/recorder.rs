@@ -1,5 +1,9 @@
 //! Commands as data, and the one place that runs them. A recorder that has met an error ignores
 //! further commands; `submit` returns the first error.
+//!
+//! Commands run in their order, so a buffer that nobody holds any more while commands are still recorded is dead after those there
+//! are: its memory serves the next buffer of its size class. The temporaries of many frames of one submission thus take the memory
+//! of one frame's.
 
 use super::arena::{Arena, Counters, GroupKey, KeptBuffer, size_class};
 use super::context::Gpu;
@@ -7,10 +11,11 @@ use super::kernel::Kernel;
 use super::profile::{KernelUse, Timing};
 use crate::base::error::{Error, Result};
 use bytemuck::Pod;
+use std::collections::BTreeMap;
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, Weak};
 use std::time::Instant;
 
 /// What a poisoned buffer holds before anything is written: a NaN with a recognisable payload.
@@ -19,6 +24,10 @@ pub const POISON: u32 = 0x7FC0_DEAD;
 /// Bytes behind an empty buffer, since wgpu binds none of size zero: room for one element of any
 /// struct. Kernels take their counts from their uniform and never from `arrayLength`.
 const EMPTY_BYTES: u64 = 256;
+
+/// Contents below so many bytes are copied before all commands, into memory that is theirs: a copy between kernels parts the pass in
+/// which they run.
+const SMALL_FILL_BYTES: u64 = 1 << 20;
 
 /// A buffer of `len` values of `T` on the device. Cloning shares the memory, which lives as long as it is referred to,
 /// also beyond the recorder that made it.
@@ -49,16 +58,23 @@ impl<T> Buffer<T> {
 mod sealed {
     use crate::gpu::arena::{Arena, KeptBuffer};
 
-    pub struct Raw {
+    /// Memory of the arena, which goes back when nobody refers to it.
+    pub struct Memory {
         /// None only while it is dropped.
         pub(super) kept: Option<KeptBuffer>,
         pub(super) arena: std::sync::Arc<Arena>,
-        /// Bytes that it holds, of those that it has room for.
+    }
+
+    /// What a buffer is of its memory.
+    #[derive(Clone)]
+    pub struct Raw {
+        pub(super) memory: std::sync::Arc<Memory>,
+        /// Bytes that it holds, of those that the memory has room for.
         pub(super) bytes: u64,
         pub(super) label: &'static str,
     }
 
-    impl Drop for Raw {
+    impl Drop for Memory {
         fn drop(&mut self) {
             if let Some(kept) = self.kept.take() {
                 self.arena.give(kept);
@@ -70,7 +86,7 @@ mod sealed {
         fn raw(&self) -> Option<&std::sync::Arc<Raw>>;
     }
 }
-use sealed::Raw;
+use sealed::{Memory, Raw};
 
 impl<T> sealed::Sealed for Buffer<T> {
     fn raw(&self) -> Option<&Arc<Raw>> {
@@ -131,18 +147,51 @@ enum Fill {
     Upload(KeptBuffer),
 }
 
+impl Fill {
+    /// The buffer that the host has written, if it is filled from one.
+    fn staged(self) -> Option<KeptBuffer> {
+        match self {
+            Fill::Upload(from) => Some(from),
+            Fill::Unspecified | Fill::Zeros => None,
+        }
+    }
+
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder, to: &Raw) {
+        let Some(kept) = &to.memory.kept else { return };
+        match self {
+            Fill::Unspecified => {}
+            Fill::Zeros => encoder.clear_buffer(&kept.buffer, 0, Some(to.bytes)),
+            Fill::Upload(from) => {
+                let bytes = to.bytes.min(from.size);
+                encoder.copy_buffer_to_buffer(&from.buffer, 0, &kept.buffer, 0, bytes);
+            }
+        }
+    }
+}
+
 enum Command {
     Dispatch {
         kernel: &'static Kernel,
         /// Where its uniform lies in the recorder's uniforms.
         params: (u64, u64),
-        storage: Vec<Arc<Raw>>,
+        storage: Vec<Raw>,
         workgroups: [u32; 3],
     },
     Read {
-        from: Arc<Raw>,
+        from: Raw,
         to: KeptBuffer,
     },
+    /// Of memory that earlier commands use for another buffer.
+    Fill {
+        to: Raw,
+        fill: Fill,
+    },
+}
+
+/// Memory that a recorder has taken, and the buffer that had it last.
+struct Taken {
+    memory: Arc<Memory>,
+    last: Weak<Raw>,
 }
 
 /// The commands of one submission, in order. Later commands see what earlier ones wrote.
@@ -150,8 +199,10 @@ pub struct Recorder<'a> {
     gpu: &'a Gpu,
     label: &'static str,
     id: u64,
-    /// Buffers that are new, with what they begin with.
-    fills: Vec<(Arc<Raw>, Fill)>,
+    /// Buffers of new memory, with what they begin with: before all commands.
+    fills: Vec<(Raw, Fill)>,
+    /// Memory that was taken for it, by size class.
+    taken: BTreeMap<u64, Vec<Taken>>,
     commands: Vec<Command>,
     uniforms: Vec<u8>,
     reads: usize,
@@ -186,6 +237,7 @@ impl<'a> Recorder<'a> {
             label,
             id,
             fills: Vec::new(),
+            taken: BTreeMap::new(),
             commands: Vec::new(),
             uniforms: Vec::new(),
             reads: 0,
@@ -194,7 +246,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Bytes of all buffers that the submission needs at once, those for uploads and read-backs included, and uniforms left out.
+    /// Bytes of all memory that the submission needs at once, that for uploads and read-backs included, and uniforms left out.
+    /// Memory that serves several buffers in turn counts once.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -248,19 +301,41 @@ impl<'a> Recorder<'a> {
             );
             return failed;
         }
-        let made = fill(self).and_then(|fill| Ok((self.kept(label, bytes, STORAGE)?, fill)));
+        let made = fill(self).and_then(|fill| self.filled(label, bytes, fill));
         match made {
-            Ok((kept, fill)) => {
-                self.bytes += kept.size + if let Fill::Upload(from) = &fill { from.size } else { 0 };
-                let raw = Arc::new(Raw { kept: Some(kept), arena: self.gpu.arena.clone(), bytes, label });
-                self.fills.push((raw.clone(), fill));
-                Buffer { raw: Some(raw), len, values: PhantomData }
-            }
+            Ok(raw) => Buffer { raw: Some(raw), len, values: PhantomData },
             Err(e) => {
                 self.error = Some(e);
                 failed
             }
         }
+    }
+
+    /// A buffer in memory of its size class that is dead, or else in memory of its own.
+    fn filled(&mut self, label: &'static str, bytes: u64, fill: Fill) -> Result<Arc<Raw>> {
+        let of_upload = if let Fill::Upload(from) = &fill { from.size } else { 0 };
+        let is_unspecified = matches!(fill, Fill::Unspecified);
+        if is_unspecified || bytes >= SMALL_FILL_BYTES {
+            let class = self.taken.get_mut(&size_class(bytes, self.gpu.limits.max_buffer_size));
+            let dead = class.and_then(|class| class.iter_mut().find(|t| t.last.strong_count() == 0));
+            if let Some(taken) = dead {
+                let raw = Arc::new(Raw { memory: taken.memory.clone(), bytes, label });
+                taken.last = Arc::downgrade(&raw);
+                if !is_unspecified {
+                    self.commands.push(Command::Fill { to: Raw::clone(&raw), fill });
+                }
+                self.bytes += of_upload;
+                return Ok(raw);
+            }
+        }
+        let kept = self.kept(label, bytes, STORAGE)?;
+        let size = kept.size;
+        self.bytes += size + of_upload;
+        let memory = Arc::new(Memory { kept: Some(kept), arena: self.gpu.arena.clone() });
+        let raw = Arc::new(Raw { memory: memory.clone(), bytes, label });
+        self.fills.push((Raw::clone(&raw), fill));
+        self.taken.entry(size).or_default().push(Taken { memory, last: Arc::downgrade(&raw) });
+        Ok(raw)
     }
 
     /// A buffer of the arena for `bytes`, or a new one. One that the host writes is mapped.
@@ -342,7 +417,7 @@ impl<'a> Recorder<'a> {
         let workgroups = threads
             .workgroups(kernel.workgroup, per_dimension)
             .ok_or_else(|| format!("{threads:?} is more than {per_dimension} workgroups along an axis"))?;
-        let storage: Vec<_> = storage.iter().filter_map(|b| b.raw().cloned()).collect();
+        let storage: Vec<_> = storage.iter().filter_map(|b| b.raw().map(|raw| Raw::clone(raw))).collect();
         if storage.len() != kernel.storage.len() {
             return Err("a storage buffer comes from a recorder that failed".to_string());
         }
@@ -377,7 +452,7 @@ impl<'a> Recorder<'a> {
         match self.kept(from.label, from.bytes, READ_BACK) {
             Ok(to) => {
                 self.bytes += to.size;
-                self.commands.push(Command::Read { from, to });
+                self.commands.push(Command::Read { from: Raw::clone(&from), to });
             }
             Err(e) => self.error = Some(e),
         }
@@ -420,6 +495,10 @@ impl<'a> Recorder<'a> {
                     reads.push(ReadBack { view: None, kept: Some(to), arena: gpu.arena.clone() });
                     in_use.push(from);
                 }
+                Command::Fill { to, fill } => {
+                    in_use.push(to);
+                    staged.extend(fill.staged());
+                }
                 Command::Dispatch { storage, .. } => {
                     dispatches += 1;
                     in_use.extend(storage);
@@ -428,9 +507,7 @@ impl<'a> Recorder<'a> {
         }
         for (raw, fill) in self.fills {
             in_use.push(raw);
-            if let Fill::Upload(kept) = fill {
-                staged.push(kept);
-            }
+            staged.extend(fill.staged());
         }
         let counters = &gpu.arena.counters;
         Counters::add(&counters.submits, 1);
@@ -507,7 +584,7 @@ impl<'a> Recorder<'a> {
     /// What each dispatch does, in order, without its time.
     fn used(&self) -> Vec<KernelUse> {
         let of = |command: &Command| match command {
-            Command::Read { .. } => None,
+            Command::Read { .. } | Command::Fill { .. } => None,
             Command::Dispatch { kernel, params, storage, workgroups } => {
                 let workgroups = workgroups.iter().map(|w| u64::from(*w)).product();
                 let threads: u64 = kernel.workgroup.iter().map(|t| u64::from(*t)).product();
@@ -538,7 +615,7 @@ impl<'a> Recorder<'a> {
             let Command::Dispatch { kernel, params, storage, .. } = command else { continue };
             let pipeline = gpu.pipeline(kernel)?;
             let uniform = kernel.params.map(|_| (&uniforms, params.0, params.1));
-            let buffers = storage.iter().filter_map(|raw| Some((raw.kept.as_ref()?, 0, raw.bytes)));
+            let buffers = storage.iter().filter_map(|raw| Some((raw.memory.kept.as_ref()?, 0, raw.bytes)));
             let bound: Vec<(&KeptBuffer, u64, u64)> = uniform.into_iter().chain(buffers).collect();
             let key: GroupKey =
                 (kernel.stem, bound.iter().map(|(kept, offset, size)| [kept.id, *offset, *size]).collect());
@@ -581,16 +658,8 @@ impl<'a> Recorder<'a> {
                 let bytes = (self.uniforms.len() as u64).next_multiple_of(4);
                 encoder.copy_buffer_to_buffer(&from.buffer, 0, &uniforms.buffer, 0, bytes);
             }
-            for (raw, fill) in &self.fills {
-                let Some(to) = &raw.kept else { continue };
-                match fill {
-                    Fill::Unspecified => {}
-                    Fill::Zeros => encoder.clear_buffer(&to.buffer, 0, Some(raw.bytes)),
-                    Fill::Upload(from) => {
-                        let bytes = raw.bytes.min(from.size);
-                        encoder.copy_buffer_to_buffer(&from.buffer, 0, &to.buffer, 0, bytes);
-                    }
-                }
+            for (to, fill) in &self.fills {
+                fill.encode(&mut encoder, to);
             }
             let mut prepared = prepared.iter().enumerate();
             let mut first = 0;
@@ -598,10 +667,11 @@ impl<'a> Recorder<'a> {
             while let Some(command) = commands.next() {
                 match command {
                     Command::Read { from, to } => {
-                        if let Some(kept) = &from.kept {
+                        if let Some(kept) = &from.memory.kept {
                             encoder.copy_buffer_to_buffer(&kept.buffer, 0, &to.buffer, 0, from.bytes);
                         }
                     }
+                    Command::Fill { to, fill } => fill.encode(&mut encoder, to),
                     Command::Dispatch { workgroups, .. } => {
                         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                             label,
@@ -878,6 +948,49 @@ mod tests {
                     assert_eq!(made, sets);
                 }
             }
+        }
+    }
+
+    /// Buffers that nobody holds any more give their memory to later ones of the same recorder, which begin as they should; those
+    /// that are held keep theirs.
+    #[test]
+    fn dead_buffers_serve_later_commands() {
+        let n = SMALL_FILL_BYTES as usize / 4;
+        let gpu = test_gpu();
+        let ones = vec![1.0_f32; n];
+        let step = |r: &mut Recorder<'_>, scale: f32| {
+            let input = r.upload("input", &ones);
+            let between = r.buffer::<f32>("between", n);
+            let sum = r.zeros::<f32>("sum", n);
+            let params = ScaleParams { count: n as u32, scale };
+            r.dispatch(&SCALE, &params, &[&input, &between], Threads::Linear(n as u64));
+            // Half of the last one keeps its zeros.
+            let params = ScaleParams { count: n as u32 / 2, scale: 1.0 };
+            r.dispatch(&SCALE, &params, &[&between, &sum], Threads::Linear(n as u64 / 2));
+            (sum.clone(), r.read(&sum))
+        };
+        let mut r = gpu.recorder("steps");
+        let (held, first) = step(&mut r, 0.0);
+        let of_one = r.bytes();
+        let mut later = Vec::new();
+        for k in 1..9 {
+            let before = r.bytes();
+            later.push(step(&mut r, k as f32).1);
+            // What the host writes and reads, and once the memory of the buffer that is held.
+            let own = if k == 1 { 3 } else { 2 };
+            // With poison a buffer that nobody has written costs an upload.
+            let poison = if gpu.poison() { 1 } else { 0 };
+            assert_eq!(r.bytes() - before, (own + poison) * SMALL_FILL_BYTES, "{k}");
+        }
+        assert_eq!(r.bytes(), of_one + (8 * 2 + 1 + if gpu.poison() { 8 } else { 0 }) * SMALL_FILL_BYTES);
+        let last = r.read(&held);
+        let mut done = r.submit().unwrap();
+        let expected = |k: f32| -> Vec<f32> {
+            (0..n).map(|i| if i < n / 2 { k + 2.0 * i as f32 } else { 0.0 }).collect()
+        };
+        assert!(done.take(first) == expected(0.0) && done.take(last) == expected(0.0));
+        for (k, sum) in (1..9).zip(later) {
+            assert!(done.take(sum) == expected(k as f32), "{k}");
         }
     }
 

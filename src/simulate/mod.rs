@@ -466,7 +466,8 @@ impl<'p, 's> Wanted<'p, 's> {
     /// Bytes that the frame holds until all are made that are made with it.
     fn bytes(&self, engine: &Engine, echoes: usize) -> f64 {
         let memory = engine.memory(self.radar(), echoes);
-        memory.cube_bytes + memory.spectrum_bytes + memory.map_bytes + memory.echo_bytes
+        let cube_bytes = if self.prepared.cubes { memory.cube_bytes } else { 0.0 };
+        cube_bytes + memory.map_bytes + memory.echo_bytes
     }
 }
 

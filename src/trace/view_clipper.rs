@@ -1,6 +1,6 @@
 //! Beams of a frame clipped on the device, level by level: which faces stand ahead (`view_ahead`), what the lines of a beam hold of them
 //! (`view_target`) and what nearer faces leave of that (`view_hide`). The host works corners out from their lines
-//! ([`super::cpu::levels`]), and makes the views behind the next mirrors.
+//! (`cpu::levels`), and makes the views behind the next mirrors.
 //!
 //! What comes out has the same order in every run: pieces of a thread stand together where prefix sums put them.
 
@@ -49,15 +49,15 @@ pub fn clip_windows(
     let Some(root) = windows.first().filter(|_| !faces.faces.is_empty()) else {
         return Ok(Traced::Whole(Clipped::default()));
     };
-    let most = (PAIRS.max(BEAMS) * PIECE).max(64 * SLOTS * PIECE) * size_of::<[u32; 4]>();
-    if most.max((WALKS + 1) * size_of::<u32>()) as u64 > gpu.max_binding_bytes() {
+    let limit = gpu.max_binding_bytes();
+    if ((64 * SLOTS * PIECE) * size_of::<[u32; 4]>()) as u64 > limit {
         return Ok(Traced::Refused("bindings of the adapter that are too small for its polygons"));
     }
     let shared = Shared::new(faces, root, options);
     let Some(arrays) = ViewArrays::new(&shared) else {
         return Ok(Traced::Refused("more faces than it can tell apart"));
     };
-    if size_of_val(&arrays.body[..]) as u64 > gpu.max_binding_bytes() {
+    if size_of_val(&arrays.body[..]) as u64 > limit {
         return Ok(Traced::Refused("a scene that is larger than one binding of the adapter"));
     }
     let mut levels = Levels::new(&shared, windows, ends);
@@ -82,9 +82,14 @@ pub fn clip_windows(
             break;
         }
         let views = levels.views();
+        if size_of_val(&views[..]) as u64 > limit {
+            return Ok(Traced::Refused("more mirrors than one binding of the adapter holds"));
+        }
         let mut found = Vec::new();
         let endless = level >= options.bounces;
-        let together = BEAMS.min(WALKS / device.parts()).max(1);
+        let pieces = limit as usize / (PIECE * size_of::<[u32; 4]>());
+        let walks = WALKS.min(limit as usize / size_of::<u32>() - 1);
+        let together = BEAMS.min(pieces).min(walks / device.parts()).max(1);
         let mut stack: Vec<(usize, usize)> =
             (0..beams.len()).step_by(together).map(|from| (from, together.min(beams.len() - from))).collect();
         stack.reverse();

@@ -84,6 +84,26 @@ fn frames_of_one_submission_are_those_of_many() {
     assert_eq!((counts.buffers, counts.bind_groups), (0, 0), "{counts:?}");
 }
 
+/// Each further frame of a submission takes the memory of what goes to the device and comes back, and no more: the rest it shares with
+/// those before it.
+#[test]
+fn frames_of_a_submission_share_their_memory() {
+    let site = site();
+    let heard = heard(&site, &Engine::Gpu(Box::new(opened_for_tests())));
+    let inputs = inputs(&site, &heard);
+    let of = |count: usize| {
+        let engine = Engine::Gpu(Box::new(opened_for_tests()));
+        let made = used(&engine, || engine.frames(&inputs[..count], Control::default()));
+        assert!(made.0.iter().all(Result::is_ok) && made.1.submits == 1, "{:?}", made.1);
+        made.1
+    };
+    let (few, many) = (of(4), of(64));
+    let growth = (many.buffer_bytes - few.buffer_bytes) as f64;
+    let moved = (many.uploaded_bytes + many.read_bytes - few.uploaded_bytes - few.read_bytes) as f64;
+    // Uploads lie twice on the device; buffers are up to an eighth larger than what they hold.
+    assert!(growth < 2.0 * moved, "{growth} bytes for {moved} that are moved: {few:?} {many:?}");
+}
+
 /// Where a batch would be too large it is cut, and frames that need the host stand between others.
 #[test]
 fn batches_are_bounded_and_leave_others_out() {

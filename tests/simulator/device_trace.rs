@@ -181,13 +181,9 @@ fn what_only_the_host_knows_takes_the_host() {
     let of = |engine: &Engine, options: &TraceOptions| {
         engine.trace(&geometry, &radar, &Pose::IDENTITY, DVec3::ZERO, options).unwrap()
     };
-    for options in [
-        TraceOptions { convention: Convention::Last, ..Default::default() },
-        TraceOptions { f32_decisions: true, ..Default::default() },
-    ] {
-        let (got, want) = (of(&engine, &options), of(&Engine::Cpu(Precision::F64), &options));
-        assert!(!got.on_device && got.fallback.is_none() && got == want && !got.list.is_empty());
-    }
+    let options = TraceOptions { convention: Convention::Last, ..Default::default() };
+    let (got, want) = (of(&engine, &options), of(&Engine::Cpu(Precision::F64), &options));
+    assert!(!got.on_device && got.fallback.is_none() && got == want && !got.list.is_empty());
     // The corner itself.
     let (got, want) =
         (of(&engine, &TraceOptions::default()), of(&Engine::Cpu(Precision::F64), &TraceOptions::default()));

@@ -5,7 +5,7 @@ use super::frames::draw_frame;
 use super::global::{Global, print, print_json};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage;
-use catseye_io::produce::{Estimate, Options, Phase, Progress, Report, estimate, produce_in_batches};
+use catseye_io::produce::{Estimate, Options, Phase, Progress, Report, estimate, produce};
 use catseye_io::recipe::Recipe;
 use clap::Args;
 use std::ops::Range;
@@ -75,12 +75,13 @@ impl Dataset {
                 bar.set_position(p.done);
             }
         };
-        let report = produce_in_batches(
+        let report = produce(
             &engine,
             &recipe,
             output,
             &Options {
                 jobs: self.jobs,
+                batch: self.batch.map(|n| n as usize),
                 shards,
                 mixed_devices: self.mixed_devices,
                 force: global.force,
@@ -88,7 +89,6 @@ impl Dataset {
                 progress: &progress,
                 pictures: &draw_frame,
             },
-            self.batch.map(|n| n as usize),
         )?;
         drop(bar);
         report.remarks.iter().for_each(|r| global.say(&format!("warning: first scene: {r}")));

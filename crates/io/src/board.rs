@@ -38,6 +38,16 @@ struct Open<T> {
     /// Number of runs that are claimed and not yet all written.
     begun: usize,
     workers: usize,
+    /// Largest number of runs that a worker has claimed together.
+    together: usize,
+}
+
+impl<T> Open<T> {
+    /// Whether another worker may claim: beside what those at work make, as much as one of them makes at a time may wait to be
+    /// written. So a batch is written while the next is made, and no more than that is held.
+    fn has_room(&self) -> bool {
+        self.begun <= (self.workers + 1) * self.together
+    }
 }
 
 struct State<T> {
@@ -129,7 +139,7 @@ impl<'a, T> Board<'a, T> {
                 let most = left.max_by_key(|(s, o)| (o.waiting.len(), std::cmp::Reverse(**s)));
                 (*most?.0, None)
             };
-            if let Some(open) = state.open.get_mut(&shard).filter(|o| o.begun <= o.workers + 1)
+            if let Some(open) = state.open.get_mut(&shard).filter(|o| o.has_room())
                 && let Some(claim) = open.waiting.pop_front()
             {
                 open.begun += 1;
@@ -156,6 +166,7 @@ impl<'a, T> Board<'a, T> {
             open.begun += 1;
             claims.push(claim);
         }
+        open.together = open.together.max(1 + claims.len());
         claims
     }
 
@@ -166,7 +177,7 @@ impl<'a, T> Board<'a, T> {
             runs.push_back((from, frames.len()));
             waiting.push_back(Claim { shard, scene, frames, to });
         }
-        state.open.insert(shard, Open { waiting, begun: 0, workers: 0 });
+        state.open.insert(shard, Open { waiting, begun: 0, workers: 0, together: 1 });
         Queue { shard, runs }
     }
 
@@ -207,5 +218,51 @@ impl<T> Queue<T> {
             board.written(self.shard);
         }
         Some(frame)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::{Compression, Format};
+    use std::cell::Cell;
+    use std::path::Path;
+
+    /// A worker makes a batch while its last one waits to be written, and no third one before that is written.
+    #[test]
+    fn one_batch_is_made_while_another_is_written() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/recipes/tiny.toml");
+        let mut recipe = Recipe::load(&path, None).unwrap();
+        recipe.scenes = 8;
+        let layout = DatasetLayout {
+            format: Format::Frames,
+            compression: Compression::None,
+            frames: recipe.frames(),
+            frames_per_shard: recipe.frames(),
+            arrays: Vec::new(),
+            tables: Vec::new(),
+            attributes: Default::default(),
+        };
+        let board: Board<'_, u32> = Board::new(&recipe, &layout, &[0], 1);
+        let looks = Cell::new(0);
+        let a_run = recipe.frames_per_scene;
+        let claim = |own: Option<u64>| {
+            looks.set(0);
+            // A claim that has to wait is stopped after a few looks.
+            let (first, queue) = board.claim(own, &|| looks.replace(looks.get() + 1) > 2)?;
+            let mut claims = vec![first];
+            claims.extend(board.claim_more(0, u64::from(a_run)));
+            claims.iter().for_each(|c| c.frames.clone().for_each(|n| c.to.send(n).unwrap()));
+            Some((claims.len(), queue))
+        };
+        let (runs, queue) = claim(None).unwrap();
+        let mut queue = queue.unwrap();
+        assert_eq!(runs, 2);
+        assert_eq!(claim(Some(0)).unwrap().0, 2);
+        assert!(claim(Some(0)).is_none());
+        (0..a_run).for_each(|n| assert_eq!(queue.take(&board), Some(n)));
+        assert!(claim(None).is_none());
+        (0..a_run).for_each(|n| assert_eq!(queue.take(&board), Some(n)));
+        assert_eq!(claim(None).unwrap().0, 2);
     }
 }

@@ -36,6 +36,10 @@ use std::time::Instant;
 pub struct Options<'a> {
     /// Number of workers, each with its share of the cores; default one per core on the CPU, one on a GPU.
     pub jobs: Option<usize>,
+    /// Largest number of frames of a shard that are made together, each with all its radars; default [`BATCH`](super::run::BATCH) on a
+    /// GPU, where they share submissions, and one on the CPU, where no other number changes anything. Memory may allow fewer. The
+    /// bytes do not depend on it.
+    pub batch: Option<usize>,
     /// Range of shards to make; default all.
     pub shards: Option<Range<u64>>,
     /// Whether to continue a dataset that another device began.
@@ -109,22 +113,6 @@ pub struct Report {
 /// exist; for a scene that cannot be drawn, built or simulated; and for files that cannot be read or written.
 /// What is complete stays.
 pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'_>) -> Result<Report> {
-    produce_in_batches(engine, recipe, out, options, None)
-}
-
-/// Makes what is missing as [`produce`], with at most `batch` frames of a shard together, each with all its radars: default
-/// [`BATCH`](super::run::BATCH) on a GPU, where they share submissions, and one on the CPU, where no other number changes anything.
-/// Memory may allow fewer. The bytes do not depend on it.
-///
-/// # Errors
-/// Returns the errors of [`produce`].
-pub fn produce_in_batches(
-    engine: &Engine,
-    recipe: &Recipe,
-    out: &Path,
-    options: &Options<'_>,
-    batch: Option<usize>,
-) -> Result<Report> {
     if options.force && options.shards.is_some() {
         return Err(BadInput::new("would remove the shards that others make")
             .key("--force")
@@ -230,7 +218,7 @@ pub fn produce_in_batches(
         layout: &layout,
         file: &file,
         jobs,
-        batch: batch_of(engine, batch),
+        batch: batch_of(engine, options.batch),
         basis: &basis,
         cancel: options.cancel,
         progress: options.progress,

@@ -5,7 +5,7 @@ use catseye::engine::Engine;
 use catseye::formats::stage::files_of;
 use catseye::gpu::compare::opened_for_tests;
 use catseye::scene::scenario;
-use catseye_io::produce::{Options, Report, produce_in_batches};
+use catseye_io::produce::{Options, Report, produce};
 use catseye_io::recipe::Recipe;
 use catseye_io::run::{RunOptions, RunReport, run};
 use std::collections::BTreeMap;
@@ -49,6 +49,7 @@ fn made(
 ) -> Report {
     let options = Options {
         jobs: None,
+        batch: Some(batch),
         shards: None,
         mixed_devices: false,
         force: false,
@@ -56,7 +57,7 @@ fn made(
         progress: &|p| progress(p.done),
         pictures: &|_, _, _, _, _| Ok(()),
     };
-    produce_in_batches(engine, recipe, out, &options, Some(batch)).unwrap()
+    produce(engine, recipe, out, &options).unwrap()
 }
 
 /// A dataset of four scenes, whose frames are made across scenes, has the same bytes for any number of frames at a time.

@@ -66,6 +66,7 @@ fn run(
         runs += 1;
         let options = Options {
             jobs: None,
+            batch: None,
             shards: None,
             mixed_devices: false,
             force: false,
