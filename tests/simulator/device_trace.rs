@@ -131,9 +131,9 @@ fn the_depth_that_is_open_is_found_on_the_device() {
         let b = prepared.frame(&engine, 0, a.index, Control::default()).unwrap();
         assert!(a.echoes == b.echoes && a.maps == b.maps && a.points == b.points);
     }
-    // From one bounce on as deep as a corner has to be followed.
+    // From two bounces on as deep as a corner has to be followed.
     let (radar, geometry) = corner();
-    let options = TraceOptions { bounces: 1, most_bounces: 6, least_cut: Some(0.0), ..Default::default() };
+    let options = TraceOptions { bounces: 2, most_bounces: 6, least_cut: Some(0.0), ..Default::default() };
     let of = |e: &Engine| e.trace(&geometry, &radar, &Pose::IDENTITY, DVec3::ZERO, &options).unwrap();
     let (g, w) = (of(&engine), of(&Engine::Cpu(Precision::F64)));
     assert!(g.on_device && g.bounces == w.bounces && w.bounces >= 3, "{} {}", g.bounces, w.bounces);

@@ -19,7 +19,8 @@ fn a_steady_frame_allocates_nothing() {
                 [ego]\nposition_m = [2, -1.75, 0]\nspeed_mps = 12\n[trace]\nbounces = 2\nfacets = 0";
     let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/s.toml");
     let site = Site::new(&scenario::parse(&place, text).unwrap()).unwrap();
-    let engine = Engine::Gpu(Box::new(opened_for_tests()));
+    // Two submissions are what comes after the beams, which the host follows here.
+    let engine = Engine::Gpu(Box::new(opened_for_tests().with_tracing_on_host(true)));
     let Engine::Gpu(gpu) = &engine else { panic!("a device was named") };
     let all = Prepared::new(&site.scenario, &site.scene).unwrap();
     let made = |prepared: &Prepared<'_>, index: u32| -> (Frame, GpuCounts) {

@@ -65,7 +65,7 @@ fn made(
 fn datasets_do_not_depend_on_the_batch() {
     let t = tempfile::tempdir().unwrap();
     let recipe = recipe(t.path());
-    let engine = Engine::Gpu(Box::new(opened_for_tests()));
+    let engine = Engine::Gpu(Box::new(opened_for_tests().with_tracing_on_host(true)));
     let mut found: Vec<BTreeMap<String, Vec<u8>>> = Vec::new();
     let mut waited = Vec::new();
     for batch in BATCHES {
