@@ -20,12 +20,12 @@ const PAIRS: [usize; 2] = [1 << 18, 1 << 16];
 const BEAMS: usize = 1 << 16;
 const WALKS: usize = 1 << 20;
 /// Nodes of the tree that a thread of `view_ahead` walks through: drivers on the cpu end loops after 65,535 steps.
-const NODES: usize = 1 << 9;
+const NODES: [usize; 2] = [1 << 12, 1 << 8];
 /// Threads of `view_hide` that run together: many for a GPU, few for a driver on the cpu.
 const THREADS: [usize; 2] = [1 << 16, 1 << 12];
 /// Steps that a thread of `view_hide` may take at a time. A driver on the cpu has no use for handing on, but ends loops after 65,535 steps
 /// of threads that take them together.
-const BUDGET: [u32; 2] = [1 << 17, 1 << 13];
+const BUDGET: [u32; 2] = [1 << 17, 1 << 12];
 
 /// What beams of a frame meet, or why the device cannot tell.
 pub enum Traced {
@@ -147,6 +147,7 @@ struct Device<'a> {
     body: Buffer<[u32; 4]>,
     threads: usize,
     pairs: usize,
+    nodes: usize,
 }
 
 /// A result, or why the device refuses.
@@ -159,12 +160,12 @@ impl<'a> Device<'a> {
         let pieces = (gpu.max_binding_bytes() / (16 * PIECE) as u64) as usize;
         let pairs = PAIRS[kind].min(pieces).max(64);
         let params = ViewParams { budget: BUDGET[kind], ..params };
-        Device { gpu, params, body, threads: THREADS[kind].min(slots).max(64), pairs }
+        Device { gpu, params, body, threads: THREADS[kind].min(slots).max(64), pairs, nodes: NODES[kind] }
     }
 
     /// Parts of the tree that threads of `view_ahead` share out.
     fn parts(&self) -> usize {
-        (self.params.nodes as usize).div_ceil(NODES).max(1)
+        (self.params.nodes as usize).div_ceil(self.nodes).max(1)
     }
 
     /// Follows some beams to what they light. False if they meet more faces than one buffer holds pairs.

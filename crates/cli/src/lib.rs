@@ -312,7 +312,7 @@ mod tests {
             .filter(|a| a.is_global_set())
             .map(|a| a.get_id().to_string())
             .collect();
-        assert_eq!(globals.len(), 6);
+        assert_eq!(globals.len(), 7);
         let mut seen = 0;
         walk(&root, &mut |c| {
             assert!(c.get_about().is_some_and(|a| !a.to_string().is_empty()), "{}", c.get_name());
