@@ -4,8 +4,8 @@
 //
 // `body`: three words a face, (normal, offset), (first corner, corners | one-sided << 8, patch, body), (rank by area, area of the patch,
 // 0, 0); then the corners (place, the edge that begins there), two words a node of the tree in the order of a walk, (centre, node behind
-// the branch), (half size, first face | faces << 24, 0 above the leaves), the edges (from one end to the other, the corner where it begins) and a face of each patch, four to a word. Places are seen
-// from the radar, along the axes (k, u, v) of the first window. `views`: five words each, the rows that take a place to (u, v, k), the
+// the branch), (half size, first face | faces << 24, 0 above the leaves), the edges (from one end to the other, the corner where it
+// begins) and a face of each patch, four to a word. Places are seen from the radar, along the axes (k, u, v) of the first window. `views`: five words each, the rows that take a place to (u, v, k), the
 // origin with the view before the mirror, and (level, 0, 0, 0).
 //
 // A line is told by two words, (kind << 28 | level of the view in which it was seen << 24 | number, second number). A side has in bit 31
@@ -42,7 +42,6 @@ const CAP: u32 = 24u;
 const MOST: u32 = 16u;
 const MANY: u32 = 12u;
 const NONE: u32 = 0xffffffffu;
-
 
 // What a thread has no room for; the host refuses the result.
 const TOO_MANY_CORNERS: u32 = 1u;
