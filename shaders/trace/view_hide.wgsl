@@ -156,6 +156,9 @@ fn main(
     if onward {
         source_side = plane_of(from_face) * from_side;
     }
+    outline_of(f, target_face);
+    let own_off = outline_off;
+    eps = own_off;
     while finished < slots && trouble == 0u {
         let place_word = scratch[word(finished, 0u)];
         let leaf = scratch[word(finished, 1u)].x;
@@ -237,6 +240,7 @@ fn main(
             }
             let turn = turn_of(f, other_facing);
             line_count = 0u;
+            eps = max(own_off, outline_off);
             var meets = true;
             for (var i = 0u; i < outline_count && meets; i += 1u) {
                 let id = side_id(outline_side[i], f.level, turn);

@@ -78,7 +78,14 @@ fn main(
     var is_kept = false;
     let facing = lit(f, target_face);
     if facing != 0.0 {
+        eps = 0.0;
+        if params.level != 0u {
+            // The beam's own corners, as they were seen before the mirror.
+            outline_of(view_at(views[5u * view + 3u].w), source & 0x7fffffffu);
+            eps = outline_off;
+        }
         outline_of(f, target_face);
+        eps = max(eps, outline_off);
         if outline_count >= 3u {
             take_outline(f.level, turn_of(f, facing));
             is_kept = true;

@@ -7,7 +7,8 @@
 //!
 //! Rules without which corners are wrong: a line knows the view in which it was seen; the direction of an edge comes from the stored edge,
 //! never from two corners, and the side on which a polygon lies from how faces are wound; a target is cut by the sides of its beam, not
-//! the beam by those of the target; a corner that rounding puts on a line is on it within `EPS` (`shaders/shared/views.wgsl`).
+//! the beam by those of the target; a corner is on a line that is no farther than what rounding makes of its coordinates
+//! (`shaders/shared/views.wgsl`).
 
 use super::beams::Clipper;
 use crate::geom::faces::{Face, Faces, LIES_M};

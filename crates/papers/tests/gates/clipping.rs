@@ -178,19 +178,30 @@ fn changes<K: Ord>(
     [worst, all]
 }
 
-/// Shaders that clip the beams of a frame move less of the power than a sixteenth of the accuracy does, or than 1e-7 of it. (On
-/// the other four of the ten looks too.)
+/// By so much of the power may f32 move a frame, whose own accuracy may be finer: -67 dB. The bent road moves by 1.2e-7.
+const F32_MOVES: f64 = 2e-7;
+
+/// Shaders that clip the beams of a frame move less of the power than a sixteenth of the accuracy does, or than `F32_MOVES`.
 #[test]
 fn a_device_traces_what_the_host_traces() {
     // The others take a minute more.
     const LOOKS: [usize; 6] = [0, 1, 2, 4, 6, 9];
     let looks = ten_looks();
-    let text = "name = \"straight\"\nradar = \"front77\"\n[scene]\nroad = \"road_model_straight.toml\"\n\
-                [ego]\nspeed_mps = 20\non_road = { lane = 1, s_m = 2 }\n[trace]\nfacets = 0\n";
+    let mut wrong = Vec::new();
+    // A road that beams hardly tell apart, and one with a manhole, whose facets are millimetres wide.
     let place = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/road/scenario.toml"));
-    let driven = Site::new(&scenario::parse(&place, text).unwrap()).unwrap();
-    let straight = Look::of_frame("straight road", &driven.scenario, &driven.scene);
-    for look in LOOKS.iter().map(|number| &looks[*number]).chain([&straight]) {
+    let others = [
+        ("straight road", "road = \"road_model_straight.toml\"", 0),
+        ("marked road", "builtin = \"marked-road\"", 50_000),
+    ];
+    let others = others.map(|(name, scene, facets)| {
+        let text = format!(
+            "name = \"other\"\nradar = \"demo77\"\n[scene]\n{scene}\n[ego]\nspeed_mps = 10\nposition_m = [0, -1.75, 0]\n[trace]\nfacets = {facets}\n"
+        );
+        let driven = Site::new(&scenario::parse(&place, &text).unwrap()).unwrap();
+        Look::of_frame(name, &driven.scenario, &driven.scene)
+    });
+    for look in LOOKS.iter().map(|number| &looks[*number]).chain(&others) {
         let Look { geometry, radar, pose, velocity_mps, .. } = look;
         let windows = windows(radar, pose);
         let options = TraceOptions { least: 0.0, least_cut: None, ..look.options };
@@ -227,8 +238,11 @@ fn a_device_traces_what_the_host_traces() {
             counts.submits,
             counts.dispatches
         );
-        assert!(host.len() > 1000 && moved <= own.max(1e-7), "{}: {moved:e}, {own:e}", look.name);
+        if host.len() <= 1000 || moved > own.max(F32_MOVES) {
+            wrong.push(format!("{}: {moved:e}, {own:e}", look.name));
+        }
     }
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
 /// Nothing hangs on the last digit: the radar moved by 10 nm, along and across, turns phases by 3e-5 rad and changes nothing more.
