@@ -182,7 +182,14 @@ impl Gpu {
         let reports: Vec<_> = found.iter().map(|(_, r)| r.clone()).collect();
         let index = choose(&reports, want)?;
         let (adapter, report) = &found[index];
-        let limits = adapter.limits();
+        // Kernels get by with these of WebGPU's defaults (`tests/house.rs`): a device opened with them refuses what would not run everywhere.
+        let everywhere = wgpu::Limits::default();
+        let limits = wgpu::Limits {
+            max_storage_buffers_per_shader_stage: everywhere.max_storage_buffers_per_shader_stage,
+            max_compute_workgroup_storage_size: everywhere.max_compute_workgroup_storage_size,
+            max_compute_invocations_per_workgroup: everywhere.max_compute_invocations_per_workgroup,
+            ..adapter.limits()
+        };
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("catseye"),
             // It costs nothing where no query is made.
