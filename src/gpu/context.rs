@@ -3,6 +3,7 @@
 use super::arena::{Arena, GpuCounts, lock};
 use super::kernel::{Kernel, Pipeline, build_pipeline};
 use super::profile::{Profile, Profiler};
+use super::validation;
 use crate::base::error::{BadInput, Error, Result};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -91,7 +92,7 @@ pub fn quieten_loader() {
 }
 
 fn found_adapters() -> Vec<(wgpu::Adapter, AdapterReport)> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let instance = validation::instance();
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
         .into_iter()
         .map(|adapter| {
@@ -358,10 +359,11 @@ impl Gpu {
         }
     }
 
-    /// Fails if the device was lost or an error came from outside a scope since the last call.
+    /// Fails if the device was lost, or if an error came from outside a scope or from the validation layer since the last call.
     pub(super) fn check_sink(&self, kernel: &str) -> Result<()> {
         let (errors, is_lost) = {
             let mut sink = lock(&self.sink);
+            sink.errors.extend(validation::take());
             (std::mem::take(&mut sink.errors), sink.lost.is_some())
         };
         match errors.is_empty() && !is_lost {
