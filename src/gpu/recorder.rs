@@ -515,6 +515,7 @@ impl<'a> Recorder<'a> {
 
         let start = Instant::now();
         let index = gpu.scoped(&kernels, || gpu.queue.submit([commands]))?;
+        gpu.lose_if_asked();
         let refused = Arc::new(Mutex::new(None));
         // Those that the host writes are mapped again for the next time, once the device has read them.
         let writable: Vec<Arc<AtomicBool>> = staged.iter().map(|_| Arc::default()).collect();
