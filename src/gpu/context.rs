@@ -359,11 +359,11 @@ impl Gpu {
         }
     }
 
-    /// Fails if the device was lost, or if an error came from outside a scope or from the validation layer since the last call.
+    /// Fails if the device was lost, or if an error came from outside a scope since the last call or from the validation layer at any time.
     pub(super) fn check_sink(&self, kernel: &str) -> Result<()> {
         let (errors, is_lost) = {
             let mut sink = lock(&self.sink);
-            sink.errors.extend(validation::take());
+            sink.errors.extend(validation::said());
             (std::mem::take(&mut sink.errors), sink.lost.is_some())
         };
         match errors.is_empty() && !is_lost {

@@ -1,8 +1,8 @@
 //! Vulkan's validation layer, which says where a driver is asked for something that the standard does not allow. It is for tests:
 //! `CATSEYE_VALIDATE=1` switches it on.
 //!
-//! wgpu hands what the layer says to the `log` crate and goes on. Here it becomes an error of the submission, or of the opening of a
-//! device, that comes next.
+//! wgpu hands what the layer says to the `log` crate and goes on. Here it becomes an error of every submission, and of every opening of
+//! a device, that comes after it.
 
 use super::arena::lock;
 use std::sync::{Mutex, OnceLock};
@@ -16,7 +16,7 @@ const KNOWN_FALSE: [(&str, &str); 1] = [(
     "10 is WGSL, which layers of before autumn 2023 do not know (seen with 1.3.239); they look no further into that shader",
 )];
 
-/// What the layer said and nobody has taken yet.
+/// What the layer said. It stays, since some errors are met with a second try.
 static REPORTS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 struct Collector;
@@ -95,10 +95,9 @@ fn has_layer(_instance: &wgpu::Instance) -> bool {
     false
 }
 
-/// Takes what the layer has said since the last call, or None.
-pub(super) fn take() -> Option<String> {
-    let reports = std::mem::take(&mut *lock(&REPORTS));
-    (!reports.is_empty()).then(|| format!("the validation layer reports: {}", reports.join("; ")))
+/// What the layer has said first so far, if anything.
+pub(super) fn said() -> Option<String> {
+    lock(&REPORTS).first().map(|report| format!("the validation layer reports: {report}"))
 }
 
 #[cfg(test)]
@@ -140,6 +139,7 @@ mod tests {
         }
         let e = submit().unwrap_err().to_string();
         assert!(e.contains("the validation layer reports") && e.contains("VUID-VkBufferCreateInfo-"), "{e}");
-        submit().unwrap();
+        // From here on nothing succeeds, so that no second try hides it.
+        assert_eq!(submit().unwrap_err().to_string(), e);
     }
 }
