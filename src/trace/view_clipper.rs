@@ -17,8 +17,8 @@ use crate::geom::faces::Faces;
 use crate::gpu::{AnyBuffer, Buffer, Done, Gpu, Pending, Recorder, Threads};
 use rayon::prelude::*;
 
-/// Pairs of a beam and a face that are looked at together, on a GPU and on a driver on the cpu.
-const PAIRS: [usize; 2] = [1 << 18, 1 << 16];
+/// Pairs of a beam and a face that are looked at together.
+const PAIRS: usize = 1 << 18;
 /// Pairs for which there is room before it is known how many there are: so many, or so many a beam.
 const LEAST_PAIRS: usize = 1 << 10;
 const PAIRS_OF_BEAM: usize = 8;
@@ -32,15 +32,17 @@ const THREADS: [usize; 2] = [1 << 16, 1 << 12];
 /// Steps that a thread of `view_hide` may take at a time. A driver on the cpu has no use for handing on, but ends loops after 65,535 steps
 /// of threads that take them together.
 const BUDGET: [u32; 2] = [1 << 17, 1 << 12];
-/// Times that what goes on is followed in one submission, each with a quarter of the threads before it.
+/// Rounds in which what goes on is followed in one submission, those after the first with an eighth of its threads.
 const ROUNDS: usize = 6;
 /// Least number of threads of a round.
-const LEAST_THREADS: usize = 64;
-/// Runs of rounds in one submission.
-const RUNS: usize = 16;
-/// Words of what is through for which a thread has room, of a polygon of four corners. Where that is too little it goes again with four
+const LEAST_THREADS: usize = 256;
+/// Runs of rounds in one submission; and in the first one, before it is known how many of them have something to do, on a GPU and on a
+/// driver on the cpu: each costs a GPU what comes back of it.
+const RUNS: usize = 32;
+const FIRST_RUNS: [usize; 2] = [1, 32];
+/// Words of what is through for which a thread has room, of a polygon of seven corners. Where that is too little it goes again with four
 /// times as much, up to what all its slots hold.
-const WORDS: usize = 10;
+const WORDS: usize = 16;
 
 /// What beams of a frame meet, or why the device cannot tell.
 pub enum Traced {
@@ -309,6 +311,7 @@ struct Device<'a> {
     threads: usize,
     pairs: usize,
     parts: usize,
+    first_runs: usize,
 }
 
 /// A result, or why the device refuses.
@@ -324,8 +327,9 @@ impl<'a> Device<'a> {
             params: ViewParams { budget: BUDGET[kind], ..params },
             body,
             threads: THREADS[kind].min(slots).max(64),
-            pairs: PAIRS[kind].min(pieces).max(64),
+            pairs: PAIRS.min(pieces).max(64),
             parts: nodes.div_ceil(NODES[kind]).max(1),
+            first_runs: FIRST_RUNS[kind],
         }
     }
 
@@ -439,8 +443,7 @@ impl<'a> Device<'a> {
         let mut read = [0; 2];
         loop {
             let mut runs = Vec::new();
-            // How many polygons there are is known after the first run.
-            let most = if number.is_some() { 1 } else { RUNS };
+            let most = if number.is_some() { self.first_runs } else { RUNS };
             while runs.len() < most
                 && let Some(going) = queue.pop()
             {
@@ -483,6 +486,7 @@ impl<'a> Device<'a> {
         troubles: &Buffer<u32>,
     ) -> Vec<Round> {
         let mut rounds = Vec::with_capacity(ROUNDS);
+        let of_later = (going.count / 8).max(LEAST_THREADS);
         let no_limit = recorder.upload("no limit", &[u32::MAX]);
         for _ in 0..ROUNDS {
             let threads = going.count;
@@ -520,7 +524,7 @@ impl<'a> Device<'a> {
             let next = Going {
                 pieces: pieces.clone(),
                 first: 0,
-                count: (threads / 4).max(LEAST_THREADS),
+                count: of_later,
                 number: Some((on, threads)),
                 room: 1,
             };
