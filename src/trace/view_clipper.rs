@@ -32,14 +32,15 @@ const THREADS: [usize; 2] = [1 << 16, 1 << 12];
 /// Steps that a thread of `view_hide` may take at a time. A driver on the cpu has no use for handing on, but ends loops after 65,535 steps
 /// of threads that take them together.
 const BUDGET: [u32; 2] = [1 << 17, 1 << 12];
-/// Rounds in which what goes on is followed in one submission, those after the first with an eighth of its threads.
-const ROUNDS: usize = 6;
+/// Rounds in which what goes on is followed in one submission, those after the first with an eighth of its threads: in the windows, where a
+/// road may be hidden by hundreds of faces, and behind mirrors.
+const ROUNDS: [usize; 2] = [6, 3];
 /// Least number of threads of a round.
 const LEAST_THREADS: usize = 256;
 /// Runs of rounds in one submission; and in the first one, before it is known how many of them have something to do, on a GPU and on a
 /// driver on the cpu: each costs a GPU what comes back of it.
 const RUNS: usize = 32;
-const FIRST_RUNS: [usize; 2] = [1, 32];
+const FIRST_RUNS: [usize; 2] = [1, 8];
 /// Words of what is through for which a thread has room, of a polygon of seven corners. Where that is too little it goes again with four
 /// times as much, up to what all its slots hold.
 const WORDS: usize = 16;
@@ -485,10 +486,11 @@ impl<'a> Device<'a> {
         mut going: Going,
         troubles: &Buffer<u32>,
     ) -> Vec<Round> {
-        let mut rounds = Vec::with_capacity(ROUNDS);
+        let most = ROUNDS[usize::from(level.level > 0)];
+        let mut rounds = Vec::with_capacity(most);
         let of_later = (going.count / 8).max(LEAST_THREADS);
         let no_limit = recorder.upload("no limit", &[u32::MAX]);
-        for _ in 0..ROUNDS {
+        for _ in 0..most {
             let threads = going.count;
             let (limit, total_at) = going.number.clone().unwrap_or_else(|| (no_limit.clone(), 0));
             let room = threads.max(LEAST_THREADS) * going.room;
