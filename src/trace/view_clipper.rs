@@ -40,7 +40,7 @@ const LEAST_THREADS: usize = 256;
 /// Runs of rounds in one submission; and in the first one, before it is known how many of them have something to do, on a GPU and on a
 /// driver on the cpu: each costs a GPU what comes back of it.
 const RUNS: usize = 32;
-const FIRST_RUNS: [usize; 2] = [1, 8];
+const FIRST_RUNS: [usize; 2] = [1, 16];
 /// Words of what is through for which a thread has room, of a polygon of seven corners. Where that is too little it goes again with four
 /// times as much, up to what all its slots hold.
 const WORDS: usize = 16;
