@@ -413,8 +413,8 @@ impl Maps {
 
 /// How a look is measured.
 struct Extent {
-    /// Whether the device traces twice where that takes no longer than so many seconds.
-    twice_s: f64,
+    /// Whether the device traces twice.
+    twice: bool,
     /// Whether outlines of regions are compared with what they are made of, which traces once more.
     regions: bool,
 }
@@ -480,7 +480,7 @@ fn measure(frame: &Frame, extent: &Extent) -> Measured {
     let gpu = Engine::Gpu(Box::new(opened_for_tests()));
     let on_device = || gpu.trace(&geometry, radar, pose, *ego_mps, &options).unwrap();
     let (device, device_s) = timed(&on_device);
-    let again = (device_s <= extent.twice_s).then(|| {
+    let again = extent.twice.then(|| {
         let again = on_device();
         again.list.len() == device.list.len()
             && again.list.iter().zip(&device.list).all(|(a, b)| bits(a) == bits(b))
@@ -644,7 +644,7 @@ fn every_look_that_a_device_traces() {
     for (name, scene, facets) in ROADS {
         looks.push((name.into(), Box::new(move || road(scene, facets))));
     }
-    let extent = Extent { twice_s: 15.0, regions: true };
+    let extent = Extent { twice: true, regions: true };
     for (name, frame) in looks.iter().filter(|l| l.0.contains(&only)) {
         say(name, &measure(&frame(), &extent));
     }
@@ -654,8 +654,8 @@ fn every_look_that_a_device_traces() {
 /// were cut, and a cut by shaders is another one than the host's: single echoes of car bodies move by hundredths of a decibel. Where lines of
 /// two facets are one, it is open on which of their corners a wave ends: pairs that cancel in sum are there with one and not with the other.
 const OPEN: [(&str, &[&str]); 4] = [
-    ("template, scene 3", &["power agreeing", "turns", "dB", "cells"]),
-    ("template, scene 0", &["power matched", "power agreeing", "turns", "dB"]),
+    ("template, scene 3", &["turns", "dB"]),
+    ("template, scene 0", &["power matched", "power agreeing"]),
     ("template, scene 2", &["power agreeing", "dB"]),
     ("highways, scene 2", &["power matched", "power agreeing", "dB"]),
 ];
@@ -671,17 +671,17 @@ fn a_device_traces_what_the_host_traces() {
     }
     looks.extend(ROADS.map(|(name, scene, facets)| (name.into(), road(scene, facets))));
     let mut wrong = Vec::new();
-    let mut twice = 0;
     for (name, frame) in looks {
         // What takes longer is traced twice by the test of the whole table.
-        let m = measure(&frame, &Extent { twice_s: 0.5, regions: false });
+        let quick = ["W3", "straight", "template, scene 2"];
+        let extent = Extent { twice: quick.iter().any(|q| name.starts_with(q)), regions: false };
+        let m = measure(&frame, &extent);
         say(&name, &m);
-        twice += usize::from(m.same_bits.is_some());
         let open = OPEN.iter().find(|o| o.0 == name).map_or(&[][..], |o| o.1);
         let new = m.wrong().into_iter().filter(|(what, _)| !open.contains(what));
         wrong.extend(new.map(|(what, value)| format!("{name}: {what} {value:e}")));
     }
-    assert!(wrong.is_empty() && twice > 0, "{wrong:#?}");
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 /// An echo of an amplitude at a place.
