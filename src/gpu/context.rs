@@ -323,6 +323,12 @@ impl Gpu {
         self.poison
     }
 
+    /// An error about `kernel` that shows in a device that is lost.
+    pub(super) fn lost(&self, kernel: &str, why: &str) -> Error {
+        lock(&self.sink).lose(why);
+        self.error(kernel, why)
+    }
+
     /// An error about `kernel`. Where the device is lost, that is the problem, whatever it shows in.
     pub(super) fn error(&self, kernel: &str, problem: impl Into<String>) -> Error {
         let lost = lock(&self.sink).lost.clone();
