@@ -467,7 +467,7 @@ mod tests {
         let submitted = gpu.counts().submits;
         for _ in 0..3 {
             let text = submit(3.0).unwrap_err().to_string();
-            let parts = ["the device was lost (Destroyed)", "run the same command again", &gpu.report.name];
+            let parts = ["the device was lost (", "run the same command again", &gpu.report.name];
             assert!(parts.iter().all(|part| text.contains(part)), "{text}");
         }
         // Nothing is given to a device that is gone.
