@@ -11,6 +11,7 @@ mod tracing;
 
 pub use crate::trace::tracing::Tracing;
 pub use chain::{FrameInput, MadeFrame};
+pub use tracing::Look;
 
 use crate::adc::{self, Cube};
 use crate::base::error::{BadInput, Error, Result};

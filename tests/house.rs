@@ -174,12 +174,6 @@ fn every_shader_can_be_written_for_metal_and_direct3d() {
     report(&wrong);
 }
 
-/// Kernels that need more than every WebGPU device has, with what takes their place there.
-const BEYOND_WEBGPU: [(&str, &str); 2] = [
-    ("trace/beam_clip", "nothing yet: a ninth storage buffer"),
-    ("trace/beam_ahead", "nothing yet: a ninth storage buffer"),
-];
-
 /// Limits that every WebGPU device keeps (W3C, WebGPU, section 3.6.2, column "default").
 const STORAGE_BUFFERS: usize = 8;
 const WORKGROUP_BYTES: u32 = 16_384;
@@ -188,7 +182,6 @@ const WORKGROUP_THREADS: u32 = 256;
 #[test]
 fn kernels_stay_within_webgpus_default_limits() {
     let mut wrong = Vec::new();
-    let mut beyond = BTreeSet::new();
     for kernel in all_kernels() {
         let (module, _) = module_from_wgsl(kernel.stem, &kernel.source()).unwrap();
         let mut layouter = naga::proc::Layouter::default();
@@ -211,18 +204,9 @@ fn kernels_stay_within_webgpus_default_limits() {
             too_much.push(format!("{threads} threads of {WORKGROUP_THREADS}"));
         }
         if !too_much.is_empty() {
-            beyond.insert(kernel.stem);
-            if BEYOND_WEBGPU.iter().all(|(stem, _)| *stem != kernel.stem) {
-                wrong.push(format!("{}: {}", kernel.stem, too_much.join(", ")));
-            }
+            wrong.push(format!("{}: {}", kernel.stem, too_much.join(", ")));
         }
     }
-    wrong.extend(
-        BEYOND_WEBGPU
-            .iter()
-            .filter(|(stem, _)| !beyond.contains(stem))
-            .map(|(stem, _)| format!("{stem} stays within the limits: take it out of BEYOND_WEBGPU")),
-    );
     report(&wrong);
 }
 

@@ -9,7 +9,7 @@
 struct BeamParams {
     first: u32,
     count: u32,
-    // 0 counts, 1 writes.
+    // 0 counts, 1 writes; `beam_clip` has a mode of its own.
     mode: u32,
     // 0: from a port to the faces; 1: from one face to another.
     level: u32,

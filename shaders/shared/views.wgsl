@@ -5,8 +5,10 @@
 // `body`: three words a face, (normal, offset), (first corner, corners | one-sided << 8, patch, body), (rank by area, area of the patch,
 // 0, 0); then the corners (place, the edge that begins there), two words a node of the tree in the order of a walk, (centre, node behind
 // the branch), (half size, first face | faces << 24, 0 above the leaves), the edges (from one end to the other, the corner where it
-// begins) and a face of each patch, four to a word. Places are seen from the radar, along the axes (k, u, v) of the first window. `views`: five words each, the rows that take a place to (u, v, k), the
-// origin with the view before the mirror, and (level, 0, 0, 0).
+// begins) and a face of each patch, four to a word. Places are seen from the radar, along the axes (k, u, v) of the first window.
+// Several scenes may stand behind one another, each with a tree of its own: numbers of faces, corners, nodes, edges and patches count
+// through all of them, and no two scenes meet. `views`: six words each, the rows that take a place to (u, v, k), the origin with the view
+// before the mirror, (level, first node, node behind the last, bounces) and (flatness of the scene's planes, padding of its boxes, 0, 0).
 //
 // A line is told by two words, (kind << 28 | level of the view in which it was seen << 24 | number, second number). A side has in bit 31
 // of the first on which side of its line the polygon lies: that is known from how faces are wound and is never computed.
@@ -53,12 +55,21 @@ const TOO_MANY_STEPS: u32 = 2u;
 const NOT_FINITE: u32 = 4u;
 var<private> trouble: u32;
 
+// Words of a view.
+const VIEW: u32 = 6u;
+
 struct View {
     u: vec4<f32>,
     v: vec4<f32>,
     k: vec4<f32>,
     origin: vec3<f32>,
     level: u32,
+    // First node of the scene's tree, and the one behind its last.
+    nodes: vec2<u32>,
+    // Bounces above which only planes go on beside which the next one is small.
+    bounces: u32,
+    flat_m: f32,
+    pad_m: f32,
 }
 
 struct Corner {
@@ -77,21 +88,27 @@ struct Cutter {
 }
 
 fn view_at(i: u32) -> View {
-    let o = views[5u * i + 3u];
+    let o = views[VIEW * i + 3u];
+    let scene = views[VIEW * i + 4u];
+    let sizes = bitcast<vec4<f32>>(views[VIEW * i + 5u]);
     return View(
-        bitcast<vec4<f32>>(views[5u * i]),
-        bitcast<vec4<f32>>(views[5u * i + 1u]),
-        bitcast<vec4<f32>>(views[5u * i + 2u]),
+        bitcast<vec4<f32>>(views[VIEW * i]),
+        bitcast<vec4<f32>>(views[VIEW * i + 1u]),
+        bitcast<vec4<f32>>(views[VIEW * i + 2u]),
         bitcast<vec3<f32>>(o.xyz),
-        views[5u * i + 4u].x,
+        scene.x,
+        scene.yz,
+        scene.w,
+        sizes.x,
+        sizes.y,
     );
 }
 
 // The view of that level among `view` and those before it.
 fn seen_in(view: u32, level: u32) -> u32 {
     var i = view;
-    for (var steps = views[5u * view + 4u].x; steps > level; steps -= 1u) {
-        i = views[5u * i + 3u].w;
+    for (var steps = views[VIEW * view + 4u].x; steps > level; steps -= 1u) {
+        i = views[VIEW * i + 3u].w;
     }
     return i;
 }
@@ -553,21 +570,21 @@ var<private> next_face: u32;
 var<private> faces_left: u32;
 var<private> steps: u32;
 
-fn prism_wall(axis: vec4<f32>, k: vec4<f32>, x: f32, inward: f32) -> vec4<f32> {
-    let a = (axis - k * x) * inward;
-    return vec4<f32>(a.xyz, -a.w - params.pad_m);
+fn prism_wall(f: View, axis: vec4<f32>, x: f32, inward: f32) -> vec4<f32> {
+    let a = (axis - f.k * x) * inward;
+    return vec4<f32>(a.xyz, -a.w - f.pad_m);
 }
 
 // Looks for faces around the rays through the box, on the lit side of two planes.
 fn look_within(f: View, box: vec4<f32>, side: vec4<f32>, other: vec4<f32>) {
     walls = mat4x4<f32>(
-        prism_wall(f.u, f.k, box.x - 1e-6, 1.0),
-        prism_wall(f.u, f.k, box.z + 1e-6, -1.0),
-        prism_wall(f.v, f.k, box.y - 1e-6, 1.0),
-        prism_wall(f.v, f.k, box.w + 1e-6, -1.0),
+        prism_wall(f, f.u, box.x - 1e-6, 1.0),
+        prism_wall(f, f.u, box.z + 1e-6, -1.0),
+        prism_wall(f, f.v, box.y - 1e-6, 1.0),
+        prism_wall(f, f.v, box.w + 1e-6, -1.0),
     );
-    ahead_of = side - vec4<f32>(0.0, 0.0, 0.0, params.pad_m);
-    also_ahead_of = other - vec4<f32>(0.0, 0.0, 0.0, params.pad_m);
+    ahead_of = side - vec4<f32>(0.0, 0.0, 0.0, f.pad_m);
+    also_ahead_of = other - vec4<f32>(0.0, 0.0, 0.0, f.pad_m);
 }
 
 fn reaches(space: vec4<f32>, centre: vec3<f32>, half: vec3<f32>) -> bool {

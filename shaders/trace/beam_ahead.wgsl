@@ -5,13 +5,13 @@
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> aspects: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> records: array<vec4<u32>>;
-// Faces met and parts that leave.
-@group(0) @binding(4) var<storage, read_write> met: array<u32>;
-@group(0) @binding(5) var<storage, read_write> leaving: array<u32>;
-@group(0) @binding(6) var<storage, read_write> items: array<vec2<u32>>;
-@group(0) @binding(7) var<storage, read_write> exits: array<vec4<u32>>;
-@group(0) @binding(8) var<storage, read_write> scratch: array<vec2<f32>>;
-@group(0) @binding(9) var<storage, read_write> troubles: array<atomic<u32>>;
+// Faces met by each beam and a zero, then the parts of each that leave and a zero. They are summed in one go, so
+// that the sums of the latter begin with the number of all faces met.
+@group(0) @binding(4) var<storage, read_write> counts: array<u32>;
+@group(0) @binding(5) var<storage, read_write> items: array<vec2<u32>>;
+@group(0) @binding(6) var<storage, read_write> exits: array<vec4<u32>>;
+@group(0) @binding(7) var<storage, read_write> scratch: array<vec2<f32>>;
+@group(0) @binding(8) var<storage, read_write> troubles: array<atomic<u32>>;
 
 @compute @workgroup_size(64)
 fn main(
@@ -25,9 +25,10 @@ fn main(
     if scratch_thread >= params.threads || id >= params.count {
         return;
     }
-    let item_slot = met[id];
-    let exit_slot = leaving[id];
-    if params.mode == 1u && met[id + 1u] == item_slot && leaving[id + 1u] == exit_slot {
+    let leaving = params.count + 1u;
+    let item_slot = counts[id];
+    let exit_slot = counts[leaving + id] - counts[leaving];
+    if params.mode == 1u && counts[id + 1u] == item_slot && counts[leaving + id + 1u] == counts[leaving + id] {
         return;
     }
     let record = id * RECORD;
@@ -88,8 +89,8 @@ fn main(
         atomicOr(&troubles[0], trouble);
     }
     if params.mode == 0u {
-        met[id] = targets;
-        leaving[id] = pieces;
+        counts[id] = targets;
+        counts[leaving + id] = pieces;
         return;
     }
     for (var p = 0u; p < pieces; p += 1u) {

@@ -1,19 +1,19 @@
 // What the rays of a beam light of one face: the beam's polygon on the face less what nearer faces hide. A
 // thread takes one beam and one face, or (level 0) one aspect and one face. Counts first, and keeps what is a
-// single piece; then, the counts being summed, writes.
+// single piece; then, the counts being summed, clips again what is more than one, and puts the single pieces
+// between (mode 2, a dispatch of its own: every adapter binds eight buffers, and what was kept would be a ninth).
 
 @group(0) @binding(0) var<uniform> params: BeamParams;
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> aspects: array<vec4<f32>>;
-// Beams that set out, and (beam, face) of each item; not read at level 0.
+// Beams that set out, or in mode 2 the single pieces, a record for each item; and (beam, face) of each item.
+// Modes 0 and 1 read neither at level 0.
 @group(0) @binding(3) var<storage, read> records: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read> items: array<vec2<u32>>;
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(6) var<storage, read_write> lit_records: array<vec4<u32>>;
 @group(0) @binding(7) var<storage, read_write> scratch: array<vec2<f32>>;
-// Single pieces, a record for each item.
-@group(0) @binding(8) var<storage, read> singles: array<vec4<u32>>;
-@group(0) @binding(9) var<storage, read_write> troubles: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> troubles: array<atomic<u32>>;
 
 @compute @workgroup_size(64)
 fn main(
@@ -28,14 +28,14 @@ fn main(
         return;
     }
     let slot = counts[id];
-    if params.mode == 1u {
+    if params.mode != 0u {
         let found = counts[id + 1u] - slot;
-        if found == 1u {
+        if params.mode == 2u && found == 1u {
             for (var i = 0u; i < RECORD; i += 1u) {
-                lit_records[slot * RECORD + i] = singles[id * RECORD + i];
+                lit_records[slot * RECORD + i] = records[id * RECORD + i];
             }
         }
-        if found <= 1u {
+        if params.mode == 2u || found <= 1u {
             return;
         }
     }

@@ -1,5 +1,6 @@
 // Faces that may stand ahead of each reflected beam, by the boxes of the tree. A thread takes one beam and one of `params.parts` parts of
-// the tree. Counts first; then, the counts being summed, writes pairs (beam, face).
+// the tree. Counts first; then, the counts being summed, writes pairs (beam, face) behind
+// their number. Where there is no room for all of them the number is 0.
 
 @group(0) @binding(0) var<uniform> params: ViewParams;
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
@@ -21,8 +22,15 @@ fn main(
         return;
     }
     let slot = counts[id];
-    if params.mode == 1u && counts[id + 1u] == slot {
-        return;
+    if params.mode == 1u {
+        let total = counts[params.total_at];
+        let fits = total <= params.room;
+        if id == 0u {
+            pairs[0] = vec2<u32>(select(0u, total, fits), 0u);
+        }
+        if !fits || counts[id + 1u] == slot {
+            return;
+        }
     }
     let index = id / params.parts;
     let part = id % params.parts;
@@ -40,9 +48,9 @@ fn main(
     }
     let side = plane_of(from_face) * from_side;
     look_within(f, box, side, side);
-    let nodes = (params.nodes + params.parts - 1u) / params.parts;
-    node = part * nodes;
-    last_node = min(node + nodes, params.nodes);
+    let nodes = (f.nodes.y - f.nodes.x + params.parts - 1u) / params.parts;
+    node = f.nodes.x + part * nodes;
+    last_node = min(node + nodes, f.nodes.y);
     faces_left = 0u;
     let area_m2 = bitcast<f32>(body[3u * from_face + 2u].y);
     var found = 0u;
@@ -54,14 +62,14 @@ fn main(
         // The host looks again at what lies on the edge of the rule.
         let small = bitcast<f32>(body[3u * g + 2u].y);
         let most = max(ENDLESS_M2, ENDLESS_RATIO * small) * 0.99999;
-        if params.endless == 1u && params.level == 1u && area_m2 < most {
+        if params.level >= f.bounces && params.level == 1u && area_m2 < most {
             continue;
         }
-        if place(g, from_face, from_side, max(params.flat_m, params.lies_m)) == BEHIND {
+        if place(g, from_face, from_side, max(f.flat_m, params.lies_m)) == BEHIND {
             continue;
         }
         if params.mode == 1u {
-            pairs[slot + found] = vec2<u32>(index, g);
+            pairs[1u + slot + found] = vec2<u32>(index, g);
         }
         found += 1u;
     }

@@ -1,4 +1,5 @@
-// Copies the pieces of each thread of `view_hide` to where prefix sums put them: those that are through, and those that go on.
+// Copies the pieces of each thread of `view_hide` to where prefix sums put them: those that are through one behind the other, without
+// the words that they do not need, and those that go on as `view_hide` takes them. What has no room is left out.
 
 @group(0) @binding(0) var<uniform> params: ViewParams;
 @group(0) @binding(1) var<storage, read> scratch: array<vec4<u32>>;
@@ -17,17 +18,22 @@ fn main(
     if thread >= params.threads {
         return;
     }
-    let through = done[thread + 1u] - done[thread];
-    let on = going[thread + 1u] - going[thread];
-    for (var i = 0u; i < through + on; i += 1u) {
-        let n = 2u + 2u * (scratch[(i * PIECE) * params.threads + thread].z & 0xffu);
-        for (var w = 0u; w < n; w += 1u) {
-            let word = scratch[(i * PIECE + w) * params.threads + thread];
-            if i < through {
-                finished[(done[thread] + i) * PIECE + w] = word;
-            } else {
-                pieces[(going[thread] + i - through) * PIECE + w] = word;
-            }
+    var slot = 0u;
+    var to = done[thread];
+    let behind = done[thread + 1u];
+    while to < behind {
+        let n = 2u + 2u * (scratch[(slot * PIECE) * params.threads + thread].z & 0xffu);
+        for (var w = 0u; w < n && to + w < params.room; w += 1u) {
+            finished[to + w] = scratch[(slot * PIECE + w) * params.threads + thread];
         }
+        to += n;
+        slot += 1u;
+    }
+    for (var i = going[thread]; i < min(going[thread + 1u], params.room_on); i += 1u) {
+        let n = 2u + 2u * (scratch[(slot * PIECE) * params.threads + thread].z & 0xffu);
+        for (var w = 0u; w < n; w += 1u) {
+            pieces[i * PIECE + w] = scratch[(slot * PIECE + w) * params.threads + thread];
+        }
+        slot += 1u;
     }
 }

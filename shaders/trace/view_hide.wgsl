@@ -8,7 +8,7 @@
 @group(0) @binding(3) var<storage, read> pieces: array<vec4<u32>>;
 // Slots of each thread, of which thread t has every word that is t modulo their number.
 @group(0) @binding(4) var<storage, read_write> scratch: array<vec4<u32>>;
-// Of each thread, the pieces that are through and those that go on.
+// Of each thread, the words of the pieces that are through, and the number of those that go on.
 @group(0) @binding(5) var<storage, read_write> done: array<u32>;
 @group(0) @binding(6) var<storage, read_write> going: array<u32>;
 // The number of pieces is its word `params.total_at`.
@@ -166,7 +166,7 @@ fn main(
         next_face = leaf & 0xffffffu;
         faces_left = leaf >> 24u;
         take_slot(finished);
-        last_node = params.nodes;
+        last_node = f.nodes.y;
         let box = bounds();
         if corners > MANY {
             if slots == SLOTS {
@@ -199,12 +199,12 @@ fn main(
             }
             let other_side = front(other_facing);
             var crosses = false;
-            let here = place(g, target_face, lit_side, params.flat_m);
+            let here = place(g, target_face, lit_side, f.flat_m);
             if here != BEFORE && !lies_on(g, target_face) {
                 if here == BEHIND {
                     continue;
                 }
-                let back = place(target_face, g, other_side, params.flat_m);
+                let back = place(target_face, g, other_side, f.flat_m);
                 if back == BEFORE {
                     continue;
                 }
@@ -212,7 +212,7 @@ fn main(
             }
             var beyond = BEFORE;
             if onward {
-                beyond = place(g, from_face, from_side, max(params.flat_m, params.lies_m));
+                beyond = place(g, from_face, from_side, max(f.flat_m, params.lies_m));
                 if beyond == BEHIND {
                     continue;
                 }
@@ -316,6 +316,10 @@ fn main(
     if trouble != 0u {
         atomicOr(&troubles[0], trouble);
     }
-    done[thread] = finished;
+    var words = 0u;
+    for (var i = 0u; i < finished; i += 1u) {
+        words += 2u + 2u * (scratch[word(i, 0u)].z & 0xffu);
+    }
+    done[thread] = words;
     going[thread] = slots - finished;
 }

@@ -1,5 +1,5 @@
-// The part of a face that a beam's own lines hold, before anything hides it: of every face in every window (level 0, thread window *
-// faces + face), or of every pair of a beam and a face ahead of it. Counts first; then, the counts being summed, writes pieces.
+// The part of a face that a beam's own lines hold, before anything hides it: of pairs of a window and a face (level 0), or of a beam and
+// a face ahead of it, whose number stands before them. Counts first; then, the counts being summed, writes pieces.
 
 @group(0) @binding(0) var<uniform> params: ViewParams;
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
@@ -52,25 +52,21 @@ fn main(
 ) {
     let thread = linear_id(workgroup, workgroups, local, 64u);
     let id = params.first + thread;
-    if thread >= params.threads || id >= params.count {
+    if thread >= params.threads || id >= min(params.count, pairs[0].x) {
         return;
     }
     let slot = counts[thread];
     if params.mode == 1u && counts[thread + 1u] == slot {
         return;
     }
-    var target_face: u32;
     var view: u32;
     var source = NONE;
-    var beam_index: u32;
+    let pair = pairs[1u + id];
+    let beam_index = pair.x;
+    let target_face = pair.y;
     if params.level == 0u {
-        target_face = id % params.faces;
-        view = id / params.faces;
-        beam_index = id;
+        view = pair.x;
     } else {
-        let pair = pairs[id];
-        beam_index = pair.x;
-        target_face = pair.y;
         view = beams[pair.x * PIECE].y;
         source = beams[pair.x * PIECE + 1u].z;
     }
@@ -81,7 +77,7 @@ fn main(
         eps = 0.0;
         if params.level != 0u {
             // The beam's own corners, as they were seen before the mirror.
-            outline_of(view_at(views[5u * view + 3u].w), source & 0x7fffffffu);
+            outline_of(view_at(views[VIEW * view + 3u].w), source & 0x7fffffffu);
             eps = outline_off;
         }
         outline_of(f, target_face);
@@ -93,7 +89,7 @@ fn main(
                 let beam = beam_index * PIECE;
                 let from_face = source & 0x7fffffffu;
                 let from_side = select(1.0, -1.0, (source & 0x80000000u) != 0u);
-                if place(target_face, from_face, from_side, max(params.flat_m, params.lies_m)) == ACROSS {
+                if place(target_face, from_face, from_side, max(f.flat_m, params.lies_m)) == ACROSS {
                     is_kept = keeps(crossing(f, from_face, target_face, false));
                 }
                 // As it was seen before the mirror.
@@ -122,7 +118,7 @@ fn main(
         return;
     }
     let to = slot * PIECE;
-    pieces[to] = vec4<u32>(target_face, view, corners | select(0u, 0x100u, outline_whole), 0u);
+    pieces[to] = vec4<u32>(target_face, view, corners | select(0u, 0x100u, outline_whole), f.nodes.x);
     pieces[to + 1u] = vec4<u32>(0u, bitcast<u32>(SLIVER * size), source, beam_index);
     for (var i = 0u; i < corners; i += 1u) {
         let c = ring[i];

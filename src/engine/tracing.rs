@@ -7,18 +7,17 @@ use crate::base::error::{BadInput, Error, Result};
 use crate::base::frames::{Pose, Sensor, World};
 use crate::base::units::{power_from_db, wavenumber};
 use crate::geom::Geometry;
-use crate::geom::faces::Faces;
 use crate::gpu::Gpu;
 use crate::scene::radar::Radar;
-use crate::trace::beams::{BeamOptions, Frame};
-use crate::trace::cpu::beams::{self, Ends};
-use crate::trace::cpu::{echoes, volume};
+use crate::trace::beams::Frame;
+use crate::trace::cpu::echoes::FrameBeams;
+use crate::trace::cpu::{beams, echoes, volume};
 use crate::trace::tracing::Tracing;
-use crate::trace::view_clipper::{self, Traced};
+use crate::trace::view_clipper::{self, Beams, Traced};
 use crate::trace::windows::windows;
 use crate::trace::{Echoes, TraceOptions, merge};
 use glam::DVec3;
-use std::cell::Cell;
+use rayon::prelude::*;
 
 impl Engine {
     /// Where beams of frames are followed.
@@ -67,23 +66,31 @@ impl Engine {
         velocity_mps: DVec3,
         options: &TraceOptions,
     ) -> Result<Echoes> {
-        let able = options.convention != Convention::Last;
+        let look = Look { geometry, radar, pose: *pose, velocity_mps, options: *options };
+        let made = self.trace_all(&[look]).pop();
+        made.unwrap_or_else(|| Err(Error::Failed("no frame was traced".into())))
+    }
+
+    /// [`Engine::trace`] of many frames, to the bit as each alone and in their order. Those whose beams the device follows share its
+    /// submissions.
+    ///
+    /// # Errors
+    /// Each frame has the error of [`Engine::trace`].
+    pub fn trace_all(&self, looks: &[Look<'_>]) -> Vec<Result<Echoes>> {
         let gpu = match self {
-            Engine::Gpu(gpu) if able && self.tracing() == Tracing::Device => &**gpu,
-            _ => return Ok(self.echoes(geometry, radar, pose, velocity_mps, options)),
+            Engine::Gpu(gpu) if self.tracing() == Tracing::Device => &**gpu,
+            _ => return looks.par_iter().map(|look| Ok(self.echoes_of(look))).collect(),
         };
-        let windows = windows(radar, pose);
-        let refused = Cell::new(None);
-        let of = |options: &TraceOptions| {
-            let clip = |faces: &Faces, beams: &BeamOptions, ends: Option<Ends<'_>>| {
-                clipped(gpu, &refused, faces, &windows, beams, ends)
-            };
-            echoes::echoes_by(geometry, clip, pose, velocity_mps, options)
-        };
-        let mut all = deep_enough(geometry, radar, velocity_mps, options, of)?;
-        (all.on_device, all.fallback) = (refused.get().is_none(), refused.get());
-        complete(&mut all, geometry, radar, pose, velocity_mps, options);
-        Ok(all)
+        match traced_together(gpu, looks) {
+            Ok(all) => all.into_iter().map(Ok).collect(),
+            Err(e) if looks.len() == 1 => vec![Err(e)],
+            // An error is that of a frame.
+            Err(_) => looks.iter().flat_map(|look| self.trace_all(std::slice::from_ref(look))).collect(),
+        }
+    }
+
+    fn echoes_of(&self, look: &Look<'_>) -> Echoes {
+        self.echoes(look.geometry, look.radar, &look.pose, look.velocity_mps, &look.options)
     }
 
     /// [`Engine::trace`] on the host in f64, whatever the engine is and whatever [`Engine::tracing`] says: the truth beside which the device
@@ -97,77 +104,127 @@ impl Engine {
         options: &TraceOptions,
     ) -> Echoes {
         let windows = windows(radar, pose);
-        let of = |options: &TraceOptions| {
-            Ok::<_, std::convert::Infallible>(echoes::echoes(geometry, &windows, pose, velocity_mps, options))
-        };
-        let mut all = match deep_enough(geometry, radar, velocity_mps, options, of) {
-            Ok(all) => all,
-            Err(never) => match never {},
-        };
-        complete(&mut all, geometry, radar, pose, velocity_mps, options);
-        all
-    }
-}
-
-/// What beams meet by the device; by the host in f64 once `refused` holds a reason, which the device gives here.
-fn clipped(
-    gpu: &Gpu,
-    refused: &Cell<Option<&'static str>>,
-    faces: &Faces,
-    windows: &[Frame],
-    beams: &BeamOptions,
-    ends: Option<Ends<'_>>,
-) -> Result<beams::Clipped, Error> {
-    // A frame that was refused is not tried again with more bounces: its echoes come from one clipper.
-    if refused.get().is_none() {
-        match view_clipper::clip_windows(gpu, faces, windows, beams, ends)? {
-            Traced::Whole(clipped) => return Ok(clipped),
-            Traced::Refused(why) => refused.set(Some(why)),
+        let look = Look { geometry, radar, pose: *pose, velocity_mps, options: *options };
+        let mut bounces = options.bounces;
+        loop {
+            let options = look.options_to(bounces);
+            let mut all = echoes::echoes(geometry, &windows, pose, velocity_mps, &options);
+            look.reckon_powers(&mut all);
+            if look.is_deep_enough(&all) {
+                look.complete(&mut all);
+                return all;
+            }
+            bounces = all.bounces + 1;
         }
     }
-    Ok(beams::clip_windows(faces, windows, beams, ends))
 }
 
-/// Echoes by `of` within the reach of the radar, one bounce deeper as long as what the limit of bounces cuts off would show.
-fn deep_enough<E>(
-    geometry: &Geometry,
-    radar: &Radar,
-    velocity_mps: DVec3,
-    options: &TraceOptions,
-    of: impl Fn(&TraceOptions) -> Result<Echoes, E>,
-) -> Result<Echoes, E> {
-    let of_depth = |bounces: usize| {
-        let rate_mps = reach::fastest_path_mps(geometry, velocity_mps, bounces);
-        let reach_m = options.reach_m.min(reach::reach_m(radar, rate_mps));
-        let mut all = of(&TraceOptions { reach_m, bounces, ..*options })?;
-        if options.least_cut.is_some() {
-            all.power_w = power_w(radar, &all.list);
-            all.cut_power_w = unpolarised_w(radar, &all.cut);
+/// Echoes of frames whose beams the device follows together, one bounce deeper where what the limit of bounces cuts off would show.
+fn traced_together(gpu: &Gpu, looks: &[Look<'_>]) -> Result<Vec<Echoes>> {
+    let all_windows: Vec<Vec<Frame>> = looks.par_iter().map(|look| windows(look.radar, &look.pose)).collect();
+    let mut bounces: Vec<usize> = looks.iter().map(|look| look.options.bounces).collect();
+    let mut refused: Vec<Option<&'static str>> = vec![None; looks.len()];
+    let mut made: Vec<Option<Echoes>> = looks.iter().map(|_| None).collect();
+    loop {
+        let left: Vec<usize> = (0..looks.len()).filter(|i| made[*i].is_none()).collect();
+        if left.is_empty() {
+            return Ok(made.into_iter().flatten().collect());
         }
-        Ok(all)
-    };
-    let mut all = of_depth(options.bounces)?;
-    let bearable = power_from_db(options.accuracy_db) - 1.0;
-    while all.bounces < options.most_bounces && all.cut_power_w > bearable * all.power_w {
-        all = of_depth(all.bounces + 1)?;
+        let options: Vec<TraceOptions> = left.iter().map(|i| looks[*i].options_to(bounces[*i])).collect();
+        let beams = left.par_iter().zip(&options);
+        let beams: Vec<FrameBeams<'_>> = beams
+            .map(|(i, options)| FrameBeams::new(looks[*i].geometry, looks[*i].pose.translation_m, options))
+            .collect();
+        // A frame that was refused is not tried again with more bounces: its echoes come from one clipper.
+        let able = |i: usize| refused[i].is_none() && looks[i].options.convention != Convention::Last;
+        let on_device = left.iter().zip(&beams).filter(|(i, _)| able(**i)).map(|(i, beams)| Beams {
+            faces: beams.faces(),
+            windows: &all_windows[*i],
+            options: &beams.options,
+            ends: beams.ends,
+        });
+        let mut traced = view_clipper::clip_all(gpu, &on_device.collect::<Vec<_>>())?.into_iter();
+        let traced: Vec<Option<Traced>> =
+            left.iter().map(|i| if able(*i) { traced.next() } else { None }).collect();
+        let new =
+            (left.par_iter().zip(&options).zip(&beams).zip(traced)).map(|(((i, options), beams), traced)| {
+                let look = &looks[*i];
+                let (clipped, why) = match traced {
+                    Some(Traced::Whole(clipped)) => (clipped, None),
+                    other => {
+                        let why = if let Some(Traced::Refused(why)) = other { Some(why) } else { None };
+                        let (faces, windows) = (beams.faces(), &all_windows[*i]);
+                        (beams::clip_windows(faces, windows, &beams.options, beams.ends), why)
+                    }
+                };
+                let mut all = beams.echoes(clipped, &look.pose, look.velocity_mps, options);
+                look.reckon_powers(&mut all);
+                (all, why)
+            });
+        for (i, (mut all, why)) in left.iter().copied().zip(new.collect::<Vec<_>>()) {
+            refused[i] = refused[i].or(why);
+            let look = &looks[i];
+            if look.is_deep_enough(&all) {
+                let on_device = refused[i].is_none() && look.options.convention != Convention::Last;
+                (all.on_device, all.fallback) = (on_device, refused[i]);
+                made[i] = Some(all);
+            } else {
+                bounces[i] = all.bounces + 1;
+            }
+        }
+        looks.par_iter().zip(&mut made).enumerate().for_each(|(i, (look, made))| {
+            if let (Some(all), true) = (made, left.contains(&i)) {
+                look.complete(all);
+            }
+        });
     }
-    Ok(all)
 }
 
-/// Adds what the air returns, takes away what it weakens, and adds up echoes of one place.
-fn complete(
-    all: &mut Echoes,
-    geometry: &Geometry,
-    radar: &Radar,
-    pose: &Pose<Sensor, World>,
-    velocity_mps: DVec3,
-    options: &TraceOptions,
-) {
-    if let Some(air) = &options.air {
-        all.list.extend(volume::echoes(geometry, radar, pose, velocity_mps, air, options));
-        air.attenuate(&mut all.list);
+/// A radar that looks at a scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Look<'a> {
+    /// The scene at the middle of the frame.
+    pub geometry: &'a Geometry,
+    /// The radar.
+    pub radar: &'a Radar,
+    /// Where it is.
+    pub pose: Pose<Sensor, World>,
+    /// Its velocity in the world, m/s.
+    pub velocity_mps: DVec3,
+    /// What to follow and what to keep.
+    pub options: TraceOptions,
+}
+
+impl Look<'_> {
+    /// The same options for so many bounces, within the reach of the radar.
+    fn options_to(&self, bounces: usize) -> TraceOptions {
+        let rate_mps = reach::fastest_path_mps(self.geometry, self.velocity_mps, bounces);
+        let reach_m = self.options.reach_m.min(reach::reach_m(self.radar, rate_mps));
+        TraceOptions { reach_m, bounces, ..self.options }
     }
-    if options.merge {
-        all.merged = merge::merge(&mut all.list, wavenumber(geometry.freq_hz), geometry.reach_s);
+
+    fn reckon_powers(&self, all: &mut Echoes) {
+        if self.options.least_cut.is_some() {
+            all.power_w = power_w(self.radar, &all.list);
+            all.cut_power_w = unpolarised_w(self.radar, &all.cut);
+        }
+    }
+
+    /// Whether what the limit of bounces cuts off does not show, or no deeper limit is allowed.
+    fn is_deep_enough(&self, all: &Echoes) -> bool {
+        let bearable = power_from_db(self.options.accuracy_db) - 1.0;
+        all.bounces >= self.options.most_bounces || all.cut_power_w <= bearable * all.power_w
+    }
+
+    /// Adds what the air returns, takes away what it weakens, and adds up echoes of one place.
+    fn complete(&self, all: &mut Echoes) {
+        let Look { geometry, radar, pose, velocity_mps, options } = self;
+        if let Some(air) = &options.air {
+            all.list.extend(volume::echoes(geometry, radar, pose, *velocity_mps, air, options));
+            air.attenuate(&mut all.list);
+        }
+        if options.merge {
+            all.merged = merge::merge(&mut all.list, wavenumber(geometry.freq_hz), geometry.reach_s);
+        }
     }
 }

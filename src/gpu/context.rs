@@ -3,6 +3,7 @@
 use super::arena::{Arena, GpuCounts, lock};
 use super::kernel::{Kernel, Pipeline, build_pipeline};
 use super::profile::{Profile, Profiler};
+use super::validation;
 use crate::base::error::{BadInput, Error, Result};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -91,7 +92,7 @@ pub fn quieten_loader() {
 }
 
 fn found_adapters() -> Vec<(wgpu::Adapter, AdapterReport)> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let instance = validation::instance();
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
         .into_iter()
         .map(|adapter| {
@@ -148,7 +149,21 @@ fn choose(reports: &[AdapterReport], want: Want<'_>) -> Result<usize> {
 #[derive(Default)]
 struct Sink {
     errors: Vec<String>,
+    /// Why the device is gone for good.
     lost: Option<String>,
+}
+
+impl Sink {
+    /// Notes that the device is lost; the first reason stays.
+    fn lose(&mut self, why: &str) {
+        self.lost.get_or_insert_with(|| {
+            format!(
+                "the device was lost ({why}), as when its driver is reset, it is removed or its memory runs out: run the same command \
+                 again (runs, datasets and studies go on from what is complete); if it is lost again, ask for less at a time (--batch) \
+                 or another --device"
+            )
+        });
+    }
 }
 
 /// An opened device that has passed the self-test. May be shared between threads.
@@ -163,6 +178,8 @@ pub struct Gpu {
     pretends: bool,
     /// Whether the beams of frames are left to the host.
     host_traces: bool,
+    /// The submission in which the device is lost, where a test wants that.
+    lost_at: Option<u64>,
     /// None unless kernels are profiled.
     pub(super) profiler: Option<Profiler>,
     pipelines: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
@@ -182,7 +199,14 @@ impl Gpu {
         let reports: Vec<_> = found.iter().map(|(_, r)| r.clone()).collect();
         let index = choose(&reports, want)?;
         let (adapter, report) = &found[index];
-        let limits = adapter.limits();
+        // Kernels get by with these of WebGPU's defaults (`tests/house.rs`): a device opened with them refuses what would not run everywhere.
+        let everywhere = wgpu::Limits::default();
+        let limits = wgpu::Limits {
+            max_storage_buffers_per_shader_stage: everywhere.max_storage_buffers_per_shader_stage,
+            max_compute_workgroup_storage_size: everywhere.max_compute_workgroup_storage_size,
+            max_compute_invocations_per_workgroup: everywhere.max_compute_invocations_per_workgroup,
+            ..adapter.limits()
+        };
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("catseye"),
             // It costs nothing where no query is made.
@@ -198,7 +222,8 @@ impl Gpu {
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| lock(&errors).errors.push(e.to_string())));
         let lost = Arc::clone(&sink);
         device.set_device_lost_callback(move |reason, message| {
-            lock(&lost).lost = Some(format!("the device was lost ({reason:?}: {message})"));
+            let why = format!("{reason:?} {message}");
+            lock(&lost).lose(why.trim_end());
         });
         Ok(Gpu {
             device,
@@ -209,6 +234,7 @@ impl Gpu {
             poison: cfg!(any(test, debug_assertions)),
             pretends: false,
             host_traces: false,
+            lost_at: None,
             profiler: None,
             pipelines: Mutex::default(),
             sink,
@@ -260,6 +286,20 @@ impl Gpu {
         self
     }
 
+    /// Loses the device for good while it works on its submission number `number`, counted from now on and from 1, to test what becomes of
+    /// the work. For one thread at a time: wgpu takes the memory of all buffers then, also what another thread is just reading.
+    pub fn with_loss_in_submission(mut self, number: u64) -> Gpu {
+        self.lost_at = Some(self.counts().submits + number);
+        self
+    }
+
+    /// Destroys the device if a test wants that in this submission.
+    pub(super) fn lose_if_asked(&self) {
+        if self.lost_at.is_some_and(|at| self.counts().submits >= at) {
+            self.device.destroy();
+        }
+    }
+
     /// Counts from now on what each kernel does, and times it where the adapter has timestamp queries. Each dispatch then
     /// has a pass of its own and waits for the one before it, so that submissions take somewhat longer.
     pub fn with_profiling(mut self) -> Gpu {
@@ -283,8 +323,16 @@ impl Gpu {
         self.poison
     }
 
+    /// An error about `kernel` that shows in a device that is lost.
+    pub(super) fn lost(&self, kernel: &str, why: &str) -> Error {
+        lock(&self.sink).lose(why);
+        self.error(kernel, why)
+    }
+
+    /// An error about `kernel`. Where the device is lost, that is the problem, whatever it shows in.
     pub(super) fn error(&self, kernel: &str, problem: impl Into<String>) -> Error {
-        error(&self.report, kernel, problem)
+        let lost = lock(&self.sink).lost.clone();
+        error(&self.report, kernel, lost.unwrap_or_else(|| problem.into()))
     }
 
     pub(super) fn pipeline(&self, kernel: &'static Kernel) -> Result<Arc<Pipeline>> {
@@ -317,15 +365,16 @@ impl Gpu {
         }
     }
 
-    /// Fails if the device was lost or an error came from outside a scope since the last call.
+    /// Fails if the device was lost, or if an error came from outside a scope since the last call or from the validation layer at any time.
     pub(super) fn check_sink(&self, kernel: &str) -> Result<()> {
-        let mut sink = lock(&self.sink);
-        if let Some(lost) = &sink.lost {
-            return Err(self.error(kernel, lost.clone()));
-        }
-        match sink.errors.is_empty() {
+        let (errors, is_lost) = {
+            let mut sink = lock(&self.sink);
+            sink.errors.extend(validation::said());
+            (std::mem::take(&mut sink.errors), sink.lost.is_some())
+        };
+        match errors.is_empty() && !is_lost {
             true => Ok(()),
-            false => Err(self.error(kernel, std::mem::take(&mut sink.errors).join("; "))),
+            false => Err(self.error(kernel, errors.join("; "))),
         }
     }
 }
@@ -400,5 +449,28 @@ mod tests {
         let e = recorder.submit().err().expect("a lost device must not succeed");
         assert_eq!(e.exit_code(), 1);
         assert!(e.to_string().contains("lost") && e.to_string().contains(&gpu.report.name), "{e}");
+    }
+
+    /// A device that is lost at work says so for the submission that it was lost in and for all later ones; what came before is whole.
+    #[test]
+    fn a_device_that_is_lost_at_work_stays_lost() {
+        let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap().with_loss_in_submission(3);
+        let submit = |value: f32| {
+            let mut recorder = gpu.recorder("work");
+            let buffer = recorder.upload("data", &[value; 4096]);
+            let read = recorder.read(&buffer);
+            recorder.submit().map(|mut done| done.take(read))
+        };
+        for value in [1.0, 2.0] {
+            assert!(submit(value).unwrap().iter().all(|v| *v == value));
+        }
+        let submitted = gpu.counts().submits;
+        for _ in 0..3 {
+            let text = submit(3.0).unwrap_err().to_string();
+            let parts = ["the device was lost (", "run the same command again", &gpu.report.name];
+            assert!(parts.iter().all(|part| text.contains(part)), "{text}");
+        }
+        // Nothing is given to a device that is gone.
+        assert_eq!(gpu.counts().submits, submitted + 1);
     }
 }

@@ -515,6 +515,7 @@ impl<'a> Recorder<'a> {
 
         let start = Instant::now();
         let index = gpu.scoped(&kernels, || gpu.queue.submit([commands]))?;
+        gpu.lose_if_asked();
         let refused = Arc::new(Mutex::new(None));
         // Those that the host writes are mapped again for the next time, once the device has read them.
         let writable: Vec<Arc<AtomicBool>> = staged.iter().map(|_| Arc::default()).collect();
@@ -546,8 +547,9 @@ impl<'a> Recorder<'a> {
         gpu.check_sink(&kernels)?;
         match waited {
             Ok(Ok(_)) => {}
-            Ok(Err(e)) => return Err(gpu.error(&kernels, format!("waiting failed: {e}"))),
-            Err(_) => return Err(gpu.error(&kernels, "the device was lost")),
+            // A submission that was accepted can be waited for, unless the device is lost, which its own notice may say later.
+            Ok(Err(e)) => return Err(gpu.lost(&kernels, &e.to_string())),
+            Err(_) => return Err(gpu.lost(&kernels, "while it was waited for")),
         }
         if let Some(e) = refused.lock().ok().and_then(|mut r| r.take()) {
             return Err(gpu.error(&kernels, format!("results cannot be read: {e}")));

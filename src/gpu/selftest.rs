@@ -234,7 +234,7 @@ fn ask(gpu: &Gpu, kernel: &'static Kernel, questions: &[Question]) -> Result<Vec
 }
 
 impl Gpu {
-    /// Opens an adapter with all the limits it has and runs the self-test on it.
+    /// Opens an adapter, with its own limits of sizes and those of every WebGPU device for what kernels bind and share, and runs the self-test on it.
     ///
     /// # Errors
     /// Returns `BadInput` if no adapter is as wanted; `Error::Gpu` if it cannot be opened or fails the self-test.

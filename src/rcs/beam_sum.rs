@@ -10,7 +10,7 @@ use crate::geom::{Geometry, Surface};
 use crate::gpu::{Access, AnyBuffer, Buffer, Done, Gpu, Kernel, Pending, Recorder, Tolerance};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, BeamParams, Port, RECORD};
-use crate::trace::clipper::{Beams, ClipBatch, Clipper, check};
+use crate::trace::clipper::{Ahead, Beams, ClipBatch, Clipper, check};
 use num_complex::Complex64;
 
 /// The kernel's row: sources, parameters, bindings and tolerance.
@@ -263,11 +263,11 @@ impl BeamSweep<'_> {
             // What the reflected beams meet.
             let n = beams.count;
             let ahead = batch.count_ahead(&mut recorder, &beams, go_on);
-            let (met, leaving) = (recorder.read(&ahead.met), recorder.read(&ahead.leaving));
+            let counts = recorder.read(&ahead.counts);
             let trouble = recorder.read(&batch.troubles);
             let mut done = recorder.submit()?;
             check(done.take(trouble)[0])?;
-            let (met, leaving) = (done.take(met), done.take(leaving));
+            let [met, leaving] = Ahead::split(done.take(counts));
             sums.add(done, radiated)?;
             let (items, leave) = (met[n] as usize, leaving[n] as usize);
             if !self.fit_beams(leave) || !clipper.fits_records(items) {

@@ -14,7 +14,7 @@ use crate::detect::locate::FrameMaps;
 use crate::detect::points::Point;
 use crate::detect::{Bodies, label, locate};
 use crate::dsp::RangeDoppler;
-use crate::engine::{AnyCube, Engine, FrameInput, MadeFrame};
+use crate::engine::{AnyCube, Engine, FrameInput, Look, MadeFrame};
 use crate::geom::{Facets, Geometry, RigidScene, curved, remarks as of_scene};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
@@ -256,6 +256,8 @@ pub struct Heard {
 /// What one radar needs of the scene.
 struct RadarView<'a> {
     refined: RigidScene<'a>,
+    /// Triangles of the scene as it was cut.
+    triangles: usize,
     still: OnceLock<Geometry>,
 }
 
@@ -294,8 +296,9 @@ impl<'a> Prepared<'a> {
                 let (accuracy_db, most) = (scenario.trace.accuracy_db, scenario.trace.facets as usize);
                 curved::sized_within(scene, accuracy_db, wavenumber(radar.carrier_hz), most)?
             };
+            let triangles = cut.triangle_count();
             let refined = RigidScene::new(cut, radar.carrier_hz, Facets::Curved)?;
-            Ok(RadarView { refined, still: OnceLock::new() })
+            Ok(RadarView { refined, triangles, still: OnceLock::new() })
         };
         let first = radars.start;
         Ok(Prepared {
@@ -384,6 +387,15 @@ impl<'a> Prepared<'a> {
     }
 
     fn heard(&self, engine: &Engine, which: usize, index: u32, budget: Budget) -> Result<Heard> {
+        let posed = self.posed(engine, which, index, budget)?;
+        let mut clock = Clock::start();
+        let Look { geometry, radar, pose, velocity_mps, options } = posed.look();
+        let echoes = engine.trace(geometry, radar, &pose, velocity_mps, &options)?;
+        Ok(self.trimmed(&posed, echoes, budget, clock.lap()))
+    }
+
+    /// A frame that is ready to be traced.
+    fn posed(&self, engine: &Engine, which: usize, index: u32, budget: Budget) -> Result<Posed<'_>> {
         let scenario = self.scenario;
         let radar = &scenario.radars[which];
         let time_s = scenario.frames.time_s(index);
@@ -391,12 +403,11 @@ impl<'a> Prepared<'a> {
         let mut clock = Clock::start();
 
         let reach_s = 0.5 * radar.frame_time_s();
-        let moving;
         let geometry = match self.still(which)? {
-            Some(known) => known,
+            Some(known) => PlacedScene::Still(known),
             None => {
-                moving = self.radars[which - self.first].refined.at(time_s, reach_s)?;
-                &moving
+                let placed = self.radars[which - self.first].refined.at(time_s, reach_s)?;
+                PlacedScene::Moving(Box::new(placed))
             }
         };
         let geometry_s = clock.lap();
@@ -411,13 +422,24 @@ impl<'a> Prepared<'a> {
         {
             (options.bounces, options.most_bounces) = (depth, 0);
         }
-        let mut echoes = engine.trace(geometry, radar, &pose, velocity_mps, &options)?;
-        if index == 0 {
-            self.depths.known().insert(which, echoes.bounces);
+        Ok(Posed { which, index, radar, time_s, pose, velocity_mps, geometry, options, geometry_s })
+    }
+
+    /// What is heard of a frame, of all its echoes, which took `trace_s` to trace.
+    fn trimmed(&self, posed: &Posed<'_>, mut echoes: Echoes, budget: Budget, trace_s: f64) -> Heard {
+        if posed.index == 0 {
+            self.depths.known().insert(posed.which, echoes.bounces);
         }
-        trim(radar, &mut echoes, budget);
-        let seconds = [geometry_s, clock.lap()];
-        Ok(Heard { time_s, pose, velocity_mps, triangles: geometry.triangle_count, echoes, seconds })
+        let start = Instant::now();
+        trim(posed.radar, &mut echoes, budget);
+        Heard {
+            time_s: posed.time_s,
+            pose: posed.pose,
+            velocity_mps: posed.velocity_mps,
+            triangles: posed.geometry.get().triangle_count,
+            echoes,
+            seconds: [posed.geometry_s, trace_s + start.elapsed().as_secs_f64()],
+        }
     }
 
     fn frame_within(
@@ -433,6 +455,47 @@ impl<'a> Prepared<'a> {
         let heard = self.heard(engine, which, index, budget)?;
         let mut made = made(engine, &[wanted], vec![heard], control);
         made.pop().unwrap_or_else(|| Err(Error::Failed("no frame was made".into())))
+    }
+}
+
+/// A scene at one time.
+enum PlacedScene<'a> {
+    /// Of which nothing moves.
+    Still(&'a Geometry),
+    Moving(Box<Geometry>),
+}
+
+impl PlacedScene<'_> {
+    fn get(&self) -> &Geometry {
+        match self {
+            PlacedScene::Still(known) => known,
+            PlacedScene::Moving(placed) => placed,
+        }
+    }
+}
+
+/// A frame that is ready to be traced.
+struct Posed<'a> {
+    which: usize,
+    index: u32,
+    radar: &'a Radar,
+    time_s: f64,
+    pose: Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    geometry: PlacedScene<'a>,
+    options: TraceOptions,
+    geometry_s: f64,
+}
+
+impl Posed<'_> {
+    fn look(&self) -> Look<'_> {
+        Look {
+            geometry: self.geometry.get(),
+            radar: self.radar,
+            pose: self.pose,
+            velocity_mps: self.velocity_mps,
+            options: self.options,
+        }
     }
 }
 
@@ -452,10 +515,19 @@ impl<'p, 's> Wanted<'p, 's> {
         &self.prepared.scenario.radars[self.which]
     }
 
-    fn heard(&self, engine: &Engine) -> Result<Heard> {
-        let Wanted { prepared, which, index } = *self;
+    fn budget(&self) -> Budget {
+        budget(self.prepared.scenario, self.which)
+    }
+
+    fn posed(&self, engine: &Engine) -> Result<Posed<'p>> {
         engine.check_memory(self.radar(), 0)?;
-        prepared.heard(engine, which, index, budget(prepared.scenario, which))
+        self.prepared.posed(engine, self.which, self.index, self.budget())
+    }
+
+    /// Bytes that the frame holds while it is traced with others.
+    fn bytes_of_trace(&self) -> f64 {
+        let seen = &self.prepared.radars[self.which - self.prepared.first];
+        TRACE_BYTES_OF_TRIANGLE * seen.triangles as f64
     }
 
     /// Whether both are of one radar in one scene.
@@ -484,7 +556,7 @@ pub fn frames(engine: &Engine, wanted: &[Wanted<'_, '_>], control: Control<'_>) 
         Engine::Gpu(_) => wanted.len(),
     };
     let limit = engine.batch_bytes() as f64;
-    let together = rayon::current_num_threads();
+    let at_least = rayon::current_num_threads();
     let (mut heard, mut failure, mut bytes) = (Vec::new(), None, 0.0);
     while heard.len() < most && failure.is_none() {
         if control.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
@@ -492,10 +564,11 @@ pub fn frames(engine: &Engine, wanted: &[Wanted<'_, '_>], control: Control<'_>) 
         }
         let left = &wanted[heard.len()..most];
         // What is certain before anything is traced; then as the number of echoes is known.
-        let mut expected = bytes;
-        let fit = left.iter().take(together).take_while(|w| {
+        let (mut expected, mut traced) = (bytes, 0.0);
+        let fit = left.iter().enumerate().take_while(|(i, w)| {
             expected += w.bytes(engine, 0);
-            expected <= limit
+            traced += w.bytes_of_trace();
+            expected <= limit && (*i < at_least || traced <= limit)
         });
         let some = match fit.count() {
             0 if heard.is_empty() => &left[..1],
@@ -522,7 +595,11 @@ pub fn frames(engine: &Engine, wanted: &[Wanted<'_, '_>], control: Control<'_>) 
     frames
 }
 
-/// What is heard in frames, which are traced side by side.
+/// Bytes that a triangle takes, with all that beams light of it, while its frame is traced: some thirty corners as the device hands them
+/// on and as the host has them.
+const TRACE_BYTES_OF_TRIANGLE: f64 = 4e3;
+
+/// What is heard in frames, which are traced together.
 fn all_heard(engine: &Engine, wanted: &[Wanted<'_, '_>]) -> Vec<Result<Heard>> {
     // What frames of one radar share is found once, and not by each of them: how deep the first goes, and what stands still.
     let (first, later): (Vec<usize>, Vec<usize>) = (0..wanted.len()).partition(|i| wanted[*i].index == 0);
@@ -541,9 +618,28 @@ fn all_heard(engine: &Engine, wanted: &[Wanted<'_, '_>]) -> Vec<Result<Heard>> {
                 let _ = w.prepared.depth(engine, w.which, budget(w.prepared.scenario, w.which));
             }
         });
-        let new: Vec<Result<Heard>> = list.par_iter().map(|i| wanted[*i].heard(engine)).collect();
-        for (i, one) in list.into_iter().zip(new) {
-            heard[i] = Some(one);
+        let posed: Vec<Result<Posed<'_>>> = list.par_iter().map(|i| wanted[*i].posed(engine)).collect();
+        let start = Instant::now();
+        let looks: Vec<Look<'_>> = posed.iter().flatten().map(Posed::look).collect();
+        let traced = engine.trace_all(&looks);
+        let trace_s = start.elapsed().as_secs_f64() / traced.len().max(1) as f64;
+        // One for each frame that could be posed.
+        let mut traced = traced.into_iter();
+        let both: Vec<Result<(Posed<'_>, Echoes)>> = posed
+            .into_iter()
+            .map(|posed| {
+                let posed = posed?;
+                let echoes =
+                    traced.next().unwrap_or_else(|| Err(Error::Failed("no frame was traced".into())))?;
+                Ok((posed, echoes))
+            })
+            .collect();
+        let new = list.par_iter().zip(both).map(|(i, one)| {
+            let w = &wanted[*i];
+            one.map(|(posed, echoes)| w.prepared.trimmed(&posed, echoes, w.budget(), trace_s))
+        });
+        for (i, one) in list.iter().zip(new.collect::<Vec<Result<Heard>>>()) {
+            heard[*i] = Some(one);
         }
     }
     heard.into_iter().flatten().collect()

@@ -23,7 +23,6 @@ pub static KERNEL: Kernel = Kernel {
         Access::ReadWrite,
         Access::ReadWrite,
         Access::ReadWrite,
-        Access::ReadWrite,
     ],
     structs: &[],
     tolerance: Tolerance {

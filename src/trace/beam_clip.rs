@@ -22,7 +22,6 @@ pub static KERNEL: Kernel = Kernel {
         Access::ReadWrite,
         Access::ReadWrite,
         Access::ReadWrite,
-        Access::Read,
         Access::ReadWrite,
     ],
     structs: &[],

@@ -55,14 +55,22 @@ pub struct Lit {
     singles: Buffer<[u32; 4]>,
 }
 
-/// Numbers of what stands ahead of each beam: exclusive prefix sums of the faces that beams meet and of the parts of
-/// them that leave the target.
+/// Numbers of what stands ahead of each beam.
 pub struct Ahead {
     go_on: bool,
-    /// Sums of the faces that beams meet.
-    pub met: Buffer<u32>,
-    /// Sums of the parts that leave.
-    pub leaving: Buffer<u32>,
+    /// Exclusive prefix sums of the faces that each beam meets and then of its parts that leave, in one row ([`Self::split`]).
+    pub counts: Buffer<u32>,
+}
+
+impl Ahead {
+    /// Returns the exclusive prefix sums of the faces that beams meet and of the parts of beams that leave the target, each with its
+    /// total at the end, given the values of [`Ahead::counts`].
+    pub fn split(mut counts: Vec<u32>) -> [Vec<u32>; 2] {
+        let mut leaving = counts.split_off(counts.len() / 2);
+        let all_met = leaving.first().copied().unwrap_or(0);
+        leaving.iter_mut().for_each(|sum| *sum = sum.wrapping_sub(all_met));
+        [counts, leaving]
+    }
 }
 
 impl<'a> Clipper<'a> {
@@ -161,7 +169,13 @@ impl ClipBatch<'_> {
         let counts = recorder.zeros("lit counts", items + 1);
         let singles = recorder.buffer("single pieces", items * RECORD);
         let lit = Lit { items, view, counts, singles };
-        self.clip(recorder, &lit, 0, from, &lit.singles, &self.clipper.no_records);
+        let params = self.clip_params(&lit, 0, from);
+        self.clipper.dispatch(
+            recorder,
+            &beam_clip::KERNEL,
+            params,
+            &self.clip_storage(&lit, from, &lit.singles),
+        );
         scan::record(recorder, &lit.counts, items + 1);
         lit
     }
@@ -175,57 +189,47 @@ impl ClipBatch<'_> {
         count: usize,
     ) -> Buffer<[u32; 4]> {
         let records = recorder.buffer("beams", count * RECORD);
-        self.clip(recorder, lit, 1, from, &records, &lit.singles);
+        let params = self.clip_params(lit, 1, from);
+        let mut storage = self.clip_storage(lit, from, &records);
+        self.clipper.dispatch(recorder, &beam_clip::KERNEL, params, &storage);
+        // Copying takes no scratch memory, so all items go at once.
+        storage[2] = &lit.singles;
+        let params = BeamParams { threads: params.count, mode: 2, ..params };
+        recorder.dispatch(&beam_clip::KERNEL, &params, &storage, Threads::Linear(params.count.into()));
         records
     }
 
-    fn clip(
-        &self,
-        recorder: &mut Recorder<'_>,
-        lit: &Lit,
-        mode: u32,
-        from: Targets<'_>,
-        out: &Buffer<[u32; 4]>,
-        singles: &Buffer<[u32; 4]>,
-    ) {
-        let clipper = self.clipper;
-        let params = BeamParams {
+    fn clip_params(&self, lit: &Lit, mode: u32, from: Targets<'_>) -> BeamParams {
+        BeamParams {
             count: lit.items as u32,
             mode,
             level: from.is_some() as u32,
             port: lit.view as u32,
-            ..clipper.params
-        };
+            ..self.clipper.params
+        }
+    }
+
+    fn clip_storage<'b>(
+        &'b self,
+        lit: &'b Lit,
+        from: Targets<'b>,
+        out: &'b Buffer<[u32; 4]>,
+    ) -> [&'b dyn AnyBuffer; 8] {
+        let clipper = self.clipper;
         let (records, targets) = match from {
             Some((beams, targets)) => (&beams.records, targets),
             None => (&clipper.no_records, &clipper.no_items),
         };
-        let storage: [&dyn AnyBuffer; 9] = [
-            &clipper.body,
-            &self.aspects,
-            records,
-            targets,
-            &lit.counts,
-            out,
-            &clipper.scratch,
-            singles,
-            &self.troubles,
-        ];
-        clipper.dispatch(recorder, &beam_clip::KERNEL, params, &storage);
+        [&clipper.body, &self.aspects, records, targets, &lit.counts, out, &clipper.scratch, &self.troubles]
     }
 
     /// Counts the faces that `beams` meet, if they `go_on`, and the parts of them that leave.
     pub fn count_ahead(&self, recorder: &mut Recorder<'_>, beams: &Beams, go_on: bool) -> Ahead {
-        let n = beams.count + 1;
-        let ahead = Ahead {
-            go_on,
-            met: recorder.zeros("faces met", n),
-            leaving: recorder.zeros("parts that leave", n),
-        };
+        let n = 2 * (beams.count + 1);
+        let ahead = Ahead { go_on, counts: recorder.zeros("faces met and parts that leave", n) };
         let clipper = self.clipper;
         self.ahead(recorder, beams, 0, &ahead, &clipper.no_items, &clipper.no_records);
-        scan::record(recorder, &ahead.met, n);
-        scan::record(recorder, &ahead.leaving, n);
+        scan::record(recorder, &ahead.counts, n);
         ahead
     }
 
@@ -255,12 +259,11 @@ impl ClipBatch<'_> {
         let clipper = self.clipper;
         let params =
             BeamParams { count: beams.count as u32, mode, go_on: ahead.go_on as u32, ..clipper.params };
-        let storage: [&dyn AnyBuffer; 9] = [
+        let storage: [&dyn AnyBuffer; 8] = [
             &clipper.body,
             &self.aspects,
             &beams.records,
-            &ahead.met,
-            &ahead.leaving,
+            &ahead.counts,
             items,
             exits,
             &clipper.scratch,

@@ -145,25 +145,35 @@ fn an_error_is_that_of_its_frame() {
     assert_eq!(made[4].as_ref().unwrap_err().to_string(), alone.to_string());
 }
 
-/// A batch of 64 frames of a drive takes few submissions, and its frames are those that are made singly, whatever the size of the batch.
+/// A batch of 64 frames of a drive takes few submissions, and its frames are those that are made singly, whatever the size of the batch;
+/// whether their beams are followed on the host or on the device.
 #[test]
 fn a_batch_of_64_frames_waits_rarely() {
-    let (site, engine) = (site(), opened());
+    for (engine, singly) in [(opened(), 2), (Engine::Gpu(Box::new(opened_for_tests())), 8)] {
+        waits_rarely(&engine, singly);
+    }
+}
+
+/// `most` is how many submissions a frame may take alone.
+fn waits_rarely(engine: &Engine, most: u64) {
+    let site = site();
     let prepared = Prepared::new(&site.scenario, &site.scene).unwrap();
     let wanted: Vec<(usize, u32)> = (0..64).map(|index| (0, index)).collect();
     let all = |together: usize| -> Vec<Frame> {
         let mut made: Vec<Frame> = Vec::new();
         while made.len() < wanted.len() {
             let some = &wanted[made.len()..(made.len() + together).min(wanted.len())];
-            made.extend(prepared.frames(&engine, some, Control::default()).into_iter().map(Result::unwrap));
+            made.extend(prepared.frames(engine, some, Control::default()).into_iter().map(Result::unwrap));
         }
         made
     };
-    let (many, counts) = used(&engine, || all(64));
+    let (many, counts) = used(engine, || all(64));
     let a_frame = counts.submits as f64 / 64.0;
+    println!("{:?} traces: {a_frame} submissions a frame", engine.tracing());
     assert!(a_frame <= 0.2, "{a_frame} submissions a frame: {counts:?}");
-    let (singly, counts) = used(&engine, || all(1));
-    assert_eq!(counts.submits, 128);
+    let (singly, counts) = used(engine, || all(1));
+    println!("alone: {} submissions", counts.submits as f64 / 64.0);
+    assert!(counts.submits <= 64 * most, "{counts:?}");
     assert!(singly.iter().all(|f| !f.points.is_empty()));
     for frames in [many, all(3)] {
         for (a, b) in frames.iter().zip(&singly) {

@@ -14,7 +14,7 @@ use catseye::road::w3;
 use catseye::scene::radar::Radar;
 use catseye::scene::{Scene, Shape, material, radar_toml, scenario};
 use catseye::simulate::thermal_floor::thermal_floor_w;
-use catseye::simulate::{Frame, Prepared, noise_budget};
+use catseye::simulate::{self, Frame, Prepared, Wanted, noise_budget};
 use catseye::trace::{Echo, Echoes, TraceOptions, strength};
 use glam::{DQuat, DVec3};
 use std::path::Path;
@@ -99,6 +99,65 @@ fn frames(engine: &Engine, site: &Site, count: u32) -> Vec<Frame> {
         made.extend(some.into_iter().map(Result::unwrap));
     }
     made
+}
+
+/// Scenes that are unlike each other share submissions, and each has the echoes that it has alone, to the bit; one that the device has
+/// to leave to the host does not take the others with it.
+#[test]
+fn scenes_that_are_traced_together_do_not_meet() {
+    let roads = ["road/road_model_straight.toml", "road/road_model_right_curve.toml"];
+    let mut sites: Vec<Site> = roads
+        .iter()
+        .map(|road| {
+            site(&format!(
+                "name = \"road\"\nradar = \"recipes/small_radar.toml\"\n[scene]\nroad = \"{road}\"\n\
+                 [ego]\nposition_m = [2, -1.75, 0]\n[trace]\nbounces = 2\n"
+            ))
+        })
+        .collect();
+    sites.insert(1, site(OPEN));
+    let engine = device();
+    let prepared: Vec<_> = sites.iter().map(|s| Prepared::new(&s.scenario, &s.scene).unwrap()).collect();
+    let wanted = |which: &[usize]| -> Vec<Wanted<'_, '_>> {
+        which.iter().map(|i| Wanted { prepared: &prepared[*i], which: 0, index: 0 }).collect()
+    };
+    let count = |which: &[usize]| {
+        let before = engine.device_counts().unwrap().submits;
+        let made = simulate::frames(&engine, &wanted(which), Control::default());
+        (made, engine.device_counts().unwrap().submits - before)
+    };
+    let (alone, mut submits): (Vec<_>, u64) = (0..3).fold((Vec::new(), 0), |(mut all, n), i| {
+        let (mut made, more) = count(&[i]);
+        all.extend(made.pop());
+        (all, n + more)
+    });
+    let alone: Vec<Frame> = alone.into_iter().map(Result::unwrap).collect();
+    for order in [[0, 1, 2], [2, 1, 0]] {
+        let (made, together) = count(&order);
+        assert_eq!(made.len(), 3);
+        assert!(together < submits, "{together} of {submits}");
+        submits = submits.max(together + 1);
+        for (made, i) in made.into_iter().zip(order) {
+            let made = made.unwrap();
+            assert!(made.echoes.on_device && !made.echoes.list.is_empty());
+            assert!(made.echoes == alone[i].echoes && made.maps == alone[i].maps, "scene {i}");
+        }
+    }
+    // Bindings that hold one of the scenes and not all of them part the scenes; ones that hold none leave them to the host.
+    let faces: Vec<usize> = sites.iter().map(|s| s.scene.triangle_count()).collect();
+    for (bytes, on_device) in [(3 << 20, true), (1 << 19, false)] {
+        let engine = Engine::Gpu(Box::new(opened_for_tests().with_binding_limit(bytes)));
+        let made = simulate::frames(&engine, &wanted(&[0, 1, 2]), Control::default());
+        for (i, made) in made.into_iter().enumerate() {
+            let made = made.unwrap();
+            assert_eq!(
+                made.echoes.on_device, on_device,
+                "scene {i} of {faces:?}: {:?}",
+                made.echoes.fallback
+            );
+            assert!(!on_device || made.echoes == alone[i].echoes, "scene {i}");
+        }
+    }
 }
 
 /// The strongest echoes of two frames in the order of their paths.

@@ -1355,13 +1355,15 @@ pub(super) fn keep(p: &Polygon, least: f64, pieces: &mut Vec<Polygon>) {
     }
 }
 
-/// Where two convex polygons overlap. Edges of no length have no direction and are passed over.
+/// Where two convex polygons overlap. Edges of no length have no direction and are passed over. A polygon that rounding has left without
+/// an inside, such as one that lies in a corner, overlaps with nothing: half-planes through its edges would hold more than it.
 pub(super) fn overlap(a: Polygon, b: &Polygon, eps: f64) -> Polygon {
     let sign = b.area().signum();
-    let mut out = a;
+    let (mut out, mut around) = (a, 0.0);
     for i in 0..b.n {
         let (p, q) = (b.p[i], b.p[(i + 1) % b.n]);
         let e = q - p;
+        around += e.length();
         if e.length() <= 10.0 * eps {
             continue;
         }
@@ -1372,5 +1374,5 @@ pub(super) fn overlap(a: Polygon, b: &Polygon, eps: f64) -> Polygon {
             return Polygon::EMPTY;
         }
     }
-    out
+    if out.area().abs() > b.area().abs() + 10.0 * eps * around { Polygon::EMPTY } else { out }
 }

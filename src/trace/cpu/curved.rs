@@ -4,7 +4,7 @@
 //! So each facet is summed up within a window about the place of mirror reflection, wherever that lies, and beyond it only
 //! creases have waves.
 
-use super::beams::{CAP, Polygon};
+use super::beams::{CAP, Polygon, keep};
 use super::boundary::{GAUSS, Holds, RUN};
 use crate::em::aperture::{Moments, phase_integral};
 use crate::geom::curved_facet::{Crease, CurvedFacet};
@@ -22,7 +22,7 @@ const LINEAR: f64 = 0.05;
 const FINER: f64 = 0.25;
 /// Weights below this are none.
 const LEAST: f64 = 1e-4;
-/// Times a polygon or a side may be halved.
+/// Times a facet or a side may be halved.
 const DEPTH: u32 = 16;
 /// Shares of a crease this near to its ends are its ends.
 const AT_END: f64 = 1e-6;
@@ -36,6 +36,8 @@ pub(super) struct Curved<'a> {
     /// The face's first corner and axes.
     corner: DVec3,
     axis: [DVec3; 2],
+    /// The face's corners along them.
+    corners: [DVec2; 3],
     /// Share of each corner at the first corner, and its change along the axes.
     shares: [(f64, DVec2); 3],
     stations: [DVec3; 2],
@@ -46,6 +48,7 @@ pub(super) struct Curved<'a> {
 }
 
 /// The surface over a place of the facet.
+#[derive(Clone, Copy)]
 pub(super) struct Spot {
     /// Place in the world, m.
     pub(super) place: DVec3,
@@ -132,7 +135,7 @@ impl<'a> Curved<'a> {
             let grow = (b - a).perp() / twice;
             (if i == 0 { 1.0 } else { 0.0 }, grow)
         });
-        Curved { facet, k, tau, corner, axis, shares, stations, sign, mirrors_per_m }
+        Curved { facet, k, tau, corner, axis, corners: p, shares, stations, sign, mirrors_per_m }
     }
 
     /// Shares of the corners at a place.
@@ -256,45 +259,64 @@ impl<'a> Curved<'a> {
         glances
     }
 
-    /// What lies about the place of mirror reflection; None when the window leaves nothing of the polygons.
+    /// What lies about the place of mirror reflection; None when the window leaves nothing of the polygons. The facet is split into
+    /// cells whatever is lit of it, and the lit polygons with them, so that what they radiate does not hang on how they were cut.
     pub(super) fn inner(&self, pieces: &[Polygon]) -> Option<Inner> {
         let (mut value, mut area, mut first) = (Complex64::ZERO, 0.0, DVec2::ZERO);
         let mut from = None;
-        let mut stack: Vec<(Polygon, u32)> = Vec::new();
+        // The lit polygons of the cells that are left stand one behind the other, those of the last cell last.
+        let mut lit: Vec<Polygon> = Vec::with_capacity(2 * pieces.len());
         for piece in pieces {
             let corners = piece.corners();
             let middle = corners.iter().sum::<DVec2>() / corners.len() as f64;
             if !self.is_shut(&self.glances(corners)[..corners.len()], &self.glance(middle)) {
-                stack.push((*piece, 0));
+                keep(piece, 0.0, &mut lit);
             }
         }
-        while let Some((polygon, depth)) = stack.pop() {
-            let corners = polygon.corners();
-            let m = Moments::of(corners);
-            if m.area == 0.0 {
-                continue;
-            }
-            let at = self.at(m.centroid);
-            let (weight, change) = match self.cell(corners, m.centroid, &at) {
+        let mut cells: Vec<(Polygon, usize, u32)> =
+            Polygon::of(&self.corners).into_iter().map(|facet| (facet, lit.len(), 0)).collect();
+        let (mut own, mut moments, mut sides) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()]);
+        while let Some((cell, count, depth)) = cells.pop() {
+            own.clear();
+            own.extend(lit.drain(lit.len() - count..));
+            moments.clear();
+            moments.extend(own.iter().map(|p: &Polygon| Moments::of(p.corners())));
+            let Some(m) = Moments::of_all(&moments) else { continue };
+            let corners = cell.corners();
+            let whole = Moments::of(corners);
+            let middle = self.at(whole.centroid);
+            let at = if m.area == whole.area { middle } else { self.at(m.centroid) };
+            let (weight, change) = match self.cell(corners, whole.centroid, &middle) {
                 Cell::Shut => continue,
                 Cell::Split(across) if depth < DEPTH => {
-                    // A sliver as narrow as rounding has nothing on one of the two sides.
-                    let halves = polygon.split(m.centroid, across).into_iter();
-                    stack.extend(halves.filter(|p| p.corners().len() >= 3).map(|p| (p, depth + 1)));
+                    for p in &own {
+                        // A sliver as narrow as rounding has nothing on one of the two sides.
+                        p.split(whole.centroid, across)
+                            .iter()
+                            .zip(&mut sides)
+                            .for_each(|(p, to)| keep(p, 0.0, to));
+                    }
+                    for (half, of) in cell.split(whole.centroid, across).into_iter().zip(&mut sides) {
+                        cells.push((half, of.len(), depth + 1));
+                        lit.append(of);
+                    }
                     continue;
                 }
                 Cell::Split(_) => (self.weight(&at.glance), DVec2::ZERO),
-                Cell::Seen(weight, change) => (weight, change),
+                Cell::Seen(weight, change) => (weight + change.dot(m.centroid - whole.centroid), change),
             };
             let from = *from.get_or_insert(at.length);
             let g = at.slope * -self.k;
-            let about = polygon.mapped(|p| p - m.centroid);
-            let mut sum = phase_integral(about.corners(), g) * weight;
+            let integral = |g: DVec2| -> Complex64 {
+                let of = |p: &Polygon| phase_integral(p.mapped(|p| p - m.centroid).corners(), g);
+                own.iter().map(of).sum()
+            };
+            let mut sum = integral(g) * weight;
             if change != DVec2::ZERO {
                 // The first moments of the phase are its derivatives by the gradient.
                 let step = 1e-3 / m.area.sqrt();
                 for (axis, change) in [(DVec2::X, change.x), (DVec2::Y, change.y)] {
-                    let [more, less] = [step, -step].map(|s| phase_integral(about.corners(), g + axis * s));
+                    let [more, less] = [step, -step].map(|s| integral(g + axis * s));
                     sum += Complex64::new(0.0, -change / (2.0 * step)) * (more - less);
                 }
             }
@@ -497,4 +519,64 @@ struct EdgeSpot {
     turn: f64,
     kernel: f64,
     length: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::rng::Draws;
+    use std::f64::consts::PI;
+
+    /// A facet of a sphere of 0.5 m, in front of a radar at 77 GHz.
+    fn on_facet<T>(work: impl FnOnce(&Curved<'_>, Polygon) -> T) -> T {
+        let radius = 0.5;
+        let up = |x: f64, y: f64| DVec3::new(x, y, 1.0).normalize();
+        let normals = [up(0.0, 0.0), up(0.12, 0.01), up(0.03, 0.1)];
+        let corners = normals.map(|n| n * radius);
+        let rise_m = [0, 1, 2].map(|i| {
+            let flat = 0.5 * (corners[i] + corners[(i + 1) % 3]);
+            flat.normalize() * radius - flat
+        });
+        let facet = CurvedFacet { normals, rise_m, curvature_per_m: [1.0 / radius; 3], creases: [None; 3] };
+        let x = (corners[1] - corners[0]).normalize();
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+        let axis = [x, normal.cross(x)];
+        let stations = [DVec3::new(0.6, 0.5, 8.0); 2];
+        let k = TAU * 77e9 / 299_792_458.0;
+        let curved = Curved::new((&facet, &corners, axis), 1.0, stations, 0.0, (k, 0.3));
+        let whole = Polygon::of(&curved.corners)[0];
+        work(&curved, whole)
+    }
+
+    /// What a lit part radiates does not hang on how it was cut.
+    #[test]
+    fn cuts_change_nothing() {
+        on_facet(|curved, whole| {
+            let mut rng = Draws::new(7, 0);
+            let mut uniform = || rng.uniform();
+            let size = curved.corners[1].x;
+            for _ in 0..40 {
+                let mut cut = |p: &Polygon| {
+                    let at = DVec2::new(uniform(), uniform()) * size;
+                    p.split(at, DVec2::from_angle(2.0 * PI * uniform()))
+                };
+                // A part of the facet, cut again and again.
+                let [part, rest] = cut(&whole);
+                let part = if part.corners().len() >= 3 { part } else { rest };
+                let mut pieces = vec![part];
+                for _ in 0..3 {
+                    let all = pieces.iter().flat_map(&mut cut).collect::<Vec<_>>();
+                    pieces = all.into_iter().filter(|p| p.area().abs() > 0.0).collect();
+                }
+                let (Some(a), Some(b)) = (curved.inner(&[part]), curved.inner(&pieces)) else {
+                    assert!(curved.inner(&[part]).is_none() && curved.inner(&pieces).is_none());
+                    continue;
+                };
+                let turned = b.value
+                    * Complex64::cis(curved.k * (curved.at(a.place).length - curved.at(b.place).length));
+                let off = (turned - a.value).norm() / a.value.norm();
+                assert!(off < 1e-7 && a.place.distance(b.place) < 1e-9, "{} pieces: {off:e}", pieces.len());
+            }
+        });
+    }
 }

@@ -18,7 +18,7 @@ use crate::base::matrix::Matrix2;
 use crate::base::units::wavenumber;
 use crate::em::aperture::Moments;
 use crate::geom::Geometry;
-use crate::geom::faces::{Face, Faces, NOT_CURVED};
+use crate::geom::faces::{Face, Faces, NOT_CURVED, NearFaces};
 use crate::geom::hash::FastMap;
 use crate::geom::outline::outline;
 use crate::trace::beams::{BeamOptions, Frame};
@@ -105,28 +105,64 @@ pub fn echoes_by<E>(
     velocity_mps: DVec3,
     options: &TraceOptions,
 ) -> Result<Echoes, E> {
-    let last = options.convention == Convention::Last;
-    let images = options.images && !last;
-    let beams = BeamOptions { images, ..BeamOptions::new(options.bounces, options.accuracy_db, last) };
-    let wavenumber = wavenumber(geometry.freq_hz);
-    let ends = |least| Ends { surfaces: &geometry.surfaces, wavenumber, least };
-    let ends = options.least_cut.filter(|_| !last).map(ends);
-    let faces = geometry.faces();
-    let is_rough = |f: &Face| geometry.surfaces[f.surface as usize].is_rough();
-    let near = match options.rays > 0 && faces.faces.iter().any(is_rough) {
-        true => None,
-        // An echo may stand for paths that are longer by the spread.
-        false => faces.near(pose.translation_m, options.reach_m + spread_for(options.bandwidth_hz)),
-    };
-    let Some(near) = near else {
-        let clipped = clip(faces, &beams, ends)?;
-        return Ok(from_clipped(geometry, &clipped, pose, velocity_mps, options));
-    };
-    let mut clipped = clip(&near.faces, &beams, ends)?;
-    clipped.nodes.iter_mut().for_each(|n| n.face = near.numbers[n.face as usize]);
-    clipped.ended.iter_mut().for_each(|e| e.face = near.numbers[e.face as usize]);
-    let beyond_reach = (faces.faces.len() - near.numbers.len()) as u64;
-    Ok(Echoes { beyond_reach, ..from_clipped(geometry, &clipped, pose, velocity_mps, options) })
+    let beams = FrameBeams::new(geometry, pose.translation_m, options);
+    let clipped = clip(beams.faces(), &beams.options, beams.ends)?;
+    Ok(beams.echoes(clipped, pose, velocity_mps, options))
+}
+
+/// What the beams of a frame may meet, and how far they are followed.
+pub struct FrameBeams<'a> {
+    geometry: &'a Geometry,
+    /// None where all faces are within reach.
+    near: Option<NearFaces>,
+    /// How far the beams are followed.
+    pub options: BeamOptions,
+    /// What tells of beams that the limit of bounces ends, if they are asked.
+    pub ends: Option<Ends<'a>>,
+}
+
+impl<'a> FrameBeams<'a> {
+    /// The beams of a radar at `place_m`.
+    pub fn new(geometry: &'a Geometry, place_m: DVec3, options: &TraceOptions) -> FrameBeams<'a> {
+        let last = options.convention == Convention::Last;
+        let images = options.images && !last;
+        let wavenumber = wavenumber(geometry.freq_hz);
+        let ends = |least| Ends { surfaces: &geometry.surfaces, wavenumber, least };
+        let faces = geometry.faces();
+        let is_rough = |f: &Face| geometry.surfaces[f.surface as usize].is_rough();
+        FrameBeams {
+            geometry,
+            near: match options.rays > 0 && faces.faces.iter().any(is_rough) {
+                true => None,
+                // An echo may stand for paths that are longer by the spread.
+                false => faces.near(place_m, options.reach_m + spread_for(options.bandwidth_hz)),
+            },
+            options: BeamOptions { images, ..BeamOptions::new(options.bounces, options.accuracy_db, last) },
+            ends: options.least_cut.filter(|_| !last).map(ends),
+        }
+    }
+
+    /// The faces against which the beams are to be clipped.
+    pub fn faces(&self) -> &Faces {
+        self.near.as_ref().map_or_else(|| self.geometry.faces(), |near| &near.faces)
+    }
+
+    /// Echoes of what the beams have met of [`FrameBeams::faces`].
+    pub fn echoes(
+        &self,
+        mut clipped: Clipped,
+        pose: &Pose<Sensor, World>,
+        velocity_mps: DVec3,
+        options: &TraceOptions,
+    ) -> Echoes {
+        let mut beyond_reach = 0;
+        if let Some(near) = &self.near {
+            clipped.nodes.iter_mut().for_each(|n| n.face = near.numbers[n.face as usize]);
+            clipped.ended.iter_mut().for_each(|e| e.face = near.numbers[e.face as usize]);
+            beyond_reach = (self.geometry.faces().faces.len() - near.numbers.len()) as u64;
+        }
+        Echoes { beyond_reach, ..from_clipped(self.geometry, &clipped, pose, velocity_mps, options) }
+    }
 }
 
 /// Computes echoes from what beams have met.

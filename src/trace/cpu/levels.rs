@@ -6,28 +6,51 @@
 use super::beams::{
     Clipped, Ended, Ends, Node, Piece, Polygon, Side, VisibleFaces, keep, middle, solid_angle_sr,
 };
-use super::topology::{Corner, Line, Of, Shared, Views, front};
+use super::topology::{Corner, Line, Of, PAD, Shared, Views, front};
 use crate::trace::beams::{Frame, Port};
 use glam::Vec2;
 use rayon::prelude::*;
+use std::cmp::Ordering;
 
 /// Kinds of lines in the first word of one.
 const EDGE: u32 = 1;
 const CROSSING: u32 = 2;
 const WALL: u32 = 3;
+/// Words of a view in `shaders/shared/views.wgsl`.
+pub(crate) const VIEW: usize = 6;
+
+/// From where on a scene's faces, corners, edges and patches are numbered among those of scenes that a device traces together, and its
+/// first node with the one behind its last.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Numbers {
+    pub faces: u32,
+    pub corners: u32,
+    pub nodes: [u32; 2],
+    pub edges: u32,
+    pub patches: u32,
+}
 
 /// A polygon that is lit, as the device tells it.
 pub(crate) struct LitPolygon {
-    /// Index of its face.
+    /// Index of its face in the scene.
     pub face: u32,
-    /// View along which it is lit.
+    /// View along which it is lit, of the scene's.
     pub view: u32,
     /// Whether it is all of its face.
     pub whole: bool,
-    /// Index of the beam that lights it, or of the pair of a window and a face.
+    /// Index of the scene's beam that lights it, or of the window.
     pub from: u32,
-    /// Two words for each corner.
+    /// Two words for each corner, lines numbered among those of all scenes.
     pub corners: Vec<[u32; 4]>,
+}
+
+impl LitPolygon {
+    /// By what lights it, then by face. What lies on one face follows in an order that neither the number of scenes nor that of
+    /// threads changes: lines are numbered in the order of the scene's own.
+    fn order(&self, other: &LitPolygon) -> Ordering {
+        let key = |p: &LitPolygon| (p.from, p.face);
+        key(self).cmp(&key(other)).then_with(|| self.corners.cmp(&other.corners))
+    }
 }
 
 /// A lit polygon from which a beam goes on.
@@ -63,6 +86,7 @@ struct Added {
 /// The tree as far as levels are known.
 pub(crate) struct Levels<'a> {
     views: Views<'a>,
+    numbers: Numbers,
     ends: Option<Ends<'a>>,
     windows: usize,
     /// Of each window.
@@ -71,9 +95,14 @@ pub(crate) struct Levels<'a> {
 }
 
 impl<'a> Levels<'a> {
-    pub fn new(shared: &'a Shared<'a>, windows: &[Frame], ends: Option<Ends<'a>>) -> Levels<'a> {
+    pub fn new(
+        shared: &'a Shared<'a>,
+        numbers: Numbers,
+        windows: &[Frame],
+        ends: Option<Ends<'a>>,
+    ) -> Levels<'a> {
         let views = Views::new(shared, windows);
-        Levels { views, ends, windows: windows.len(), seen: Vec::new(), out: Clipped::default() }
+        Levels { views, numbers, ends, windows: windows.len(), seen: Vec::new(), out: Clipped::default() }
     }
 
     /// Number of bounces after which no beam goes on.
@@ -82,25 +111,34 @@ impl<'a> Levels<'a> {
         shared.exact.most(shared.options.images)
     }
 
-    /// All views that are known, five words each.
-    pub fn views(&self) -> Vec<[u32; 4]> {
-        let views = &self.views.list;
-        let mut words = Vec::with_capacity(5 * views.len());
+    /// Number of views that are known.
+    pub fn view_count(&self) -> u32 {
+        self.views.list.len() as u32
+    }
+
+    /// All views that are known, `VIEW` words each, of which the first is numbered `first` among those of all scenes.
+    pub fn views(&self, first: u32) -> Vec<[u32; 4]> {
+        let (views, shared) = (&self.views.list, self.views.shared);
+        let [node, behind] = self.numbers.nodes;
+        let sizes = [shared.faces.flat_m, PAD * shared.faces.radius_m].map(|m| (m as f32).to_bits());
+        let mut words = Vec::with_capacity(VIEW * views.len());
         let mut levels = Vec::with_capacity(views.len());
         for view in views {
             let level = if view.parent == u32::MAX { 0 } else { levels[view.parent as usize] + 1 };
             levels.push(level);
             words.extend(view.rows.map(|r| r.to_array().map(f32::to_bits)));
             let [x, y, z] = view.origin.to_array().map(f32::to_bits);
-            words.push([x, y, z, view.parent]);
-            words.push([level, 0, 0, 0]);
+            let parent = if view.parent == u32::MAX { u32::MAX } else { first + view.parent };
+            words.push([x, y, z, parent]);
+            words.push([level, node, behind, shared.options.bounces as u32]);
+            words.push([sizes[0], sizes[1], 0, 0]);
         }
         words
     }
 
-    /// Takes what the windows see, where `from` counts the faces of each window.
+    /// Takes what the windows see.
     pub fn first(&mut self, mut found: Vec<LitPolygon>) -> Vec<Onward> {
-        found.sort_by_key(|p| p.from);
+        found.sort_by(LitPolygon::order);
         let faces = self.views.shared.faces;
         let groups = grouped(found, |p| (p.from, p.face));
         let exact: Vec<Vec<Polygon>> = groups.par_iter().flatten().map(|p| self.polygons(p)).collect();
@@ -126,7 +164,7 @@ impl<'a> Levels<'a> {
 
     /// Takes what `beams` light of what is ahead of them.
     pub fn next(&mut self, beams: &[Onward], mut found: Vec<LitPolygon>) -> Vec<Onward> {
-        found.sort_by_key(|p| (p.from, p.face));
+        found.sort_by(LitPolygon::order);
         let shared = self.views.shared;
         let faces = shared.faces;
         let mut items = Vec::new();
@@ -264,8 +302,8 @@ impl<'a> Levels<'a> {
         let line = |first: u32, second: u32| {
             let (kind, level, number) = (first >> 28 & 7, first >> 24 & 0xf, first & 0xff_ffff);
             let of = match kind {
-                EDGE => Of::Edge(number),
-                CROSSING => Of::Crossing([number, second]),
+                EDGE => Of::Edge(number - self.numbers.edges),
+                CROSSING => Of::Crossing([number, second].map(|p| p - self.numbers.patches)),
                 WALL => Of::Wall(number),
                 _ => Of::Halving { axis: number, bits: second },
             };

@@ -31,8 +31,13 @@ fn submits(engine: &Engine) -> u64 {
 
 /// The tiny recipe with all its frames in one shard.
 fn recipe(folder: &Path) -> Recipe {
+    recipe_of(folder, 12)
+}
+
+/// The tiny recipe with so many of its twelve frames in a shard.
+fn recipe_of(folder: &Path, frames_per_shard: u32) -> Recipe {
     let text = fs::read_to_string(recipes().join("tiny.toml")).unwrap();
-    let text = text.replace("frames_per_shard = 2", "frames_per_shard = 12");
+    let text = text.replace("frames_per_shard = 2", &format!("frames_per_shard = {frames_per_shard}"));
     fs::copy(recipes().join("tiny_radar.toml"), folder.join("tiny_radar.toml")).unwrap();
     let path = folder.join("recipe.toml");
     fs::write(&path, text).unwrap();
@@ -47,6 +52,17 @@ fn made(
     cancel: &AtomicBool,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Report {
+    tried(engine, recipe, out, batch, cancel, progress).unwrap()
+}
+
+fn tried(
+    engine: &Engine,
+    recipe: &Recipe,
+    out: &Path,
+    batch: usize,
+    cancel: &AtomicBool,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Report, Error> {
     let options = Options {
         jobs: None,
         batch: Some(batch),
@@ -57,7 +73,55 @@ fn made(
         progress: &|p| progress(p.done),
         pictures: &|_, _, _, _, _| Ok(()),
     };
-    produce(engine, recipe, out, &options).unwrap()
+    produce(engine, recipe, out, &options)
+}
+
+/// Whether the error says that the device was lost, in one line, and what to do.
+fn tells_of_a_loss(e: &Error) {
+    let text = e.to_string();
+    assert_eq!(e.exit_code(), 1, "{text}");
+    let parts =
+        ["gpu: the device was lost", "run the same command again", "(kernel ", ", adapter ", ", driver "];
+    assert!(parts.iter().all(|part| text.contains(part)) && !text.contains('\n'), "{text}");
+}
+
+/// A dataset whose device is lost in the middle of a batch ends with one error that says so. Shards that are complete stay, what is there
+/// under its final name is whole, and the same call with a new device makes the rest: the same bytes as without a loss.
+#[test]
+fn a_lost_device_leaves_whole_shards() {
+    let t = tempfile::tempdir().unwrap();
+    let recipe = recipe_of(t.path(), 2);
+    let opened = || opened_for_tests().with_tracing_on_host(true);
+    let whole = t.path().join("whole");
+    let go_on = AtomicBool::new(false);
+    let engine = Engine::Gpu(Box::new(opened()));
+    let before = submits(&engine);
+    made(&engine, &recipe, &whole, 2, &go_on, &|_| ());
+    let all = submits(&engine) - before;
+    let whole = files(&whole);
+    let mut kept = Vec::new();
+    for at in [1, 2, all / 2, all - 4, all] {
+        let out = t.path().join(format!("lost-in-{at}"));
+        let engine = Engine::Gpu(Box::new(opened().with_loss_in_submission(at)));
+        tells_of_a_loss(&tried(&engine, &recipe, &out, 2, &go_on, &|_| ()).unwrap_err());
+        let shards = match out.exists() {
+            false => 0,
+            true => {
+                let left = files(&out);
+                let is_final = |name: &str| !name.split('/').any(|part| part.starts_with('.'));
+                for (name, bytes) in left.iter().filter(|(name, _)| is_final(name)) {
+                    assert!(whole.get(name) == Some(bytes), "{at}: {name}");
+                }
+                left.keys().filter(|name| name.starts_with("shards/") && is_final(name)).count() as u64
+            }
+        };
+        kept.push(shards);
+        let report = made(&Engine::Gpu(Box::new(opened())), &recipe, &out, 2, &go_on, &|_| ());
+        assert!(report.complete && report.shards_resumed == shards, "{at}: {report:?}");
+        assert_eq!(report.frames_made, 12 - 2 * shards, "{at} of {all}");
+        assert!(files(&out) == whole, "{at}");
+    }
+    assert!(kept[0] == 0 && kept[3] > 0, "{kept:?} of losses among {all} submissions");
 }
 
 /// A dataset of four scenes, whose frames are made across scenes, has the same bytes for any number of frames at a time.
@@ -121,7 +185,7 @@ fn runs_do_not_depend_on_the_batch() {
         [[radars]]\nname = \"left\"\nradar = \"tiny_radar.toml\"\n[[radars]]\nname = \"right\"\nradar = \"tiny_radar.toml\"\n";
     let scenario = scenario::parse(&t.path().join("s.toml"), text).unwrap();
     let engine = Engine::Gpu(Box::new(opened_for_tests()));
-    let made = |batch: usize, stop: bool| -> Result<RunReport, Error> {
+    let made_on = |engine: &Engine, batch: usize, stop: bool| -> Result<RunReport, Error> {
         let options = RunOptions {
             kind: "run",
             force: true,
@@ -134,8 +198,9 @@ fn runs_do_not_depend_on_the_batch() {
             },
             progress: &|_, _| (),
         };
-        run(&engine, &scenario, &t.path().join(format!("of-{batch}")), &options)
+        run(engine, &scenario, &t.path().join(format!("of-{batch}")), &options)
     };
+    let made = |batch: usize, stop: bool| made_on(&engine, batch, stop);
     let found: Vec<_> = BATCHES.map(|batch| files(&made(batch, false).unwrap().folder)).into();
     assert!(found[0].keys().any(|name| name.contains("left") && name.contains("points")));
     for (one, batch) in found.iter().zip(BATCHES) {
@@ -144,6 +209,18 @@ fn runs_do_not_depend_on_the_batch() {
     fs::remove_dir_all(t.path().join("of-64")).unwrap();
     made(64, true).unwrap_err();
     let report = made(64, false).unwrap();
+    assert_eq!((report.resumed, report.frames.len()), (3, 10));
+    assert!(files(&report.folder) == found[0]);
+    // A device that is lost keeps what is complete as well.
+    fs::remove_dir_all(t.path().join("of-3")).unwrap();
+    let before = submits(&engine);
+    made(3, false).unwrap();
+    let all = submits(&engine) - before;
+    fs::remove_dir_all(t.path().join("of-3")).unwrap();
+    let lost = Engine::Gpu(Box::new(opened_for_tests().with_loss_in_submission(all)));
+    tells_of_a_loss(&made_on(&lost, 3, false).unwrap_err());
+    let report = made(3, false).unwrap();
+    // The first three frames, since the last submission is of the other two.
     assert_eq!((report.resumed, report.frames.len()), (3, 10));
     assert!(files(&report.folder) == found[0]);
 }

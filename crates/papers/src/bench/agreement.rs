@@ -160,7 +160,7 @@ fn synthesis_error_db(engine: &Engine, radar: &Radar, echoes: &Echoes) -> Result
 
 /// Noise power in one cell of a whole frame, W. Peaks below it do not count: single precision alone may move
 /// them.
-fn noise_w(radar: &Radar) -> f64 {
+pub fn noise_w(radar: &Radar) -> f64 {
     Noise::thermal(radar, 0, 0)
         .map_or(0.0, |n| 2.0 * n.sigma * n.sigma / (radar.samples * radar.chirps) as f64)
 }
@@ -211,7 +211,7 @@ fn objects(
 }
 
 /// Number of cells of the reference above the noise, and how many of them agree within 0.1 dB.
-fn cells(got: &PowerMap<f64>, want: &PowerMap<f64>, noise_w: f64) -> (usize, usize) {
+pub fn cells(got: &PowerMap<f64>, want: &PowerMap<f64>, noise_w: f64) -> (usize, usize) {
     let over = got.data.iter().zip(&want.data).filter(|(_, w)| **w > noise_w);
     over.fold((0, 0), |(n, near), (g, w)| (n + 1, near + usize::from(db_from_power(g / w).abs() <= 0.1)))
 }

@@ -20,10 +20,13 @@ mod sheet;
 mod stages;
 pub mod stream;
 
+pub use agreement::{cells, noise_w};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::engine::Engine;
+use catseye::road::terrain::W8_QUADS;
+use frame::Frame;
 use sheet::Sheet;
-pub use sheet::{LONG_S, Outcome, RUNS, Settings, Stage, WORKLOADS};
+pub use sheet::{LONG_S, Outcome, RUNS, Settings, Stage, WORKLOADS, relative_l2};
 
 /// Runs the workloads of these names, all if there are no names, in the order of [`WORKLOADS`].
 ///
@@ -49,6 +52,23 @@ pub fn run(
             work(engine, settings, Sheet::new(name, engine, say))
         })
         .collect()
+}
+
+/// The frame of one of W3, W7, W8, W9, W12 and W13.
+///
+/// # Errors
+/// Returns an error for a workload that is not one frame, and the errors of its scene and radar.
+pub fn frame_of(workload: &str) -> Result<Frame> {
+    match workload {
+        "W3-static" => Frame::w3(false),
+        "W3-moving" => Frame::w3(true),
+        "W7" => scenario::everything(),
+        "W8" => scenario::terrain(W8_QUADS),
+        "W9" => scenario::street(),
+        "W12" => scenario::imaging_frame(false),
+        "W13" => scenario::awr1843(),
+        _ => Err(Error::Failed(format!("the workload {workload} is not one frame"))),
+    }
 }
 
 type Work = fn(&Engine, &Settings, Sheet<'_>) -> Result<Outcome>;
@@ -93,9 +113,12 @@ mod tests {
     fn every_workload_of_the_list_is_there_once() {
         for (i, (name, title)) in WORKLOADS.iter().enumerate() {
             assert!(workload(name).is_some(), "{name}");
+            if matches!(*name, "W3-static" | "W3-moving" | "W7" | "W9" | "W13") {
+                assert!(frame_of(name).is_ok(), "{name}");
+            }
             assert!(!title.is_empty() && WORKLOADS[..i].iter().all(|w| w.0 != *name), "{name}");
         }
-        assert!(workload("W99").is_none());
+        assert!(workload("W99").is_none() && frame_of("W99").is_err());
     }
 
     #[test]

@@ -64,7 +64,7 @@ fn frame_on(scenario: &Scenario, road: &str) -> Result<Frame> {
     Frame::of(&site.scenario, site.scene)
 }
 
-fn everything() -> Result<Frame> {
+pub(super) fn everything() -> Result<Frame> {
     frame_on(&on_road(ON_EVERYTHING)?, EVERYTHING)
 }
 
@@ -79,7 +79,7 @@ fn imaging(radar: &mut Radar) {
     radar.processing.azimuth_bins = 512;
 }
 
-fn imaging_frame(quick: bool) -> Result<Frame> {
+pub(super) fn imaging_frame(quick: bool) -> Result<Frame> {
     let mut scenario = on_road(ON_EVERYTHING)?;
     let radar = &mut scenario.radars[0];
     imaging(radar);
@@ -96,12 +96,12 @@ pub(super) fn terrain(quads: u32) -> Result<Frame> {
     Frame::of(&scenario, w8::w8_cut(quads, &material::by_name)?)
 }
 
-fn street() -> Result<Frame> {
+pub(super) fn street() -> Result<Frame> {
     frame_on(&on_road(IN_STREET)?, STREET)
 }
 
 /// The frame of scene 0 of the recipe for a radar like an AWR1843 board.
-fn awr1843() -> Result<Frame> {
+pub(super) fn awr1843() -> Result<Frame> {
     let scratch = Scratch::with("w13", &AWR1843)?;
     let recipe = Recipe::load(&scratch.path().join(AWR1843[0].0), None)?;
     let site = dataset::drawn_scene(&recipe, 0)?;

@@ -241,7 +241,7 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
 }
 
 /// Relative L2 error sqrt(sum |got - want|² / sum |want|²).
-pub(super) fn relative_l2(got: impl IntoIterator<Item = f64>, want: impl IntoIterator<Item = f64>) -> f64 {
+pub fn relative_l2(got: impl IntoIterator<Item = f64>, want: impl IntoIterator<Item = f64>) -> f64 {
     let (mut error, mut norm) = (0.0, 0.0);
     for (g, w) in got.into_iter().zip(want) {
         error += (g - w) * (g - w);

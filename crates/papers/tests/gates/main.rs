@@ -4,6 +4,7 @@ mod austin;
 mod bad_meshes;
 mod beam_times;
 mod clipping;
+mod device_frames;
 mod echoes;
 mod gates;
 mod gpu_beams;
