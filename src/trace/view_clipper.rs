@@ -425,6 +425,7 @@ impl<'a> Device<'a> {
         let troubles = recorder.zeros("troubles", 1);
         let none = recorder.zeros("none", 1);
         let pieces = recorder.buffer("polygons", count * PIECE);
+        let mut number = None;
         for mode in [0, 1] {
             let to = if mode == 0 { &none } else { &pieces };
             recorder.dispatch(
@@ -434,11 +435,11 @@ impl<'a> Device<'a> {
                 Threads::Linear(count as u64),
             );
             if mode == 0 {
-                scan::record(&mut recorder, &counts, count + 1);
+                let total = scan::record(&mut recorder, &counts, count + 1);
+                // How many polygons there are only the device knows so far.
+                number = Some(recorder.read(&total));
             }
         }
-        // How many polygons there are only the device knows so far.
-        let mut number = Some(recorder.read(&counts));
         let number_at = Some((counts.clone(), count));
         let mut queue = vec![Going { pieces: pieces.clone(), first: 0, count, number: number_at, room: 1 }];
         let mut read = [0; 2];
@@ -448,7 +449,7 @@ impl<'a> Device<'a> {
             while runs.len() < most
                 && let Some(going) = queue.pop()
             {
-                let threads = (self.threads / going.room).max(LEAST_THREADS).min(going.count);
+                let threads = (self.threads / going.room).max(1).min(going.count);
                 if going.count > threads {
                     let (first, count) = (going.first + threads, going.count - threads);
                     queue.push(Going { first, count, ..going.clone() });
@@ -463,7 +464,7 @@ impl<'a> Device<'a> {
             if let Some(words) = first.take() {
                 read = words.map(|word| done.take(word)[0]);
             }
-            let all = number.take().map(|number| done.take(number)[count] as usize);
+            let all = number.take().map(|number| done.take(number)[0] as usize);
             for going in &mut queue {
                 *going = going.known(all);
             }
@@ -488,13 +489,14 @@ impl<'a> Device<'a> {
     ) -> Vec<Round> {
         let most = ROUNDS[usize::from(level.level > 0)];
         let mut rounds = Vec::with_capacity(most);
-        let of_later = (going.count / 8).max(LEAST_THREADS);
+        let of_later = (going.count / 8).max(LEAST_THREADS).min(self.threads);
         let no_limit = recorder.upload("no limit", &[u32::MAX]);
         for _ in 0..most {
             let threads = going.count;
             let (limit, total_at) = going.number.clone().unwrap_or_else(|| (no_limit.clone(), 0));
-            let room = threads.max(LEAST_THREADS) * going.room;
-            let (words, pieces_on) = (WORDS * room, room);
+            // No more than the slots hold.
+            let (room, slots) = (threads.max(LEAST_THREADS) * going.room, threads * SLOTS);
+            let (words, pieces_on) = ((WORDS * room).min(slots * PIECE), room.min(slots));
             let params = ViewParams {
                 first: going.first as u32,
                 count: (going.first + threads) as u32,

@@ -217,18 +217,19 @@ fn small_bindings_are_worked_within_or_said() {
         "[[object]]",
         "[scene]\nroad = \"road/road_model_straight.toml\"\n[trace]\nfacets = 0\nbounces = 2\n[[object]]",
     ));
-    let small = Engine::Gpu(Box::new(opened_for_tests().with_binding_limit(128 << 10)));
     let prepared = Prepared::new(&site.scenario, &site.scene).unwrap();
-    let got = prepared.echoes(&small, 0, 0).unwrap().echoes;
-    let want = prepared.echoes(&Engine::Cpu(Precision::F64), 0, 0).unwrap().echoes;
-    println!("{} and {} echoes; fallback {:?}", got.list.len(), want.list.len(), got.fallback);
-    assert_eq!(got.on_device, got.fallback.is_none());
-    match got.fallback {
-        Some(why) => {
+    let heard = |engine: &Engine| prepared.echoes(engine, 0, 0).unwrap().echoes;
+    let (want, unbound) = (heard(&Engine::Cpu(Precision::F64)), heard(&device()));
+    assert!(unbound.on_device && (unbound.power_w - want.power_w).abs() < AMPLITUDE * want.power_w);
+    for kilobytes in [128, 600, 700, 1000, 3000] {
+        let got = heard(&Engine::Gpu(Box::new(opened_for_tests().with_binding_limit(kilobytes << 10))));
+        println!("{kilobytes} kB: {} echoes; fallback {:?}", got.list.len(), got.fallback);
+        assert_eq!((got.on_device, got.fallback.is_none()), (kilobytes > 500, kilobytes > 500));
+        match got.fallback {
             // The host's own, to the bit.
-            assert!(why.contains("binding") && got.list == want.list, "{why}");
+            Some(why) => assert!(why.contains("binding") && got.list == want.list, "{why}"),
+            None => assert!(got == unbound, "{kilobytes}"),
         }
-        None => assert!((got.power_w - want.power_w).abs() < AMPLITUDE * want.power_w),
     }
 }
 
