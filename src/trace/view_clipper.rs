@@ -194,7 +194,7 @@ fn together(gpu: &Gpu, scenes: &[Scene<'_>]) -> Able<Vec<Clipped>> {
         let mut found = Vec::new();
         let pieces = limit / (PIECE * size_of::<[u32; 4]>());
         let walks = WALKS.min(limit / size_of::<u32>() - 1);
-        let most = BEAMS.min(pieces).min(walks / device.parts()).max(1);
+        let most = BEAMS.min(pieces).min(walks / device.parts).max(1);
         let mut stack: Vec<(usize, usize)> =
             (0..all.len()).step_by(most).map(|from| (from, most.min(all.len() - from))).collect();
         stack.reverse();
@@ -311,6 +311,7 @@ struct Device<'a> {
     body: Buffer<[u32; 4]>,
     threads: usize,
     pairs: usize,
+    /// Parts of the tree that threads of `view_ahead` share out.
     parts: usize,
     first_runs: usize,
 }
@@ -332,11 +333,6 @@ impl<'a> Device<'a> {
             parts: nodes.div_ceil(NODES[kind]).max(1),
             first_runs: FIRST_RUNS[kind],
         }
-    }
-
-    /// Parts of the tree that threads of `view_ahead` share out.
-    fn parts(&self) -> usize {
-        self.parts
     }
 
     /// Follows some beams to what they light. False if they meet more faces than one buffer holds pairs.

@@ -1376,3 +1376,22 @@ pub(super) fn overlap(a: Polygon, b: &Polygon, eps: f64) -> Polygon {
     }
     if out.area().abs() > b.area().abs() + 10.0 * eps * around { Polygon::EMPTY } else { out }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A polygon of no extent, as rounding leaves it in a corner, overlaps with nothing; one of some extent with what it holds.
+    #[test]
+    fn what_has_no_inside_overlaps_with_nothing() {
+        let polygon = |corners: &[[f64; 2]]| {
+            Polygon::of(&corners.iter().map(|c| DVec2::from(*c)).collect::<Vec<_>>())[0]
+        };
+        let square = polygon(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+        for (size, area) in [(1e-14, 0.0), (1e-12, 0.0), (1e-6, 0.5e-12), (0.5, 0.125)] {
+            let small = polygon(&[[0.5, 0.5], [0.5 + size, 0.5], [0.5, 0.5 + size]]);
+            let both = overlap(square, &small, 1e-12).area();
+            assert!((both - area).abs() <= 1e-4 * area, "{size}: {both}");
+        }
+    }
+}
