@@ -12,6 +12,7 @@ mod tracing;
 pub use crate::trace::tracing::Tracing;
 pub use chain::{FrameInput, MadeFrame};
 pub use tracing::Look;
+pub(crate) use tracing::{is_deep_enough, reckon_powers};
 
 use crate::adc::{self, Cube};
 use crate::base::error::{BadInput, Error, Result};

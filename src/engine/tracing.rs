@@ -18,6 +18,7 @@ use crate::trace::windows::windows;
 use crate::trace::{Echoes, TraceOptions, merge};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 impl Engine {
     /// Where beams of frames are followed.
@@ -166,7 +167,7 @@ fn traced_together(gpu: &Gpu, looks: &[Look<'_>]) -> Result<Vec<Echoes>> {
             let look = &looks[i];
             if look.is_deep_enough(&all) {
                 let on_device = refused[i].is_none() && look.options.convention != Convention::Last;
-                (all.on_device, all.fallback) = (on_device, refused[i]);
+                (all.on_device, all.fallback) = (on_device, refused[i].map(Cow::Borrowed));
                 made[i] = Some(all);
             } else {
                 bounces[i] = all.bounces + 1;
@@ -178,6 +179,20 @@ fn traced_together(gpu: &Gpu, looks: &[Look<'_>]) -> Result<Vec<Echoes>> {
             }
         });
     }
+}
+
+/// Reckons the power of a frame's echoes, and of what one bounce more would bring, as this radar receives them, where the options ask for it.
+pub(crate) fn reckon_powers(radar: &Radar, options: &TraceOptions, all: &mut Echoes) {
+    if options.least_cut.is_some() {
+        all.power_w = power_w(radar, &all.list);
+        all.cut_power_w = unpolarised_w(radar, &all.cut);
+    }
+}
+
+/// Whether what the limit of bounces cuts off does not show, or no deeper limit is allowed.
+pub(crate) fn is_deep_enough(options: &TraceOptions, all: &Echoes) -> bool {
+    let bearable = power_from_db(options.accuracy_db) - 1.0;
+    all.bounces >= options.most_bounces || all.cut_power_w <= bearable * all.power_w
 }
 
 /// A radar that looks at a scene.
@@ -204,16 +219,11 @@ impl Look<'_> {
     }
 
     fn reckon_powers(&self, all: &mut Echoes) {
-        if self.options.least_cut.is_some() {
-            all.power_w = power_w(self.radar, &all.list);
-            all.cut_power_w = unpolarised_w(self.radar, &all.cut);
-        }
+        reckon_powers(self.radar, &self.options, all);
     }
 
-    /// Whether what the limit of bounces cuts off does not show, or no deeper limit is allowed.
     fn is_deep_enough(&self, all: &Echoes) -> bool {
-        let bearable = power_from_db(self.options.accuracy_db) - 1.0;
-        all.bounces >= self.options.most_bounces || all.cut_power_w <= bearable * all.power_w
+        is_deep_enough(&self.options, all)
     }
 
     /// Adds what the air returns, takes away what it weakens, and adds up echoes of one place.

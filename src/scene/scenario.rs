@@ -358,6 +358,8 @@ pub struct Output {
     pub returns: bool,
     /// return_places.npy: where the path of each echo touches something, a row for each row of returns.csv.
     pub return_places: bool,
+    /// echoes.npy and echoes.json: every echo in full, from which `simulate --from` makes frames of another radar at the same place.
+    pub echoes: bool,
     /// Whether truth.json is written.
     pub truth: bool,
     /// Classes and points on grids: mask_road.npy, mask_markers.npy, grid_road.npy, grid_markers.npy.
@@ -379,6 +381,7 @@ impl Default for Output {
             tracks: true,
             returns: true,
             return_places: false,
+            echoes: false,
             truth: true,
             masks: false,
             scene: false,

@@ -1,5 +1,6 @@
 //! The whole chain for one frame.
 
+pub mod kept;
 pub mod thermal_floor;
 pub mod truth;
 
@@ -14,7 +15,7 @@ use crate::detect::locate::FrameMaps;
 use crate::detect::points::Point;
 use crate::detect::{Bodies, label, locate};
 use crate::dsp::RangeDoppler;
-use crate::engine::{AnyCube, Engine, FrameInput, Look, MadeFrame};
+use crate::engine::{AnyCube, Engine, FrameInput, Look, MadeFrame, reach};
 use crate::geom::{Facets, Geometry, RigidScene, curved, remarks as of_scene};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
@@ -23,6 +24,7 @@ use crate::scene::{Object, Scene, Shape};
 use crate::trace::air::Air;
 use crate::trace::{Echoes, TraceOptions};
 use glam::DVec3;
+use kept::{Digests, KeptTrace, Of, Recall, TraceOrigin};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -70,6 +72,8 @@ pub struct Frame {
     pub triangles: usize,
     /// Echoes of the scene.
     pub echoes: Echoes,
+    /// The same before any was left out, where the scenario asks to keep them (`output.echoes`).
+    pub kept: Option<KeptTrace>,
     /// What the front end did with them.
     pub front_end: SynthesisStats,
     /// Samples; None where they were not asked for ([`Prepared::without_cubes`]).
@@ -234,6 +238,9 @@ pub struct Prepared<'a> {
     depths: Depths,
     /// Whether frames have their samples.
     cubes: bool,
+    /// Where echoes come from that are not traced.
+    recall: Option<Recall<'a>>,
+    digests: OnceLock<Digests>,
 }
 
 /// What a radar hears in a frame.
@@ -249,6 +256,8 @@ pub struct Heard {
     pub triangles: usize,
     /// Echoes of the scene.
     pub echoes: Echoes,
+    /// The same before any was left out, where the scenario asks to keep them (`output.echoes`).
+    pub kept: Option<KeptTrace>,
     /// Time taken to place the scene and to trace it, s.
     pub seconds: [f64; 2],
 }
@@ -290,6 +299,11 @@ impl<'a> Prepared<'a> {
         Prepared { cubes: false, ..self }
     }
 
+    /// Frames are made of echoes that were traced before, which `recall` gives, and nothing is traced.
+    pub fn recalling(self, recall: Recall<'a>) -> Prepared<'a> {
+        Prepared { recall: Some(recall), ..self }
+    }
+
     fn of(scenario: &'a SitedScenario, scene: &'a Scene, radars: Range<usize>) -> Result<Prepared<'a>> {
         let seen = |radar: &Radar| {
             let cut = {
@@ -307,6 +321,8 @@ impl<'a> Prepared<'a> {
             first,
             depths: Depths::default(),
             cubes: true,
+            recall: None,
+            digests: OnceLock::new(),
             radars: scenario.radars[radars].iter().map(seen).collect::<Result<_>>()?,
         })
     }
@@ -386,12 +402,37 @@ impl<'a> Prepared<'a> {
         }))
     }
 
+    fn digests(&self) -> &Digests {
+        self.digests.get_or_init(|| Digests::of(self.scenario, self.scene))
+    }
+
     fn heard(&self, engine: &Engine, which: usize, index: u32, budget: Budget) -> Result<Heard> {
+        if let Some(recall) = &self.recall {
+            return self.recalled(recall(which, index)?, which, index, budget);
+        }
         let posed = self.posed(engine, which, index, budget)?;
         let mut clock = Clock::start();
         let Look { geometry, radar, pose, velocity_mps, options } = posed.look();
         let echoes = engine.trace(geometry, radar, &pose, velocity_mps, &options)?;
         Ok(self.trimmed(&posed, echoes, budget, clock.lap()))
+    }
+
+    /// What is heard of echoes that were traced before.
+    fn recalled(&self, kept: KeptTrace, which: usize, index: u32, budget: Budget) -> Result<Heard> {
+        let mut clock = Clock::start();
+        let options = trace_options(self.scenario, which, index)?;
+        let radar = &self.scenario.radars[which];
+        let time_s = self.scenario.frames.time_s(index);
+        let (pose, velocity_mps) = radar_pose(radar, &self.scenario.ego, time_s);
+        let of = Of { which, index, pose: &pose };
+        let kept = kept::recalled(kept, self.scenario, self.digests(), of, &options)?;
+        let triangles = kept.triangles;
+        let (mut echoes, kept) = match self.scenario.output.echoes {
+            true => (kept.echoes.clone(), Some(kept)),
+            false => (kept.echoes, None),
+        };
+        trim(radar, &mut echoes, budget);
+        Ok(Heard { time_s, pose, velocity_mps, triangles, echoes, kept, seconds: [0.0, clock.lap()] })
     }
 
     /// A frame that is ready to be traced.
@@ -431,13 +472,21 @@ impl<'a> Prepared<'a> {
             self.depths.known().insert(posed.which, echoes.bounces);
         }
         let start = Instant::now();
+        let triangles = posed.geometry.get().triangle_count;
+        let kept = self.scenario.output.echoes.then(|| {
+            let rate = reach::fastest_path_mps(posed.geometry.get(), posed.velocity_mps, echoes.bounces);
+            let of = Of { which: posed.which, index: posed.index, pose: &posed.pose };
+            let origin = TraceOrigin::new(self.scenario, self.digests(), of, &posed.options, rate);
+            KeptTrace { origin, triangles, echoes: echoes.clone() }
+        });
         trim(posed.radar, &mut echoes, budget);
         Heard {
             time_s: posed.time_s,
             pose: posed.pose,
             velocity_mps: posed.velocity_mps,
-            triangles: posed.geometry.get().triangle_count,
+            triangles,
             echoes,
+            kept,
             seconds: [posed.geometry_s, trace_s + start.elapsed().as_secs_f64()],
         }
     }
@@ -601,6 +650,15 @@ const TRACE_BYTES_OF_TRIANGLE: f64 = 4e3;
 
 /// What is heard in frames, which are traced together.
 fn all_heard(engine: &Engine, wanted: &[Wanted<'_, '_>]) -> Vec<Result<Heard>> {
+    if wanted.iter().any(|w| w.prepared.recall.is_some()) {
+        return wanted
+            .par_iter()
+            .map(|w| {
+                engine.check_memory(w.radar(), 0)?;
+                w.prepared.heard(engine, w.which, w.index, w.budget())
+            })
+            .collect();
+    }
     // What frames of one radar share is found once, and not by each of them: how deep the first goes, and what stands still.
     let (first, later): (Vec<usize>, Vec<usize>) = (0..wanted.len()).partition(|i| wanted[*i].index == 0);
     let mut radars: Vec<&Wanted<'_, '_>> = Vec::new();
@@ -715,7 +773,7 @@ fn made(
                 break;
             }
         };
-        let Heard { time_s, pose, velocity_mps, triangles, echoes, seconds } = heard;
+        let Heard { time_s, pose, velocity_mps, triangles, echoes, kept, seconds } = heard;
         let MadeFrame { cube, front_end, maps, seconds: [synthesis_s, processing_s] } = made;
         let [geometry_s, trace_s] = seconds;
         frames.push(Ok(Frame {
@@ -726,6 +784,7 @@ fn made(
             velocity_mps,
             triangles,
             echoes,
+            kept,
             front_end,
             cube,
             maps,

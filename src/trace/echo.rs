@@ -3,6 +3,7 @@
 use crate::base::convention::MAX_BOUNCES;
 use crate::base::matrix::Matrix2;
 use glam::DVec3;
+use std::borrow::Cow;
 
 /// One echo, seen from the radar's phase centre, at the frame time. The received complex amplitude
 /// in sqrt(W) of a channel is
@@ -117,5 +118,5 @@ pub struct Echoes {
     /// Whether a device followed the beams; else the host did, in f64.
     pub on_device: bool,
     /// Why the device of an engine that traces there left the frame to the host; None where it did not.
-    pub fallback: Option<&'static str>,
+    pub fallback: Option<Cow<'static, str>>,
 }

@@ -13,20 +13,19 @@ const SAMPLES: usize = 33;
 /// The sides of a cube around the radar that its antennas light, the front first. Each is a frame of
 /// perspective from the radar's phase centre; the directions with |u|, |v| <= 1 are its own.
 pub fn windows(radar: &Radar, pose: &Pose<Sensor, World>) -> Vec<Frame> {
+    lit_sides(radar).into_iter().zip(around(pose)).filter(|(is_lit, _)| *is_lit).map(|(_, w)| w).collect()
+}
+
+/// Which sides of a cube around the radar its transmit antennas light: ahead, left, right, behind, up, down.
+pub fn lit_sides(radar: &Radar) -> [bool; 6] {
     let lit = |d: DVec3| {
         let (azimuth, elevation) = angles_from_direction(d);
         radar.tx.iter().any(|t| t.pattern.power_gain(azimuth, elevation) > GAIN_FLOOR)
     };
-    SIDES
-        .into_iter()
-        .zip(around(pose))
-        .filter(|([k, u, v], _)| {
-            let at = |i: usize| 2.0 * i as f64 / (SAMPLES - 1) as f64 - 1.0;
-            (0..SAMPLES * SAMPLES)
-                .any(|i| lit((*k + *u * at(i % SAMPLES) + *v * at(i / SAMPLES)).normalize()))
-        })
-        .map(|(_, window)| window)
-        .collect()
+    SIDES.map(|[k, u, v]| {
+        let at = |i: usize| 2.0 * i as f64 / (SAMPLES - 1) as f64 - 1.0;
+        (0..SAMPLES * SAMPLES).any(|i| lit((k + u * at(i % SAMPLES) + v * at(i / SAMPLES)).normalize()))
+    })
 }
 
 /// The frames of all six sides of a cube around the radar.

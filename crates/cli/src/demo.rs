@@ -44,6 +44,7 @@ impl Demo {
                 // In its own place an older demo is replaced without a question; elsewhere it is somebody's.
                 force: global.force || self.output.is_none(),
                 batch: None,
+                from: None,
                 convergence: false,
                 source: Some(SCENARIO.into()),
                 pictures: &|scenario, scene, frame, truth, dir| {

@@ -95,6 +95,7 @@ impl Process {
             catseye: env!("CARGO_PKG_VERSION"),
             engine: engine.report(),
             trace: None,
+            echoes_from: None,
             seed: 0,
             scenario: None,
             scenario_name: title,

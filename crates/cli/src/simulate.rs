@@ -8,11 +8,13 @@ use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::machine;
 use catseye::base::units::{db_from_power, power_from_db};
 use catseye::engine::memory::FrameMemory;
+use catseye::formats::stage::distinct;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Scenario;
 use catseye::simulate::Prepared;
 use catseye_io::files::expected_bytes;
+use catseye_io::kept_run::KeptRun;
 use catseye_io::manifest::{FrameRecord, RunTrace};
 use catseye_io::run::{RunOptions, RunReport, run};
 use clap::Args;
@@ -33,6 +35,10 @@ pub struct Simulate {
     /// Frames that a GPU takes at once, as far as memory allows (default: 64); the bytes do not depend on it, and the CPU takes one
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub batch: Option<u32>,
+    /// Trace nothing: take the echoes of this run, which was made with output.echoes = true at the same place, and let this scenario's
+    /// radar, waveform, array, front end and seed listen to them
+    #[arg(long, value_name = "RUN", conflicts_with_all = ["dry_run", "convergence"])]
+    pub from: Option<PathBuf>,
     /// Print echoes, memory and disk that a frame needs, and run nothing
     #[arg(long)]
     pub dry_run: bool,
@@ -65,7 +71,11 @@ impl Simulate {
             .clone()
             .ok_or_else(|| BadInput::new("no output folder is given").key("-o").remedy("write -o DIR"))?;
         let source = catseye::scene::toml_file::read_text(&self.scenario)?;
-        let work = Work { convergence: self.convergence, batch: self.batch.map(|n| n as usize) };
+        if let Some(from) = &self.from {
+            distinct(&[&output], &[from])?;
+        }
+        let from = self.from.as_deref().map(KeptRun::open).transpose()?;
+        let work = Work { convergence: self.convergence, batch: self.batch.map(|n| n as usize), from };
         let report = simulate(&scenario, Some(source), &output, &work, global)
             .map_err(|e| of_scenario(e, &self.scenario))?;
         summary(&report, global)
@@ -87,6 +97,8 @@ pub struct Work {
     pub convergence: bool,
     /// Largest number of frames that are made together.
     pub batch: Option<usize>,
+    /// Run whose echoes are taken; None traces.
+    pub from: Option<KeptRun>,
 }
 
 /// Runs a scenario with a progress bar.
@@ -108,6 +120,7 @@ pub fn simulate(
             force: global.force,
             convergence: work.convergence,
             batch: work.batch,
+            from: work.from.as_ref(),
             source,
             pictures: &draw_frame,
             progress: &|done, found| {

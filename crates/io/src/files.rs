@@ -1,5 +1,6 @@
 //! The files of one frame; their names, shapes and columns are a public interface.
 
+use super::echo_file;
 use catseye::base::error::{Error, Result};
 use catseye::detect::files::{write_angle_cells, write_echoes, write_points};
 use catseye::detect::grid::PointGrid;
@@ -165,6 +166,9 @@ pub fn write_frame(dir: &Path, output: &Output, radar: &Radar, frame: &Frame, tr
     if output.return_places {
         write_places(dir, &frame.echoes)?;
     }
+    if let Some(kept) = &frame.kept {
+        echo_file::write(dir, kept)?;
+    }
     if output.truth {
         let path = dir.join("truth.json");
         let text = serde_json::to_string_pretty(truth).map_err(|e| Error::Failed(format!("truth: {e}")))?;
@@ -246,6 +250,9 @@ pub fn expected_bytes(
         let most = heard.echoes.list.iter().map(|e| u64::from(e.bounces)).max().unwrap_or(0);
         bytes.arrays += HEADER_BYTES + 12 * most * heard.echoes.list.len() as u64;
     }
+    if let Some(kept) = &heard.kept {
+        bytes.arrays += echo_file::table_bytes(kept);
+    }
     if o.returns {
         let counter = write_echoes(Counter(0), radar, &heard.echoes);
         bytes.tables += counter.map_err(|e| Error::Failed(format!("returns: {e}")))?.0;
@@ -259,6 +266,7 @@ pub fn expected_bytes(
             velocity_mps: heard.velocity_mps,
             triangles: heard.triangles,
             echoes: heard.echoes,
+            kept: None,
             front_end: Default::default(),
             cube: None,
             maps: Vec::new(),

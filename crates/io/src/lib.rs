@@ -10,11 +10,13 @@ pub mod datasheet;
 pub mod diff;
 pub mod draw;
 pub mod drawn_scene;
+pub mod echo_file;
 pub mod files;
 pub mod follow;
 #[cfg(feature = "hdf5")]
 pub mod hdf5;
 mod hold;
+pub mod kept_run;
 pub mod manifest;
 pub mod produce;
 pub mod recipe;

@@ -127,7 +127,7 @@ impl FrameTrace {
     /// Where the beams of these echoes were followed.
     pub fn of(echoes: &Echoes) -> FrameTrace {
         let on = if echoes.on_device { Tracing::Device } else { Tracing::Host };
-        FrameTrace { on, fallback: echoes.fallback.map(String::from) }
+        FrameTrace { on, fallback: echoes.fallback.as_deref().map(String::from) }
     }
 }
 
@@ -297,6 +297,15 @@ pub fn keep_radars(dir: &Path, radars: &[Radar]) -> Result<PerRadar<String>> {
     })
 }
 
+/// Where the echoes of a run come from that traced nothing.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct EchoSource {
+    /// Name of the scenario that traced them.
+    pub scenario_name: String,
+    /// SHA-256 of that run's `manifest.json`.
+    pub manifest_sha256: String,
+}
+
 /// Content of the `manifest.json` of a run.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Manifest {
@@ -307,6 +316,9 @@ pub struct Manifest {
     /// Where the beams of its frames were followed; None where nothing was traced.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trace: Option<RunTrace>,
+    /// The run whose echoes these frames are made of; None where they were traced.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub echoes_from: Option<EchoSource>,
     /// Seed of all draws.
     pub seed: u64,
     /// Text of the scenario file.

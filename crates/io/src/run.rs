@@ -3,6 +3,7 @@
 
 use super::files::{Truth, frame_name, write_frame, write_masks, write_spectra};
 use super::follow;
+use super::kept_run::KeptRun;
 use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, RunTrace, keep_radars};
 use catseye::base::control::Control;
 use catseye::base::error::{Error, Result};
@@ -36,6 +37,8 @@ pub struct RunOptions<'a> {
     /// Largest number of frames that are made together, each with all its radars; default [`BATCH`] on a GPU, and one on the CPU,
     /// where no other number changes anything. Memory may allow fewer. The bytes do not depend on it.
     pub batch: Option<usize>,
+    /// Run whose echoes the frames are made of; None traces them.
+    pub from: Option<&'a KeptRun>,
     /// Text of the scenario file, kept in the manifest.
     pub source: Option<String>,
     /// Function that draws the pictures of a frame into its folder.
@@ -88,15 +91,19 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     let site = Site::new(scenario)?;
     let (scenario, scene) = (&site.scenario, &site.scene);
     scenario.radars.iter().try_for_each(|r| engine.check_memory(r, 0))?;
+    if let Some(from) = options.from {
+        from.check(scenario)?;
+    }
     let radars = scenario.radars.iter().map(to_toml).collect::<Result<Vec<_>>>()?;
     // All that determines the bytes, including the text of a calibration: a run with another one of these
     // must not continue this folder.
     let identity = sha256_of_bytes(
         format!(
-            "{} {:?} {scenario:?} {radars:?} {} {:?}",
+            "{} {:?} {scenario:?} {radars:?} {} {:?} {:?}",
             env!("CARGO_PKG_VERSION"),
             engine.report(),
             options.convergence,
+            options.from.map(|from| &from.source),
             scene
         )
         .as_bytes(),
@@ -104,6 +111,11 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     let (staged, notes) = StagedDir::resumable(out, options.force, options.kind, &identity)?;
     let prepared = Prepared::new(scenario, scene)?;
     let prepared = if scenario.output.adc { prepared } else { prepared.without_cubes() };
+    let prepared = match options.from {
+        Some(from) => prepared
+            .recalling(Box::new(|which, index| from.trace(scenario, &scenario.radars[which].name, index))),
+        None => prepared,
+    };
     let remarks = prepared.remarks()?;
     let mut records = Vec::new();
     let mut sums = BTreeMap::new();
@@ -197,6 +209,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         catseye: env!("CARGO_PKG_VERSION"),
         engine: engine.report(),
         trace: Some(RunTrace::of(engine.tracing(), &records)),
+        echoes_from: options.from.map(|from| from.source.clone()),
         seed: scenario.seed,
         scenario: options.source.clone(),
         scenario_name: scenario.name.clone(),
@@ -314,6 +327,7 @@ mod tests {
                 force: true,
                 convergence: false,
                 batch: None,
+                from: None,
                 source: None,
                 pictures: &|_, _, frame, _, _| match (stop, frame.index) {
                     (true, 1) => Err(Error::Failed("stopped".into())),

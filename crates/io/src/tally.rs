@@ -75,8 +75,8 @@ impl Tally {
         for f in radars {
             t.echoes += f.echoes.list.len() as u64;
             t.points += f.points.len() as u64;
-            if let Some(why) = f.echoes.fallback {
-                *t.trace_fallbacks.entry(why.into()).or_default() += 1;
+            if let Some(why) = &f.echoes.fallback {
+                *t.trace_fallbacks.entry(why.to_string()).or_default() += 1;
             }
             for p in &f.points {
                 // In a cube without noise the ratio is infinite.

@@ -1,15 +1,9 @@
 //! The command line as a user meets it: exit codes, one-line errors, files, resuming.
 
-use crate::common::{catseye, refused, text};
+use crate::common::{catseye, done, refused, text};
 use catseye::road::reflector::{Reflector, Value, kinds};
 use std::path::Path;
 use std::process::Command;
-
-fn done(dir: &Path, args: &[&str]) -> String {
-    let out = catseye(dir, args);
-    assert_eq!(out.status.code(), Some(0), "{args:?}: {}", text(&out.stderr));
-    text(&out.stdout)
-}
 
 const SMALL: &str = r#"
 name = "two points"

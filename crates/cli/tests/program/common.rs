@@ -11,6 +11,18 @@ pub fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// Exit code 0; what was printed.
+pub fn done(dir: &Path, args: &[&str]) -> String {
+    let out = catseye(dir, args);
+    assert_eq!(out.status.code(), Some(0), "{args:?}: {}", text(&out.stderr));
+    text(&out.stdout)
+}
+
+/// The project's folder.
+pub fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+}
+
 /// Exit code 2, and one line that says all of `parts`.
 pub fn refused(dir: &Path, args: &[&str], parts: &[&str]) -> String {
     let out = catseye(dir, args);

@@ -6,5 +6,6 @@ mod dataset;
 mod diff;
 mod export;
 mod hostile_values;
+mod kept_echoes;
 mod lane;
 mod radar_cli;

@@ -191,6 +191,7 @@ fn runs_do_not_depend_on_the_batch() {
             force: true,
             convergence: false,
             batch: Some(batch),
+            from: None,
             source: None,
             pictures: &|_, _, frame, _, _| match (stop, frame.index) {
                 (true, 3) => Err(Error::Failed("stopped".into())),
