@@ -238,6 +238,8 @@ pub struct Prepared<'a> {
     depths: Depths,
     /// Whether frames have their samples.
     cubes: bool,
+    /// Whether frames keep their echoes in full.
+    keeps: bool,
     /// Where echoes come from that are not traced.
     recall: Option<Recall<'a>>,
     digests: OnceLock<Digests>,
@@ -299,6 +301,11 @@ impl<'a> Prepared<'a> {
         Prepared { cubes: false, ..self }
     }
 
+    /// Frames keep their echoes in full, whatever the scenario says.
+    pub fn keeping_echoes(self) -> Prepared<'a> {
+        Prepared { keeps: true, ..self }
+    }
+
     /// Frames are made of echoes that were traced before, which `recall` gives, and nothing is traced.
     pub fn recalling(self, recall: Recall<'a>) -> Prepared<'a> {
         Prepared { recall: Some(recall), ..self }
@@ -321,6 +328,7 @@ impl<'a> Prepared<'a> {
             first,
             depths: Depths::default(),
             cubes: true,
+            keeps: scenario.output.echoes,
             recall: None,
             digests: OnceLock::new(),
             radars: scenario.radars[radars].iter().map(seen).collect::<Result<_>>()?,
@@ -427,7 +435,7 @@ impl<'a> Prepared<'a> {
         let of = Of { which, index, pose: &pose };
         let kept = kept::recalled(kept, self.scenario, self.digests(), of, &options)?;
         let triangles = kept.triangles;
-        let (mut echoes, kept) = match self.scenario.output.echoes {
+        let (mut echoes, kept) = match self.keeps {
             true => (kept.echoes.clone(), Some(kept)),
             false => (kept.echoes, None),
         };
@@ -473,7 +481,7 @@ impl<'a> Prepared<'a> {
         }
         let start = Instant::now();
         let triangles = posed.geometry.get().triangle_count;
-        let kept = self.scenario.output.echoes.then(|| {
+        let kept = self.keeps.then(|| {
             let rate = reach::fastest_path_mps(posed.geometry.get(), posed.velocity_mps, echoes.bounces);
             let of = Of { which: posed.which, index: posed.index, pose: &posed.pose };
             let origin = TraceOrigin::new(self.scenario, self.digests(), of, &posed.options, rate);

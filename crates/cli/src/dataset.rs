@@ -5,6 +5,7 @@ use super::frames::draw_frame;
 use super::global::{Global, print, print_json};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage;
+use catseye_io::kept_dataset::KeptDataset;
 use catseye_io::produce::{Estimate, Options, Phase, Progress, Report, estimate, produce};
 use catseye_io::recipe::Recipe;
 use clap::Args;
@@ -35,6 +36,10 @@ pub struct Dataset {
     /// Frames that a GPU takes at once, as far as memory allows (default: 64); the bytes do not depend on it, and the CPU takes one
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub batch: Option<u32>,
+    /// Trace nothing: take the echoes of this dataset, whose recipe drew the same scenes and kept them (keep.echoes = true), and let this
+    /// recipe's radar, waveform, array and front end listen to them
+    #[arg(long, value_name = "DATA", conflicts_with_all = ["scene", "dry_run"])]
+    pub from: Option<PathBuf>,
     /// Go on with a dataset that another device began
     #[arg(long)]
     pub mixed_devices: bool,
@@ -60,6 +65,13 @@ impl Dataset {
                 .allowed("1 or more")
                 .into());
         }
+        let recipe = match &self.from {
+            Some(from) => {
+                stage::distinct(&[output], &[from])?;
+                KeptDataset::open(from)?.serving(recipe)?
+            }
+            None => recipe,
+        };
         let shards = self.shards.as_deref().map(shard_range).transpose()?;
         let engine = global.engine()?;
         let bar = global.bar("scenes checked", 0, Kept::Itself);

@@ -2,7 +2,7 @@
 //! their frames.
 
 use super::drawn_scene::DrawnScene;
-use super::recipe::{Keep, Recipe};
+use super::recipe::Recipe;
 use super::store::{DatasetLayout, ShardFile};
 use super::tally::Tally;
 use catseye::base::control::Control;
@@ -183,13 +183,27 @@ pub fn drawn_scene(recipe: &Recipe, scene: u32) -> Result<DrawnScene> {
     })
 }
 
-/// A scene made ready for its frames, which have their samples if the dataset keeps them.
+/// A scene made ready for its frames, whose echoes are traced or come from where the recipe says.
 ///
 /// # Errors
 /// Returns the errors of [`Prepared::new`].
-pub fn prepared(keep: Keep, site: &DrawnScene) -> Result<Prepared<'_>> {
+pub fn ready<'a>(recipe: &'a Recipe, site: &'a DrawnScene) -> Result<Prepared<'a>> {
     let prepared = Prepared::new(&site.scenario, &site.scene)?;
-    Ok(if keep.adc { prepared } else { prepared.without_cubes() })
+    let prepared = if recipe.keep.echoes { prepared.keeping_echoes() } else { prepared };
+    let Some(kept) = &recipe.kept else { return Ok(prepared) };
+    let radars = &site.scenario.radars;
+    Ok(prepared.recalling(Box::new(move |which, index| {
+        (kept.give)(site.number, index, &radars[which].name, radars.len() == 1)
+    })))
+}
+
+/// [`ready`] for frames that have their samples if the dataset keeps them.
+///
+/// # Errors
+/// Returns the errors of [`Prepared::new`].
+pub fn prepared<'a>(recipe: &'a Recipe, site: &'a DrawnScene) -> Result<Prepared<'a>> {
+    let prepared = ready(recipe, site)?;
+    Ok(if recipe.keep.adc { prepared } else { prepared.without_cubes() })
 }
 
 /// Simulates a frame of all radars.

@@ -1,7 +1,7 @@
 //! Description of a complete dataset: README, schema, statistics, pictures of some frames, and the manifest
 //! with the checksum of every file.
 
-use super::dataset::{DATASET, DatasetFile, Device, Marker, drawn_scene, frames_of, write_json};
+use super::dataset::{DATASET, DatasetFile, Device, Marker, drawn_scene, frames_of, ready, write_json};
 use super::files::{PICTURES_BYTES, Truth};
 use super::recipe::{Recipe, SPLITS};
 use super::rows::TRUTH_RANGE_M;
@@ -12,7 +12,6 @@ use catseye::base::control::Control;
 use catseye::base::error::{Error, Result};
 use catseye::engine::Engine;
 use catseye::formats::stage::{self, MANIFEST, sha256_of_file};
-use catseye::simulate::Prepared;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -173,7 +172,7 @@ fn previews(engine: &Engine, recipe: &Recipe, out: &Path, pictures: Pictures<'_>
             return Ok(number);
         }
         let site = drawn_scene(recipe, scene)?;
-        let prepared = Prepared::new(&site.scenario, &site.scene)?;
+        let prepared = ready(recipe, &site)?;
         let temporary = folder.with_file_name(format!(".frame_{number:06}.partial-{}", std::process::id()));
         for frame in frames_of(engine, &site, &prepared, 0, Control::default())? {
             let radar = &site.scenario.radars[frame.radar];

@@ -19,6 +19,11 @@ pub const TABLE: &str = "echoes.npy";
 /// Name of what the echoes follow from.
 pub const ORIGIN: &str = "echoes.json";
 
+/// Table of a dataset with a row for each echo.
+pub const ECHOES: &str = "echoes";
+/// Table of a dataset with a row for each radar: what its trace follows from.
+pub const TRACES: &str = "traces";
+
 /// Columns of [`TABLE`], float64, in SI units and the sensor's axes; rows are the echoes in the order of the trace.
 pub const COLUMNS: [&str; 27 + MAX_BOUNCES + 1] = [
     "path_length_m",
@@ -60,6 +65,23 @@ pub const COLUMNS: [&str; 27 + MAX_BOUNCES + 1] = [
     "bounces",
 ];
 
+/// Function that gives the kept trace of a frame: number of the scene, of the frame in it, name of the radar, and whether it is the only one.
+pub type Give = dyn Fn(u32, u32, &str, bool) -> Result<KeptTrace> + Send + Sync;
+
+/// Where the echoes of a dataset's frames come from that are not traced.
+pub struct KeptEchoes {
+    /// SHA-256 of the dataset that holds them.
+    pub digest: String,
+    /// Function that gives those of a frame.
+    pub give: Box<Give>,
+}
+
+impl std::fmt::Debug for KeptEchoes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "KeptEchoes({})", self.digest)
+    }
+}
+
 /// Numbers of the places between the first and the last bounce.
 const BETWEEN: usize = 3 * (MAX_BOUNCES - 2);
 
@@ -99,26 +121,41 @@ pub fn table_bytes(kept: &KeptTrace) -> u64 {
 /// Returns an error if a file cannot be written.
 pub fn write(dir: &Path, kept: &KeptTrace) -> Result<()> {
     let places = kept.origin.settings.places;
-    let e = &kept.echoes;
     let width = width(places);
-    let mut rows = Vec::with_capacity((e.list.len() + e.cut.len()) * width);
-    for (list, is_cut) in [(&e.list, 0.0), (&e.cut, 1.0)] {
-        for echo in list {
-            push(&mut rows, echo, is_cut);
-            if places {
-                let at = rows.len();
-                rows.extend(echo.between_m.iter().flat_map(|p| p.to_array()));
-                rows.resize(at + BETWEEN, 0.0);
-            }
+    let mut rows = Vec::with_capacity((kept.echoes.list.len() + kept.echoes.cut.len()) * width);
+    for (echo, is_cut) in all(kept) {
+        rows.extend(row(echo, is_cut));
+        if places {
+            let at = rows.len();
+            rows.extend(echo.between_m.iter().flat_map(|p| p.to_array()));
+            rows.resize(at + BETWEEN, 0.0);
         }
     }
-    npy::write(dir.join(TABLE), &[e.list.len() + e.cut.len(), width], &rows)?;
+    npy::write(dir.join(TABLE), &[rows.len() / width, width], &rows)?;
+    let path = dir.join(ORIGIN);
+    std::fs::write(&path, origin_text(kept, places)?).map_err(|e| Error::io(&path, e))
+}
+
+/// All echoes of a trace, and whether each is an estimate of what one bounce more would bring.
+pub fn all(kept: &KeptTrace) -> impl Iterator<Item = (&Echo, bool)> {
+    let echoes = kept.echoes.list.iter().map(|e| (e, false));
+    echoes.chain(kept.echoes.cut.iter().map(|e| (e, true)))
+}
+
+/// Text of [`ORIGIN`], on one line, with or without the places of all bounces in the table.
+///
+/// # Errors
+/// Returns an error if it cannot be serialized.
+pub fn origin_text(kept: &KeptTrace, places: bool) -> Result<String> {
+    let e = &kept.echoes;
     let mut columns: Vec<String> = COLUMNS.map(String::from).into();
     if places {
         let axes = ["x", "y", "z"];
         columns.extend((0..BETWEEN).map(|i| format!("place_{}_{}_m", i / 3 + 2, axes[i % 3])));
     }
-    let text = serde_json::to_string_pretty(&Kept {
+    let mut origin = kept.origin.clone();
+    origin.settings.places = places;
+    serde_json::to_string(&Kept {
         version: VERSION,
         columns,
         triangles: kept.triangles,
@@ -131,26 +168,29 @@ pub fn write(dir: &Path, kept: &KeptTrace) -> Result<()> {
         broken: e.broken,
         on_device: e.on_device,
         fallback: e.fallback.as_deref().map(String::from),
-        origin: kept.origin.clone(),
+        origin,
     })
-    .map_err(|e| Error::Failed(format!("{ORIGIN}: {e}")))?;
-    let path = dir.join(ORIGIN);
-    std::fs::write(&path, text).map_err(|e| Error::io(&path, e))
+    .map_err(|e| Error::Failed(format!("{ORIGIN}: {e}")))
 }
 
-fn push(rows: &mut Vec<f64>, e: &Echo, is_cut: f64) {
-    rows.extend([e.path_length_m, e.path_rate_mps]);
-    rows.extend(e.path_acceleration_and_jerk);
-    rows.extend(e.departure.to_array());
-    rows.push(e.first_range_m);
-    rows.extend(e.first_velocity_mps.to_array());
-    rows.extend(e.arrival.to_array());
-    rows.push(e.last_range_m);
-    rows.extend(e.last_velocity_mps.to_array());
-    rows.extend(e.path_gain.iter().flatten().flat_map(|z| [z.re, z.im]));
-    rows.push(is_cut);
-    rows.extend(e.chain.map(f64::from));
-    rows.push(f64::from(e.bounces));
+/// The numbers of an echo in the order of [`COLUMNS`].
+pub fn row(e: &Echo, is_cut: bool) -> [f64; COLUMNS.len()] {
+    let mut numbers = [0.0; COLUMNS.len()];
+    let all = [e.path_length_m, e.path_rate_mps]
+        .into_iter()
+        .chain(e.path_acceleration_and_jerk)
+        .chain(e.departure.to_array())
+        .chain([e.first_range_m])
+        .chain(e.first_velocity_mps.to_array())
+        .chain(e.arrival.to_array())
+        .chain([e.last_range_m])
+        .chain(e.last_velocity_mps.to_array())
+        .chain(e.path_gain.iter().flatten().flat_map(|z| [z.re, z.im]))
+        .chain([f64::from(u8::from(is_cut))])
+        .chain(e.chain.map(f64::from))
+        .chain([f64::from(e.bounces)]);
+    numbers.iter_mut().zip(all).for_each(|(to, x)| *to = x);
+    numbers
 }
 
 /// Reads both files from the folder of a frame.
@@ -166,32 +206,47 @@ pub fn read_from(dir: &Path) -> Result<KeptTrace> {
             .remedy("write output.echoes = true in its scenario, and simulate it again")
             .into());
     }
-    let bad = |problem: String| BadInput::new(problem).file(&origin_path);
     let bytes = read(&origin_path, "a file of echoes", LARGEST_TEXT)?;
+    let table = dir.join(TABLE);
+    assembled(&bytes, &origin_path, &table, &|width| {
+        let rows: Array<f64> = npy::read(&table)?;
+        if rows.shape.len() != 2 || rows.shape[1] != width {
+            return Err(BadInput::new("the table has another shape than echoes have")
+                .file(&table)
+                .value(format!("{:?}", rows.shape))
+                .allowed(format!("[echoes, {width}]"))
+                .remedy(AGAIN)
+                .into());
+        }
+        npy::check_finite(&table, &rows, f64::is_finite)?;
+        Ok(rows.data)
+    })
+}
+
+/// The trace of an origin's text, and of the table whose numbers `rows` gives for the width of a row. `origin_path` and `table` name both in
+/// errors.
+///
+/// # Errors
+/// Returns `BadInput` for another version, or for what no trace gives, and the errors of `rows`.
+pub fn assembled(
+    origin: &[u8],
+    origin_path: &Path,
+    table: &Path,
+    rows: &dyn Fn(usize) -> Result<Vec<f64>>,
+) -> Result<KeptTrace> {
+    let bad = |problem: String| BadInput::new(problem).file(origin_path).remedy(AGAIN);
     let version: Versioned =
-        serde_json::from_slice(&bytes).map_err(|e| bad(format!("cannot be read: {e}")).remedy(AGAIN))?;
+        serde_json::from_slice(origin).map_err(|e| bad(format!("cannot be read: {e}")))?;
     if version.version != VERSION {
         return Err(bad("the echoes are of another version of catseye".into())
             .key("version")
             .value(version.version)
             .allowed(VERSION.to_string())
-            .remedy(AGAIN)
             .into());
     }
-    let kept: Kept =
-        serde_json::from_slice(&bytes).map_err(|e| bad(format!("cannot be read: {e}")).remedy(AGAIN))?;
-    let table = dir.join(TABLE);
-    let rows: Array<f64> = npy::read(&table)?;
+    let kept: Kept = serde_json::from_slice(origin).map_err(|e| bad(format!("cannot be read: {e}")))?;
     let width = width(kept.origin.settings.places);
-    if rows.shape.len() != 2 || rows.shape[1] != width {
-        return Err(BadInput::new("the table has another shape than echoes have")
-            .file(&table)
-            .value(format!("{:?}", rows.shape))
-            .allowed(format!("[echoes, {width}]"))
-            .remedy(AGAIN)
-            .into());
-    }
-    npy::check_finite(&table, &rows, f64::is_finite)?;
+    let rows = rows(width)?;
     let mut echoes = Echoes {
         rays: kept.rays,
         beyond_reach: kept.beyond_reach,
@@ -204,11 +259,11 @@ pub fn read_from(dir: &Path) -> Result<KeptTrace> {
         fallback: kept.fallback.map(Cow::Owned),
         ..Default::default()
     };
-    for (number, row) in rows.data.chunks_exact(width).enumerate() {
+    for (number, row) in rows.chunks_exact(width).enumerate() {
         let is_cut = row[26] != 0.0;
         let echo = echo_of(row).filter(|e| is_cut || is_possible(e)).ok_or_else(|| {
             BadInput::new("is no echo")
-                .file(&table)
+                .file(table)
                 .key(format!("row {number}"))
                 .allowed("unit directions, ranges of zero or more, whole object ids, 1 to 8 bounces")
                 .remedy(AGAIN)

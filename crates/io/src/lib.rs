@@ -16,6 +16,7 @@ pub mod follow;
 #[cfg(feature = "hdf5")]
 pub mod hdf5;
 mod hold;
+pub mod kept_dataset;
 pub mod kept_run;
 pub mod manifest;
 pub mod produce;

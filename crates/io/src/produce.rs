@@ -323,7 +323,7 @@ pub fn estimate(engine: &Engine, recipe: &Recipe) -> Result<Estimate> {
     let make = |k: u32| -> Result<Record> {
         let scene = (u64::from(k) * u64::from(recipe.scenes) / u64::from(tried)) as u32;
         let site = drawn_scene(recipe, scene)?;
-        let prepared = prepared(recipe.keep, &site)?;
+        let prepared = prepared(recipe, &site)?;
         let frames = frames_of(engine, &site, &prepared, 0, Control::default())?;
         radars.store(frames.len() as u64, Ordering::Relaxed);
         rows::record(recipe, &site, u64::from(k), frames)
@@ -568,7 +568,7 @@ fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Data
         return DatasetLayout::open(dir);
     }
     let site = drawn_scene(recipe, 0)?;
-    let prepared = prepared(recipe.keep, &site)?;
+    let prepared = prepared(recipe, &site)?;
     let record = rows::record(recipe, &site, 0, frames_of(engine, &site, &prepared, 0, Control::default())?)?;
     Ok(layout_of(recipe, &site, &record))
 }
@@ -715,7 +715,7 @@ impl Run<'_> {
             let mut all = self.depths.lock().unwrap_or_else(PoisonError::into_inner);
             all.entry(scene).or_default().clone()
         };
-        let make_ready = |(scene, site)| Ok(prepared(self.recipe.keep, site)?.sharing(&depths(scene)));
+        let make_ready = |(scene, site)| Ok(prepared(self.recipe, site)?.sharing(&depths(scene)));
         let ready = scenes.par_iter().copied().zip(&sites).map(make_ready).collect();
         let (ready, sooner) = until_error(ready);
         let of_scene = u64::from(self.recipe.frames_per_scene);

@@ -2,6 +2,7 @@
 //! scenes drawn from them, and what is kept. Each scene is two plain texts that the ordinary readers parse.
 
 use super::draw::{Changes, Draws, Node, Origin, Tree, word};
+use super::echo_file::KeptEchoes;
 use super::store::{ColumnKind, ColumnSpec, Compression, DatasetLayout, Format, TableSpec};
 use super::traffic::{Sizes, first_clash};
 use catseye::base::error::{BadInput, Error, Result};
@@ -136,13 +137,15 @@ pub struct Keep {
     pub points: bool,
     /// Whether every echo is kept; default false.
     pub returns: bool,
+    /// Whether every echo is kept in full, so that `catseye dataset --from` makes other radars' frames of them; default false.
+    pub echoes: bool,
     /// Whether boxes, lanes, lines and markers are kept; default true.
     pub truth: bool,
 }
 
 impl Default for Keep {
     fn default() -> Self {
-        Keep { adc: false, range_doppler: true, points: true, returns: false, truth: true }
+        Keep { adc: false, range_doppler: true, points: true, returns: false, echoes: false, truth: true }
     }
 }
 
@@ -173,6 +176,8 @@ pub struct Recipe {
     pub frames_per_shard: u64,
     /// What is kept of each frame.
     pub keep: Keep,
+    /// Where the echoes of its frames come from; None where they are traced.
+    pub kept: Option<KeptEchoes>,
     /// Index in [`SPLITS`] of each scene.
     split: Vec<u8>,
     sizes: Mutex<Sizes>,
@@ -227,12 +232,13 @@ impl Recipe {
             || file.keep.range_doppler
             || file.keep.points
             || file.keep.returns
+            || file.keep.echoes
             || file.keep.truth)
         {
             return Err(BadInput::new("nothing is kept")
                 .file(path)
                 .key("keep")
-                .allowed("at least one of adc, range_doppler, points, returns, truth")
+                .allowed("at least one of adc, range_doppler, points, returns, echoes, truth")
                 .into());
         }
         let seed = seed.unwrap_or(file.seed.value);
@@ -249,6 +255,7 @@ impl Recipe {
             compression,
             frames_per_shard,
             keep: file.keep,
+            kept: None,
             split,
             sizes: Mutex::default(),
         };
@@ -360,6 +367,7 @@ impl Recipe {
     /// Returns an error if a named file cannot be read.
     pub fn identity(&self) -> Result<String> {
         let mut all = format!("{}\n{}\n{}\n", env!("CARGO_PKG_VERSION"), self.seed, self.text());
+        all += self.kept.as_ref().map_or("", |kept| &kept.digest);
         for (name, path) in self.files()? {
             all += &format!("{name} {}\n", sha256_of_file(&path)?);
         }
@@ -402,6 +410,7 @@ impl Recipe {
     /// Returns an error if a named file cannot be read.
     pub fn basis(&self) -> Result<String> {
         let mut all = format!("{}\n{:?}\n", env!("CARGO_PKG_VERSION"), self.keep);
+        all += self.kept.as_ref().map_or("", |kept| &kept.digest);
         for (name, path) in self.files()? {
             all += &format!("{name} {}\n", sha256_of_file(&path)?);
         }

@@ -1,6 +1,7 @@
 //! A frame in the form of a dataset: arrays of samples and powers, tables of points, echoes and truth.
 
 use super::drawn_scene::DrawnScene;
+use super::echo_file::{self, ECHOES, TRACES};
 use super::manifest::Axes;
 use super::recipe::{Keep, Recipe};
 use super::store::{Array, ArraySpec, Column, ColumnSpec, Data, Record, Table, TableSpec};
@@ -46,6 +47,9 @@ fn tables(recipe: &Recipe, site: &DrawnScene, radars: &[Frame]) -> Vec<Made> {
     }
     if recipe.keep.returns {
         tables.push(return_table(site, radars));
+    }
+    if recipe.keep.echoes {
+        tables.extend([trace_table(site, radars), echo_table(site, radars)]);
     }
     if recipe.keep.truth {
         tables.extend(truth_tables(site, radars));
@@ -236,6 +240,39 @@ fn return_table(site: &DrawnScene, radars: &[Frame]) -> Made {
     .text("radar", "name of the radar", |(radar, _)| radar.name.clone())
     .columns(&columns::echoes(), |(_, e)| e)
     .made()
+}
+
+/// Table of what the traces of a frame follow from.
+fn trace_table(site: &DrawnScene, radars: &[Frame]) -> Made {
+    let kept = radars.iter().filter_map(|f| Some((f, f.kept.as_ref()?)));
+    Rows::new(
+        TRACES,
+        "one row for each radar: what its trace follows from, as `catseye dataset --from` reads it",
+        kept,
+    )
+    .text("radar", "name of the radar", |(f, _)| site.scenario.radars[f.radar].name.clone())
+    .text("origin", "scene, drive, place, band, duration, bounces and counts, as JSON", |(_, kept)| {
+        // What cannot be written cannot be read either, which says so.
+        echo_file::origin_text(kept, false).unwrap_or_default()
+    })
+    .made()
+}
+
+/// Table with every echo in full.
+fn echo_table(site: &DrawnScene, radars: &[Frame]) -> Made {
+    let all = radars.iter().flat_map(|f| {
+        let kept = f.kept.iter().flat_map(echo_file::all);
+        kept.map(move |(e, is_cut)| (f, echo_file::row(e, is_cut)))
+    });
+    let rows = Rows::new(
+        ECHOES,
+        "one row for each echo in full as it was traced, in the radar's frame of reference, before any was left out",
+        all,
+    );
+    let rows = rows.text("radar", "name of the radar", |(f, _)| site.scenario.radars[f.radar].name.clone());
+    let about = "of the echo; echoes.npy of a run has the same column";
+    let columns = echo_file::COLUMNS.iter().enumerate();
+    columns.fold(rows, |rows, (i, name)| rows.f64(name, about, |(_, row)| row[i])).made()
 }
 
 /// A value as the word of a file format.

@@ -158,7 +158,7 @@ fn what_kept_echoes_do_not_hold_is_refused() {
     // Files of another version, changed ones, and a run that kept none.
     let origin = d.join("run/frame_000000/echoes.json");
     let text = fs::read_to_string(&origin).unwrap();
-    fs::write(&origin, text.replace("\"version\": 1", "\"version\": 2")).unwrap();
+    fs::write(&origin, text.replace("\"version\":1", "\"version\":2")).unwrap();
     refused(d, &["simulate", &first, "--from", "run", "-o", "no"], &["echoes.json", "has changed"]);
     let manifest = d.join("run/manifest.json");
     let sums = fs::read_to_string(&manifest).unwrap();
@@ -168,4 +168,68 @@ fn what_kept_echoes_do_not_hold_is_refused() {
     done(d, &["simulate", &none, "-o", "without"]);
     refused(d, &["simulate", &none, "--from", "without", "-o", "no"], &["output.echoes = true"]);
     assert!(!d.join("no").exists());
+}
+
+/// A dataset keeps its echoes in every format that is built; another radar makes the dataset that it would have made by traces of its own.
+#[test]
+fn datasets_serve_other_radars() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    let recipes = root().join("scenes/recipes");
+    let recipe = fs::read_to_string(recipes.join("tiny.toml")).unwrap();
+    let radar = fs::read_to_string(recipes.join("tiny_radar.toml")).unwrap();
+    assert!(radar.contains("noise_figure_db"), "{radar}");
+    let noisier: String = radar
+        .lines()
+        .map(|l| {
+            if l.starts_with("noise_figure_db") { "noise_figure_db = 21\n".into() } else { format!("{l}\n") }
+        })
+        .collect();
+    fs::write(d.join("tiny_radar.toml"), &radar).unwrap();
+    fs::write(d.join("other_radar.toml"), noisier).unwrap();
+    let built = [("frames", true), ("zarr", cfg!(feature = "zarr")), ("hdf5", cfg!(feature = "hdf5"))];
+    for (format, _) in built.into_iter().filter(|b| b.1) {
+        let put = |name: &str, changes: &[(&str, &str)]| {
+            let text = recipe.replace("format = \"frames\"", &format!("format = \"{format}\""));
+            let text = text.replace("rays = 500", "rays = 500\nbounces = 2");
+            let text = changes.iter().fold(text, |text, (from, to)| text.replace(from, to));
+            fs::write(d.join(name), text).unwrap();
+        };
+        put("kept.toml", &[("[keep]", "[keep]\nechoes = true")]);
+        put("other.toml", &[("tiny_radar", "other_radar")]);
+        put("more.toml", &[("scenes = 4", "scenes = 5"), ("test = [3]", "test = [3, 4]")]);
+        put("moved.toml", &[("uniform = [-5, 5]", "uniform = [-5, 6]")]);
+        let of = |name: &str| format!("{format}_{name}");
+        let made = |recipe: &str, out: &str, more: &[&str]| {
+            let out = of(out);
+            done(d, &[&["dataset", recipe, "-o", &out, "--device", "cpu"], more].concat());
+        };
+        let kept = of("kept");
+        made("kept.toml", "kept", &[]);
+        made("other.toml", "whole", &[]);
+        made("other.toml", "listened", &["--from", &kept]);
+        let out = done(d, &["diff", &of("whole"), &of("listened"), "--json"]);
+        let report: serde_json::Value = serde_json::from_str(&out).unwrap();
+        assert!(report["alike"] == true && report["values"].as_u64() > Some(100_000), "{report}");
+        if format == "frames" {
+            let cube = |name: &str| fs::read(d.join(of(name)).join("frame_000005/adc.npy")).unwrap();
+            assert!(cube("whole") == cube("listened") && cube("whole") != cube("kept"));
+        }
+        done(d, &["verify", &of("listened")]);
+        // It is the dataset of another recipe, so that neither goes on from the other.
+        let refuse = |recipe: &str, more: &[&str], parts: &[&str]| {
+            let args = [&["dataset", recipe, "-o", "no", "--from", &kept], more].concat();
+            refused(d, &args, parts);
+        };
+        refuse("more.toml", &[], &["scenes = 5", "fewer scenes"]);
+        refuse("other.toml", &["--seed", "4"], &["seed = 4", "draws other scenes"]);
+        refuse("moved.toml", &[], &["scene", "another scene"]);
+        refused(d, &["dataset", "other.toml", "-o", "no", "--from", &of("whole")], &["keep.echoes = true"]);
+        refused(
+            d,
+            &["dataset", "other.toml", "-o", "no", "--from", "missing"],
+            &["missing", "no dataset.json"],
+        );
+        refused(d, &["dataset", "other.toml", "-o", &of("whole"), "--from", &kept], &["whole"]);
+    }
 }
