@@ -22,6 +22,32 @@ fn keeps(line: Cutter) -> bool {
     return corners >= 3u;
 }
 
+// Keeps what of a face, whose outline is the polygon at work, lies before the mirror. Where all of the face is in the window this is
+// decided in space: a face that is seen at grazing is so narrow in view that all of it may lie on the line of the crossing.
+fn keeps_before(f: View, face: u32, mirror: u32, mirror_side: f32) -> bool {
+    let line = crossing(f, mirror, face, false);
+    if !outline_whole || corners != corners_of(face) {
+        return keeps(line);
+    }
+    let plane = plane_of(mirror) * mirror_side;
+    let first = first_corner(face);
+    var low = false;
+    var high = false;
+    for (var i = 0u; i < corners; i += 1u) {
+        let c = bitcast<vec3<f32>>(corner_of(first + i).xyz);
+        let above = dot(plane.xyz, c) - plane.w;
+        // The share of a side at which it crosses is one in view, where what is far is small.
+        let d = select(above / there(f, c).z, 0.0, abs(above) <= FLAT * (length(c) + abs(plane.w)));
+        distances[i] = d;
+        low = low || d < 0.0;
+        high = high || d > 0.0;
+    }
+    if low && high {
+        cut(line.id);
+    }
+    return high && corners >= 3u;
+}
+
 fn beam_corner(beam: u32, i: u32, n: u32) -> vec2<f32> {
     return bitcast<vec2<f32>>(beams[beam + 2u + 2u * (i % n)].xy);
 }
@@ -90,7 +116,7 @@ fn main(
                 let from_face = source & 0x7fffffffu;
                 let from_side = select(1.0, -1.0, (source & 0x80000000u) != 0u);
                 if place(target_face, from_face, from_side, max(f.flat_m, params.lies_m)) == ACROSS {
-                    is_kept = keeps(crossing(f, from_face, target_face, false));
+                    is_kept = keeps_before(f, target_face, from_face, from_side);
                 }
                 // As it was seen before the mirror.
                 let turn = select(from_side, -from_side, (f.level & 1u) != 0u);

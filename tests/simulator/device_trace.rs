@@ -7,16 +7,21 @@ use catseye::base::frames::Pose;
 use catseye::dsp::RangeDoppler;
 use catseye::engine::{Engine, FrameInput, Precision, Tracing};
 use catseye::geom::Geometry;
-use catseye::gpu::compare::opened_for_tests;
+use catseye::gpu::compare::{opened_for_tests, test_gpu};
+use catseye::road::objects::ground;
 use catseye::road::reflector::Reflector;
 use catseye::road::site::Site;
 use catseye::road::w3;
 use catseye::scene::radar::Radar;
-use catseye::scene::{Scene, Shape, material, radar_toml, scenario};
+use catseye::scene::{Mesh, Scene, Shape, material, radar_toml, scenario};
 use catseye::simulate::thermal_floor::thermal_floor_w;
 use catseye::simulate::{self, Frame, Prepared, Wanted, noise_budget};
+use catseye::trace::beams::BeamOptions;
+use catseye::trace::cpu::beams::{self, Clipped};
+use catseye::trace::view_clipper::{self, Traced};
+use catseye::trace::windows::around;
 use catseye::trace::{Echo, Echoes, TraceOptions, strength};
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use std::path::Path;
 
 /// Relative amplitude by which an echo may move: f32 decides, and places are worked out in f64 after it.
@@ -288,4 +293,73 @@ fn nothing_to_trace_is_traced() {
     let far = Geometry::build(&scene, 0.0, radar.carrier_hz).unwrap();
     let all = engine.trace(&far, &radar, &Pose::IDENTITY, DVec3::ZERO, &options).unwrap();
     assert!(all.list.is_empty() && all.on_device && all.beyond_reach > 0, "{}", all.beyond_reach);
+}
+
+/// What is lit of `face` by way of a road and of `mirror`, m².
+fn lit_by_road_and(clipped: &Clipped, faces: [u32; 3]) -> f64 {
+    let is_lit_so = |mut node: u32| {
+        let mut from = faces.iter().rev();
+        while let Some(n) = clipped.nodes.get(node as usize) {
+            if from.next() != Some(&n.face) {
+                return false;
+            }
+            node = n.parent;
+        }
+        from.next().is_none()
+    };
+    let of_chain = clipped.imaged.iter().filter(|p| is_lit_so(p.node));
+    of_chain.map(|p| p.polygon.area().abs()).sum()
+}
+
+/// A tilted plate on a road mirrors onto a facet that its plane crosses, which is seen at grazing: only what stands before the plate is
+/// lit, however narrow it is in view.
+#[test]
+fn a_mirror_lights_what_stands_before_its_plane() {
+    const TILT: f64 = 0.07;
+    const BEFORE_M: f64 = 0.035;
+    const LENGTH_M: f64 = 0.053;
+    let radar = DVec3::Z * 0.5;
+    let options = BeamOptions { images: true, ..BeamOptions::new(3, 0.2, false) };
+    for (distance_m, grazing) in
+        [10.0, 40.0].into_iter().flat_map(|d| [3e-4, 1e-3, 3e-3, 0.03].map(|g| (d, g)))
+    {
+        let mut scene = Scene::default();
+        let metal = scene.material_index(&material::by_name("aluminium").unwrap());
+        let road = ground(DVec2::new(0.0, -3.0), DVec2::new(60.0, 3.0), 0.0, metal);
+        scene.add_mesh("road", "road", road, Pose::IDENTITY);
+        let mut add = |name: &str, corners: &[DVec3]| {
+            let triangles: Vec<[u32; 3]> = (2..corners.len() as u32).map(|i| [0, i - 1, i]).collect();
+            let material = vec![metal; triangles.len()];
+            let mesh = Mesh { positions_m: corners.to_vec(), triangles, material, normals: Vec::new() };
+            scene.add_mesh(name, name, mesh, Pose::IDENTITY);
+        };
+        // Where the facet goes through the plate, as the radar sees it in the road.
+        let at = DVec3::new(distance_m, 0.1, 0.6);
+        let (up, across) = (DVec3::new(TILT.sin(), 0.0, TILT.cos()), DVec3::Y * 0.26);
+        let (low, high) = (at - up * 0.08, at + up * 0.03);
+        add("plate", &[low + across, low - across, high - across, high + across]);
+        // Rays that the plate sends back rise by so much, and the facet by a little less.
+        let rise = (at.z + radar.z).atan2(at.x) + 2.0 * TILT;
+        let along = DVec3::new(-(rise - grazing).cos(), 0.0, (rise - grazing).sin());
+        let behind = at - along * (LENGTH_M - BEFORE_M);
+        add("facet", &[at + along * BEFORE_M, behind + DVec3::Y * 0.05, behind - DVec3::Y * 0.015]);
+        let geometry = Geometry::build(&scene, 0.0, 77e9).unwrap();
+        let windows = around(&Pose::new(DQuat::IDENTITY, radar));
+        let faces = geometry.faces();
+        assert_eq!(faces.faces.len(), 3);
+        let bodies = [0, 1, 2].map(|body| faces.faces.iter().position(|f| f.body == body).unwrap() as u32);
+        let host = beams::clip_windows(faces, &windows, &options, None);
+        let Traced::Whole(device) =
+            view_clipper::clip_windows(test_gpu(), faces, &windows, &options, None).unwrap()
+        else {
+            panic!("the device refuses three faces")
+        };
+        let [want, got] = [&host, &device].map(|c| lit_by_road_and(c, bodies));
+        let before_m2 = 0.5 * LENGTH_M * 0.065 * (BEFORE_M / LENGTH_M).powi(2);
+        println!(
+            "{distance_m} m at {grazing}: {got:.6e} m2, host {want:.6e}, before the plate {before_m2:.6e}"
+        );
+        assert!((want - before_m2).abs() < 1e-6 * before_m2, "{distance_m} m at {grazing}");
+        assert!((got - want).abs() < 1e-6 * want, "{distance_m} m at {grazing}");
+    }
 }
