@@ -236,7 +236,7 @@ fn small_bindings_are_worked_within_or_said() {
         let got = heard(&Engine::Gpu(Box::new(opened_for_tests().with_binding_limit(kilobytes << 10))));
         println!("{kilobytes} kB: {} echoes; fallback {:?}", got.list.len(), got.fallback);
         assert_eq!((got.on_device, got.fallback.is_none()), (kilobytes > 500, kilobytes > 500));
-        match got.fallback {
+        match &got.fallback {
             // The host's own, to the bit.
             Some(why) => assert!(why.contains("binding") && got.list == want.list, "{why}"),
             None => assert!(got == unbound, "{kilobytes}"),

@@ -1,6 +1,7 @@
 //! Description of a complete dataset: README, schema, statistics, pictures of some frames, and the manifest
 //! with the checksum of every file.
 
+use super::cards::{CROISSANT, croissant, front_matter};
 use super::dataset::{DATASET, DatasetFile, Device, Marker, drawn_scene, frames_of, ready, write_json};
 use super::files::{PICTURES_BYTES, Truth};
 use super::recipe::{Recipe, SPLITS};
@@ -75,7 +76,7 @@ pub fn is_unfinished(name: &str) -> bool {
 /// Whether a file outside the shards belongs to a dataset.
 pub fn is_own(name: &str, shards: u64) -> bool {
     let marker = || (0..shards).any(|s| name == Marker::name(s));
-    [DATASET, LAYOUT, README, SCHEMA, STATISTICS, MANIFEST].contains(&name)
+    [DATASET, LAYOUT, README, SCHEMA, STATISTICS, CROISSANT, MANIFEST].contains(&name)
         || name == "zarr.json"
         || name.ends_with("/zarr.json")
         || (name.starts_with(PREVIEWS) && name.ends_with(".png"))
@@ -91,7 +92,9 @@ pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_
     write_json(out, STATISTICS, &statistics(made))?;
     write_json(out, SCHEMA, &schema(made.layout))?;
     let pictured = previews(engine, made.recipe, out, pictures)?;
-    stage::write_file(out.join(README), true, readme(made, &pictured).as_bytes())?;
+    write_json(out, CROISSANT, &croissant(made.file, made.layout))?;
+    let readme = front_matter(made.file, made.layout) + &readme(made, &pictured);
+    stage::write_file(out.join(README), true, readme.as_bytes())?;
     let mut known: BTreeMap<&str, &str> = BTreeMap::new();
     for file in made.markers.iter().flat_map(|m| &m.files) {
         known.insert(&file.path, &file.sha256);

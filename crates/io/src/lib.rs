@@ -3,6 +3,7 @@
 #![deny(unsafe_code)]
 
 mod board;
+pub mod cards;
 pub mod cube;
 pub mod cube_layout;
 pub mod dataset;

@@ -4,6 +4,7 @@
 //! interruptions.
 
 use super::board::{Board, Claim, Queue};
+use super::cards::CROISSANT;
 use super::dataset::{
     DATASET, DatasetFile, Device, Marker, SHARDS, drawn_scene, frames_of, prepared, write_json,
 };
@@ -518,7 +519,8 @@ impl Mender<'_> {
         if !markers.is_empty() && !same.contains(&true) {
             return Err(refusal);
         }
-        for name in [MANIFEST, LAYOUT, datasheet::README, datasheet::SCHEMA, datasheet::STATISTICS] {
+        for name in [MANIFEST, LAYOUT, CROISSANT, datasheet::README, datasheet::SCHEMA, datasheet::STATISTICS]
+        {
             remove(&self.out.join(name))?;
         }
         let previews = self.out.join(datasheet::PREVIEWS);

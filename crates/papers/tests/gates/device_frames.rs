@@ -26,6 +26,7 @@ use catseye_papers::bench::frame::Frame;
 use catseye_papers::bench::{cells, frame_of, noise_w, relative_l2};
 use glam::DVec3;
 use num_complex::Complex64;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::f64::consts::TAU;
@@ -434,7 +435,7 @@ struct Measured {
     /// Share of the power that the device and the accuracy move, by sums of chains.
     moved: f64,
     own_moved: f64,
-    fallback: Option<&'static str>,
+    fallback: Option<Cow<'static, str>>,
     /// Regions, and those whose outline does not enclose what they are made of.
     regions: Option<[usize; 2]>,
     /// None where the device traced once.
@@ -519,7 +520,7 @@ fn measure(frame: &Frame, extent: &Extent) -> Measured {
         own,
         moved: moved(&h, &d),
         own_moved: moved(&f, &h),
-        fallback: device.fallback,
+        fallback: device.fallback.clone(),
         regions: extent.regions.then(|| open_regions(frame, &geometry, &options)).flatten(),
         same_bits: again,
         seconds: [host_s, finer_s, device_s],
