@@ -7,4 +7,5 @@ mod diff;
 mod export;
 mod hostile_values;
 mod lane;
+mod learn;
 mod radar_cli;
