@@ -361,6 +361,16 @@ pub enum Split {
     Blocks,
 }
 
+impl Split {
+    /// What it is called in sentences.
+    pub fn words(self) -> &'static str {
+        match self {
+            Split::Runs => "whole runs",
+            Split::Blocks => "blocks of frames",
+        }
+    }
+}
+
 /// Places of examples in the three sets.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Sets {
@@ -408,7 +418,7 @@ pub fn split(runs: &[usize], how: Split, block: usize, seed: u32) -> Result<Sets
     })
 }
 
-/// The stream of draws that shares examples out. Weights have the streams from 1 on, orders of epochs those below this one.
+/// The stream of draws that shares examples out. Weights have the streams from 1 on, orders of epochs those from 65536 on.
 const SPLIT_STREAM: u32 = u32::MAX;
 
 /// Brings a list into an order at random (Fisher and Yates).

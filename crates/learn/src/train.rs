@@ -303,7 +303,7 @@ pub fn train(
     let State { rows, best_epoch, .. } = &trainer.state;
     write_scores(&at(SCORES), confusion.classes(), rows)?;
     let frames = [sets.training.len(), sets.validation.len(), sets.test.len()];
-    write(CARD, card(config, &confusion, rows, *best_epoch, frames).as_bytes())?;
+    write(CARD, card(config, &confusion, rows, *best_epoch, &sets, &runs).as_bytes())?;
     let report = Report {
         epochs: rows.clone(),
         best_epoch: *best_epoch,
@@ -332,8 +332,16 @@ fn write_scores(path: &Path, classes: &[String], rows: &[EpochRow]) -> Result<()
     Ok(())
 }
 
-/// The model card: what the network is, from what it learned, and what it reached.
-fn card(config: &Config, test: &Confusion, rows: &[EpochRow], best: usize, frames: [usize; 3]) -> String {
+/// The model card: what the network is, from what it learned, and what it reached. `runs` gives the run of each example.
+fn card(
+    config: &Config,
+    test: &Confusion,
+    rows: &[EpochRow],
+    best: usize,
+    sets: &Sets,
+    runs: &[usize],
+) -> String {
+    let sets = [("training", &sets.training), ("validation", &sets.validation), ("test", &sets.test)];
     let shape = config.shape();
     let d = &config.data;
     let mut text = format!(
@@ -348,13 +356,19 @@ fn card(config: &Config, test: &Confusion, rows: &[EpochRow], best: usize, frame
         d.scale.value
     );
     text += &format!(
-        "It learned from simulated frames alone: {} for training, {} for validation and {} for the test, shared out by {:?}, from \
+        "It learned from simulated frames alone: {} for training, {} for validation and {} for the test, shared out by {}, from \
          these runs:\n\n",
-        frames[0], frames[1], frames[2], d.split
+        sets[0].1.len(),
+        sets[1].1.len(),
+        sets[2].1.len(),
+        d.split.words()
     );
-    for run in config.runs() {
+    for (k, run) in config.runs().iter().enumerate() {
         // The name alone: the folder is one of whoever trained it.
-        text += &format!("* {}\n", run.file_name().unwrap_or(run.as_os_str()).to_string_lossy());
+        let name = run.file_name().unwrap_or(run.as_os_str()).to_string_lossy();
+        let holds = |set: &&(&str, &Vec<usize>)| set.1.iter().any(|place| runs[*place] == k);
+        let held: Vec<&str> = sets.iter().filter(holds).map(|set| set.0).collect();
+        text += &format!("* {name}: {}\n", held.join(", "));
     }
     text += &format!(
         "\nThe seed is {}. {} epochs were trained; the weights are those of epoch {best}, which had the best mean F1 of the \

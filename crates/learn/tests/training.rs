@@ -81,7 +81,10 @@ fn classes_that_can_be_told_apart_are_learned() {
     assert_eq!(scores.lines().next(), Some("epoch,loss,mean_f1,f1_undefined,f1_lane,f1_vehicle"));
     assert_eq!(scores.lines().count(), 1 + report.epochs.len());
     let card = String::from_utf8(bytes(&out, "model_card.md")).unwrap();
-    assert!(card.contains("The seed is 5.") && card.contains("| vehicle | "), "{card}");
+    assert!(
+        card.contains("The seed is 5.") && card.contains(": test\n") && card.contains("| vehicle | "),
+        "{card}"
+    );
     // Opened again, it says the same of all runs, and a prediction needs no mask.
     let model = Model::load(&out, &cpu()).unwrap();
     let runs: Vec<PathBuf> = (0..10).map(|k| t.path().join(format!("run_{k}"))).collect();
