@@ -353,12 +353,13 @@ const ROOMS: [&str; 14] = [
 ];
 
 /// Members of the workspace, each with the folder of its sources: one names only those before it.
-const MEMBERS: [(&str, &str); 9] = [
+const MEMBERS: [(&str, &str); 10] = [
     ("catseye-math", "crates/math"),
     ("catseye", ""),
     ("catseye-io", "crates/io"),
     ("catseye-export", "crates/export"),
     ("catseye-lane", "crates/lane"),
+    ("catseye-learn", "crates/learn"),
     ("catseye-plot", "crates/plot"),
     ("catseye-papers", "crates/papers"),
     ("catseye-cli", "crates/cli"),

@@ -18,6 +18,7 @@ mod global;
 mod help;
 mod init;
 mod lane;
+mod learn;
 mod plot;
 mod process;
 mod rcs;
@@ -54,6 +55,7 @@ struct Cli {
 static VERSION: LazyLock<String> = LazyLock::new(|| {
     let features = [
         ("hdf5", cfg!(feature = "hdf5")),
+        ("learn", cfg!(feature = "learn")),
         ("mcap", cfg!(feature = "mcap")),
         ("osi", cfg!(feature = "osi")),
         ("parquet", cfg!(feature = "parquet")),
@@ -65,7 +67,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 });
 
 /// The global options that act for each command. The others are not in its help, and it says that they change nothing.
-const ACTING: [(&str, &[&str]); 21] = [
+const ACTING: [(&str, &[&str]); 22] = [
     ("demo", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("devices", &["json", "quiet"]),
     ("init", &["json", "quiet", "force"]),
@@ -77,6 +79,7 @@ const ACTING: [(&str, &[&str]); 21] = [
     ("simulate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("dataset", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("lane", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
+    ("learn", &["device", "json", "quiet", "force"]),
     ("verify", &["json", "quiet"]),
     ("diff", &["json", "quiet"]),
     ("process", &["device", "precision", "json", "quiet", "force"]),
@@ -142,6 +145,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Dataset(dataset::Dataset),
     Lane(lane::Lane),
+    Learn(learn::Learn),
     Verify(verify::Verify),
     Diff(diff::Diff),
     Process(process::Process),
@@ -183,6 +187,7 @@ pub fn run() -> ExitCode {
         Command::Simulate(c) => c.run(g),
         Command::Dataset(c) => c.run(g),
         Command::Lane(c) => c.run(g),
+        Command::Learn(c) => c.run(g),
         Command::Verify(c) => c.run(g),
         Command::Diff(c) => c.run(g),
         Command::Process(c) => c.run(g),

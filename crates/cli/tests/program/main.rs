@@ -8,4 +8,5 @@ mod export;
 mod hostile_values;
 mod kept_echoes;
 mod lane;
+mod learn;
 mod radar_cli;

@@ -1,0 +1,154 @@
+//! `catseye learn`: networks that learn from runs with masks.
+
+use super::global::Global;
+use catseye::base::error::Result;
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+/// Train a network on runs with masks, score it, or let it predict (needs a build with `--features learn`)
+#[derive(Debug, Args)]
+pub struct Learn {
+    #[command(subcommand)]
+    pub what: What,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum What {
+    /// Train the network of a TOML file
+    Train {
+        /// Training TOML
+        config: PathBuf,
+        /// Folder to write; an interrupted training goes on when the same command is given again
+        #[arg(short, long, value_name = "DIR")]
+        output: PathBuf,
+    },
+    /// Score a trained network on runs with masks: precision, recall and F1 of each class
+    Eval {
+        /// Folder that `catseye learn train` wrote
+        dir: PathBuf,
+        /// Folders that `catseye simulate` wrote
+        #[arg(required = true, value_name = "RUN")]
+        runs: Vec<PathBuf>,
+    },
+    /// Write the classes that a trained network gives to the cells of a run
+    Predict {
+        /// Folder that `catseye learn train` wrote
+        dir: PathBuf,
+        /// Folder that `catseye simulate` wrote; masks are not looked at
+        run: PathBuf,
+        /// Array to write (.npy), uint8 by frame, row and column
+        #[arg(short, long, value_name = "FILE")]
+        output: PathBuf,
+    },
+}
+
+#[cfg(not(feature = "learn"))]
+impl Learn {
+    pub fn run(&self, _: &Global) -> Result<()> {
+        Err(catseye::base::error::BadInput::new("this program was built without networks")
+            .key("learn")
+            .remedy("cargo install --path crates/cli --locked --features learn")
+            .into())
+    }
+}
+
+#[cfg(feature = "learn")]
+impl Learn {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let device = with_networks::device_of(global)?;
+        match &self.what {
+            What::Train { config, output } => with_networks::train(global, config, output, &device),
+            What::Eval { dir, runs } => with_networks::eval(global, dir, runs, &device),
+            What::Predict { dir, run, output } => with_networks::predict(global, dir, run, output, &device),
+        }
+    }
+}
+
+#[cfg(feature = "learn")]
+mod with_networks {
+    use crate::bar::{self, Kept};
+    use crate::global::Global;
+    use catseye::base::control::Control;
+    use catseye::base::error::{BadInput, Result};
+    use catseye::formats::check_extension;
+    use catseye_learn::Device;
+    use catseye_learn::config::Config;
+    use catseye_learn::model::Model;
+    use catseye_learn::score::{Confusion, figure};
+    use catseye_learn::train::EpochRow;
+    use std::path::{Path, PathBuf};
+
+    /// Where the network runs. A GPU is taken only when it is asked for.
+    pub fn device_of(global: &Global) -> Result<Device> {
+        match global.device.as_str() {
+            "auto" | "cpu" => catseye_learn::device(false),
+            "gpu" => catseye_learn::device(true),
+            other => Err(BadInput::new("names no device for networks")
+                .key("--device")
+                .value(other)
+                .allowed("auto, cpu, gpu")
+                .remedy("leave it out for the CPU")
+                .into()),
+        }
+    }
+
+    fn by_class(classes: &[String], f1: &[Option<f64>]) -> String {
+        let one = |(class, f): (&String, &Option<f64>)| format!("{class} {}", figure(*f));
+        classes.iter().zip(f1).map(one).collect::<Vec<_>>().join(", ")
+    }
+
+    pub fn train(global: &Global, config: &Path, output: &Path, device: &Device) -> Result<()> {
+        let config = Config::read(config)?;
+        let classes = config.data.classes.value.clone();
+        let bar = global.bar("frames of an epoch", 0, Kept::Itself);
+        let progress = |done, all| {
+            bar.set_length(all);
+            bar.set_position(done);
+        };
+        let control = Control { progress: Some(&progress), cancel: Some(bar::cancel()) };
+        let tell = |row: &EpochRow| {
+            let f1 = by_class(&classes, &row.f1);
+            bar.suspend(|| global.say(&format!("epoch {}: loss {:.4}, F1 {f1}", row.epoch, row.loss)));
+        };
+        let report = catseye_learn::train::train(&config, output, global.force, device, control, &tell)?;
+        drop(bar);
+        global.answer(&report, || {
+            format!(
+                "best of {} epochs: {}; F1 of the test set: {}\nwrote {}",
+                report.epochs.len(),
+                report.best_epoch,
+                by_class(&report.classes, &report.test_f1),
+                report.folder.display()
+            )
+        })
+    }
+
+    pub fn eval(global: &Global, dir: &Path, runs: &[PathBuf], device: &Device) -> Result<()> {
+        let found = Model::load(dir, device)?.evaluate(runs)?;
+        let rows: Vec<serde_json::Value> = (0..found.classes().len()).map(|k| row(&found, k)).collect();
+        global.answer(&serde_json::json!({ "mean_f1": found.mean_f1(), "classes": rows }), || {
+            let line = |k: usize| {
+                let [p, r, f] = [found.precision(k), found.recall(k), found.f1(k)].map(figure);
+                format!("{:12} precision {p}, recall {r}, F1 {f}", found.classes()[k])
+            };
+            (0..found.classes().len()).map(line).collect::<Vec<_>>().join("\n")
+        })
+    }
+
+    fn row(found: &Confusion, k: usize) -> serde_json::Value {
+        serde_json::json!({
+            "class": found.classes()[k],
+            "precision": found.precision(k),
+            "recall": found.recall(k),
+            "f1": found.f1(k),
+            "predicted_as": (0..found.classes().len()).map(|p| found.count(k, p)).collect::<Vec<_>>(),
+        })
+    }
+
+    pub fn predict(global: &Global, dir: &Path, run: &Path, output: &Path, device: &Device) -> Result<()> {
+        check_extension(output, &["npy"])?;
+        let frames = Model::load(dir, device)?.predict(run, output, global.force)?;
+        let answer = serde_json::json!({ "file": output.display().to_string(), "frames": frames });
+        global.answer(&answer, || format!("wrote {} ({frames} frames)", output.display()))
+    }
+}

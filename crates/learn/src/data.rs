@@ -1,0 +1,570 @@
+//! Frames of runs as examples: what the radar measured in each cell, and the class that the simulation knows for it.
+//!
+//! [`Features`] are made of points alone. Nothing turns labels into features:
+//!
+//! ```compile_fail
+//! use catseye_learn::data::{Features, Input, Labels};
+//! fn leak(labels: &Labels) -> Features {
+//!     Features::new(Input::A, labels, 1)
+//! }
+//! ```
+
+use catseye::base::error::{BadInput, Error, Result, nearest};
+use catseye::base::rng::Draws;
+use catseye::detect::grid::PointGrid;
+use catseye::formats::npy;
+use catseye::road::mask::{CellClass, Grid};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_PI_2;
+use std::path::{Path, PathBuf};
+
+/// Which planes of a grid a network sees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Input {
+    /// 1 where there is a point, else 0.
+    B,
+    /// Normalised amplitude.
+    A,
+    /// Count and amplitude.
+    C2,
+    /// Count, amplitude, range and azimuth.
+    C4,
+}
+
+impl Input {
+    /// Number of planes.
+    pub fn planes(self) -> usize {
+        match self {
+            Input::B | Input::A => 1,
+            Input::C2 => 2,
+            Input::C4 => 4,
+        }
+    }
+}
+
+/// Which of a frame's grids is learned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GridKind {
+    /// `grid_road.npy` with `mask_road.npy`, 450 x 300 cells over 60 x 40 m.
+    Road,
+    /// `grid_markers.npy` with `mask_markers.npy`, 227 x 227 cells over 40 x 40 m.
+    Markers,
+}
+
+impl GridKind {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            GridKind::Road => "road",
+            GridKind::Markers => "markers",
+        }
+    }
+
+    /// The cells.
+    pub fn grid(self) -> Grid {
+        match self {
+            GridKind::Road => Grid::ROAD,
+            GridKind::Markers => Grid::MARKERS,
+        }
+    }
+}
+
+/// What a network sees of one frame, `[plane, row, column]`, each value from -1 to 1. It is made of measured points alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Features {
+    values: Vec<f32>,
+    planes: usize,
+    rows: usize,
+    columns: usize,
+}
+
+impl Features {
+    /// The features of a scan: squares of `scale` x `scale` cells are one cell, in which counts add up, the largest amplitude stays and
+    /// ranges and azimuths are means over points. Counts n become n/(n + 1), ranges a share of the grid's farthest corner, azimuths
+    /// a share of a quarter turn.
+    pub fn new(input: Input, points: &PointGrid, scale: usize) -> Features {
+        let g = &points.grid;
+        let (rows, columns) = (g.rows.div_ceil(scale), g.columns.div_ceil(scale));
+        let zero = vec![0f64; rows * columns];
+        let [mut count, mut amplitude, mut range, mut azimuth] =
+            [zero.clone(), zero.clone(), zero.clone(), zero];
+        for cell in 0..g.cells() {
+            let n = f64::from(points.count[cell]);
+            let at = (cell / g.columns / scale) * columns + cell % g.columns / scale;
+            count[at] += n;
+            amplitude[at] = amplitude[at].max(points.amplitude[cell].into());
+            range[at] += n * f64::from(points.range_m[cell]);
+            azimuth[at] += n * f64::from(points.azimuth_rad[cell]);
+        }
+        let farthest_m = g.ahead_m.hypot(0.5 * g.across_m);
+        let full = |n: &f64| n / (n + 1.0);
+        let mean = |sums: &[f64], unit: f64| -> Vec<f64> {
+            sums.iter().zip(&count).map(|(s, n)| s / n.max(1.0) / unit).collect()
+        };
+        let planes: Vec<Vec<f64>> = match input {
+            Input::B => vec![count.iter().map(|n| f64::from(u8::from(*n > 0.0))).collect()],
+            Input::A => vec![amplitude],
+            Input::C2 => vec![count.iter().map(full).collect(), amplitude],
+            Input::C4 => vec![
+                count.iter().map(full).collect(),
+                amplitude,
+                mean(&range, farthest_m),
+                mean(&azimuth, FRAC_PI_2),
+            ],
+        };
+        let values = planes.iter().flatten().map(|v| v.clamp(-1.0, 1.0) as f32).collect();
+        Features { values, planes: input.planes(), rows, columns }
+    }
+
+    /// Reads the grid that a simulation wrote into a frame's folder.
+    ///
+    /// # Errors
+    /// Returns `BadInput` if the file is missing, holds a grid of another size, or a value that is not finite.
+    pub fn read(frame: &Path, kind: GridKind, input: Input, scale: usize) -> Result<Features> {
+        let grid = kind.grid();
+        let path = frame.join(format!("grid_{}.npy", kind.name()));
+        let array = npy::read_f32(&path)?;
+        check_shape(&path, &array.shape, &[4, grid.rows, grid.columns])?;
+        npy::check_finite(&path, &array, f32::is_finite)?;
+        let plane = |k: usize| array.data[k * grid.cells()..(k + 1) * grid.cells()].to_vec();
+        let points = PointGrid {
+            grid,
+            count: plane(0),
+            amplitude: plane(1),
+            range_m: plane(2),
+            azimuth_rad: plane(3),
+        };
+        Ok(Features::new(input, &points, scale))
+    }
+
+    /// All values, `[plane, row, column]`.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// Numbers of planes, rows and columns.
+    pub fn shape(&self) -> [usize; 3] {
+        [self.planes, self.rows, self.columns]
+    }
+}
+
+/// The classes that a network tells apart, in the order of its outputs. The first is "undefined", to which all others belong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Classes(Vec<CellClass>);
+
+impl Classes {
+    /// Classes by their names in files.
+    ///
+    /// # Errors
+    /// Returns `BadInput` if a name is unknown or given twice, if fewer than two are given or if the first is not "undefined".
+    pub fn named(names: &[String]) -> Result<Classes> {
+        let known: Vec<&str> = CellClass::ALL.iter().map(|c| c.name()).collect();
+        let bad = |problem: &str| BadInput::new(problem).allowed(known.join(", "));
+        let mut classes = Vec::new();
+        for name in names {
+            let Some(class) = CellClass::ALL.into_iter().find(|c| c.name() == name) else {
+                let near = nearest(name, known.iter().copied());
+                let remedy = near.map_or("take the name out".into(), |n| format!("did you mean '{n}'?"));
+                return Err(bad("is no class").value(format!("\"{name}\"")).remedy(remedy).into());
+            };
+            if classes.contains(&class) {
+                let twice = bad("is given twice").value(format!("\"{name}\""));
+                return Err(twice.remedy("take one of them out").into());
+            }
+            classes.push(class);
+        }
+        if classes.len() < 2 || classes[0] != CellClass::Undefined {
+            let remedy = "begin with \"undefined\" and add one class at least";
+            return Err(bad("is no list of classes to tell apart").remedy(remedy).into());
+        }
+        Ok(Classes(classes))
+    }
+
+    /// Number of classes.
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// The class at a place.
+    pub fn class(&self, place: usize) -> CellClass {
+        self.0[place]
+    }
+
+    /// Names in order.
+    pub fn names(&self) -> Vec<String> {
+        self.0.iter().map(|c| c.name().to_string()).collect()
+    }
+
+    fn place(&self, class: CellClass) -> u8 {
+        self.0.iter().position(|c| *c == class).unwrap_or(0) as u8
+    }
+}
+
+/// The true class of each cell, `[row, column]`, as places in the list of classes. Networks are judged by it and never see it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Labels {
+    places: Vec<u8>,
+}
+
+impl Labels {
+    /// The labels of a mask of [`CellClass`] numbers. Squares of `scale` x `scale` cells become one cell: of a guard rail or a marker,
+    /// which are narrower than a cell, where any cell is; else of what most of its cells are, the lower number where two are as many.
+    ///
+    /// # Errors
+    /// Returns `BadInput` if the mask is of another size than the grid, or holds a number of no class.
+    pub fn new(classes: &Classes, grid: &Grid, mask: &[u8], scale: usize) -> Result<Labels> {
+        if mask.len() != grid.cells() {
+            let bad = BadInput::new("is a mask of another size").value(mask.len());
+            return Err(bad.allowed(format!("{} cells", grid.cells())).into());
+        }
+        if let Some(wrong) = mask.iter().find(|c| usize::from(**c) >= CellClass::ALL.len()) {
+            let bad = BadInput::new("is the number of no class").key("class").value(wrong);
+            let remedy = "simulate again with this version";
+            return Err(bad.allowed(format!("0 to {}", CellClass::ALL.len() - 1)).remedy(remedy).into());
+        }
+        let (rows, columns) = (grid.rows.div_ceil(scale), grid.columns.div_ceil(scale));
+        let mut tallies = vec![[0u32; CellClass::ALL.len()]; rows * columns];
+        for (cell, class) in mask.iter().enumerate() {
+            tallies[(cell / grid.columns / scale) * columns + cell % grid.columns / scale]
+                [usize::from(*class)] += 1;
+        }
+        let places = tallies.iter().map(|t| classes.place(class_of(t))).collect();
+        Ok(Labels { places })
+    }
+
+    /// Reads the mask that a simulation wrote into a frame's folder.
+    ///
+    /// # Errors
+    /// Returns `BadInput` if the file is missing, or holds a grid of another size or a number of no class.
+    pub fn read(frame: &Path, kind: GridKind, classes: &Classes, scale: usize) -> Result<Labels> {
+        let grid = kind.grid();
+        let path = frame.join(format!("mask_{}.npy", kind.name()));
+        if !path.exists() {
+            return Err(without_masks(&path).into());
+        }
+        let array = npy::read::<u8>(&path)?;
+        check_shape(&path, &array.shape, &[grid.rows, grid.columns])?;
+        Labels::new(classes, &grid, &array.data, scale).map_err(|e| e.in_file(&path))
+    }
+
+    /// Places of the cells' classes in the list, `[row, column]`.
+    pub fn places(&self) -> &[u8] {
+        &self.places
+    }
+}
+
+/// The class of a square of cells, from how many of each class it holds.
+fn class_of(tally: &[u32; CellClass::ALL.len()]) -> CellClass {
+    let narrow = [CellClass::Marker, CellClass::GuardRail];
+    if let Some(class) = narrow.into_iter().find(|c| tally[*c as usize] > 0) {
+        return class;
+    }
+    let wide = [CellClass::Vehicle, CellClass::Lane, CellClass::Undefined];
+    // The last of equal ones is taken, which has the lowest number.
+    wide.into_iter().max_by_key(|c| tally[*c as usize]).unwrap_or(CellClass::Undefined)
+}
+
+fn check_shape(path: &Path, found: &[usize], wanted: &[usize]) -> Result<()> {
+    if found == wanted {
+        return Ok(());
+    }
+    let bad = BadInput::new("is a grid of another size").file(path).key("shape").value(format!("{found:?}"));
+    Err(bad.allowed(format!("{wanted:?}")).remedy("give a run that this version of catseye simulated").into())
+}
+
+fn without_masks(path: &Path) -> BadInput {
+    let bad = BadInput::new("the run has no masks").file(path).key("masks").value("false").allowed("true");
+    bad.remedy("put masks = true under [output] of the scenario and simulate it again")
+}
+
+/// One frame of one radar.
+#[derive(Debug, Clone)]
+pub struct Example {
+    /// Place of the run in the list of runs.
+    pub run: usize,
+    /// What the radar measured.
+    pub features: Features,
+    /// What the simulation knows.
+    pub labels: Labels,
+}
+
+/// The folders of a run that hold grids of this kind: one for each frame and radar, in order.
+///
+/// # Errors
+/// Returns `BadInput` if the folder is missing, holds no frames, or its frames have no grids.
+pub fn frames_of(run: &Path, kind: GridKind) -> Result<Vec<PathBuf>> {
+    let bad = |problem: &str| BadInput::new(problem).file(run);
+    if !run.is_dir() {
+        let remedy = "give a folder that catseye simulate wrote";
+        return Err(bad("is no folder of a run").remedy(remedy).into());
+    }
+    let frames: Vec<PathBuf> = folders(run)?
+        .into_iter()
+        .filter(|f| f.file_name().is_some_and(|n| n.to_string_lossy().starts_with("frame_")))
+        .collect();
+    let name = format!("grid_{}.npy", kind.name());
+    let mut found = Vec::new();
+    for frame in &frames {
+        // With several radars each has a folder in that of the frame.
+        let inner = folders(frame)?;
+        found.extend(std::iter::once(frame.clone()).chain(inner).filter(|f| f.join(&name).is_file()));
+    }
+    match (frames.first(), found.is_empty()) {
+        (None, _) => Err(bad("holds no frames").remedy("give a folder that catseye simulate wrote").into()),
+        (Some(first), true) => Err(without_masks(&first.join(name)).into()),
+        _ => Ok(found),
+    }
+}
+
+fn folders(of: &Path) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(of).map_err(|e| Error::io(of, e))? {
+        let path = entry.map_err(|e| Error::io(of, e))?.path();
+        if path.is_dir() {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Reads all frames of some runs.
+///
+/// # Errors
+/// Returns the errors of [`frames_of`], [`Features::read`] and [`Labels::read`].
+pub fn load(
+    runs: &[PathBuf],
+    kind: GridKind,
+    input: Input,
+    classes: &Classes,
+    scale: usize,
+) -> Result<Vec<Example>> {
+    let mut examples = Vec::new();
+    for (run, folder) in runs.iter().enumerate() {
+        for frame in frames_of(folder, kind)? {
+            let features = Features::read(&frame, kind, input, scale)?;
+            let labels = Labels::read(&frame, kind, classes, scale)?;
+            examples.push(Example { run, features, labels });
+        }
+    }
+    Ok(examples)
+}
+
+/// What is shared out among training, validation and test.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Split {
+    /// Whole runs: nothing of a scene of the test is seen in training.
+    Runs,
+    /// Blocks of so many frames that follow each other: neighbouring blocks of a scene may fall to different sets.
+    Blocks,
+}
+
+impl Split {
+    /// What it is called in sentences.
+    pub fn words(self) -> &'static str {
+        match self {
+            Split::Runs => "whole runs",
+            Split::Blocks => "blocks of frames",
+        }
+    }
+}
+
+/// Places of examples in the three sets.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Sets {
+    /// What is learned: 64 of 100.
+    pub training: Vec<usize>,
+    /// By which the best epoch is chosen: 16 of 100.
+    pub validation: Vec<usize>,
+    /// What nothing was chosen by: 20 of 100.
+    pub test: Vec<usize>,
+}
+
+/// Shares examples out 64 : 16 : 20, as the seed says. `runs` gives the run of each example; `block` is the number of frames of a block.
+///
+/// # Errors
+/// Returns `BadInput` if there are fewer than three runs or blocks.
+pub fn split(runs: &[usize], how: Split, block: usize, seed: u32) -> Result<Sets> {
+    let mut units: Vec<Vec<usize>> = Vec::new();
+    for (place, run) in runs.iter().enumerate() {
+        let full = how == Split::Blocks && units.last().is_some_and(|u| u.len() >= block);
+        match units.last_mut().filter(|u| !full && runs[u[0]] == *run) {
+            Some(unit) => unit.push(place),
+            None => units.push(vec![place]),
+        }
+    }
+    if units.len() < 3 {
+        let (what, remedy) = match how {
+            Split::Runs => ("runs", "give more runs, or split = \"blocks\""),
+            Split::Blocks => ("blocks", "give more runs, or a smaller block_frames"),
+        };
+        let bad = BadInput::new(format!("there are too few {what} for training, validation and test"));
+        return Err(bad.key("data.runs").value(units.len()).allowed("3 or more").remedy(remedy).into());
+    }
+    shuffle(&mut units, &mut Draws::new(seed, SPLIT_STREAM));
+    let share = |part: f64| ((units.len() as f64 * part).round() as usize).max(1);
+    let (test, validation) = (share(0.2), share(0.16));
+    let set = |units: &[Vec<usize>]| {
+        let mut places: Vec<usize> = units.concat();
+        places.sort_unstable();
+        places
+    };
+    Ok(Sets {
+        test: set(&units[..test]),
+        validation: set(&units[test..test + validation]),
+        training: set(&units[test + validation..]),
+    })
+}
+
+/// The stream of draws that shares examples out. Weights have the streams from 1 on, orders of epochs those from 65536 on.
+const SPLIT_STREAM: u32 = u32::MAX;
+
+/// Brings a list into an order at random (Fisher and Yates).
+pub fn shuffle<T>(list: &mut [T], draws: &mut Draws) {
+    for k in (1..list.len()).rev() {
+        list.swap(k, (draws.uniform() * (k + 1) as f64) as usize);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SMALL: Grid = Grid { rows: 3, columns: 5, ahead_m: 30.0, across_m: 50.0 };
+
+    fn classes(names: &[&str]) -> Result<Classes> {
+        Classes::named(&names.iter().map(|n| n.to_string()).collect::<Vec<_>>())
+    }
+
+    /// Two points in one cell and one in its neighbour, joined by a scale of 2.
+    #[test]
+    fn features_by_hand() {
+        let zero = vec![0f32; 15];
+        let mut g = PointGrid {
+            grid: SMALL,
+            count: zero.clone(),
+            amplitude: zero.clone(),
+            range_m: zero.clone(),
+            azimuth_rad: zero,
+        };
+        for (cell, n, a, r, phi) in [(0, 2.0, 0.5, 10.0, 0.3), (6, 1.0, 1.0, 16.0, -0.3)] {
+            (g.count[cell], g.amplitude[cell], g.range_m[cell], g.azimuth_rad[cell]) = (n, a, r, phi);
+        }
+        let f = Features::new(Input::C4, &g, 2);
+        assert_eq!(f.shape(), [4, 2, 3]);
+        let near =
+            |at: usize, wanted: f64| assert!((f64::from(f.values()[at]) - wanted).abs() < 1e-6, "{at}");
+        near(0, 0.75);
+        near(6, 1.0);
+        near(12, 12.0 / 30f64.hypot(25.0));
+        near(18, 0.1 / FRAC_PI_2);
+        assert_eq!(f.values().iter().filter(|v| **v != 0.0).count(), 4);
+        assert_eq!(Features::new(Input::B, &g, 1).values().iter().sum::<f32>(), 2.0);
+        assert_eq!(Features::new(Input::A, &g, 1).values()[6], 1.0);
+        assert_eq!(Features::new(Input::C2, &g, 2).values()[0], 0.75);
+    }
+
+    #[test]
+    fn labels_by_hand() {
+        let all = classes(&["undefined", "lane", "vehicle", "guard rail"]).unwrap();
+        #[rustfmt::skip]
+        let mask = [
+            1, 1,  0, 3,  2,
+            1, 0,  1, 1,  1,
+            2, 2,  1, 0,  4,
+        ];
+        let l = Labels::new(&all, &SMALL, &mask, 2).unwrap();
+        assert_eq!(l.places(), [1, 3, 1, 2, 0, 0]);
+        // Without rails a cell with one is undefined.
+        let lanes = classes(&["undefined", "lane"]).unwrap();
+        assert_eq!(Labels::new(&lanes, &SMALL, &mask, 2).unwrap().places(), [1, 0, 1, 0, 0, 0]);
+    }
+
+    /// A run of one frame, with these parts.
+    fn run(grid: Option<(&[usize], f32)>, mask: Option<(&[usize], u8)>) -> tempfile::TempDir {
+        let t = tempfile::tempdir().unwrap();
+        let frame = t.path().join("frame_000000");
+        std::fs::create_dir(&frame).unwrap();
+        if let Some((shape, value)) = grid {
+            let data = vec![value; shape.iter().product()];
+            npy::write(frame.join("grid_road.npy"), shape, &data).unwrap();
+        }
+        if let Some((shape, value)) = mask {
+            let data = vec![value; shape.iter().product()];
+            npy::write(frame.join("mask_road.npy"), shape, &data).unwrap();
+        }
+        t
+    }
+
+    #[test]
+    fn wrong_runs_are_refused_in_one_line() {
+        let (whole, cells): (&[usize], &[usize]) = (&[4, 450, 300], &[450, 300]);
+        let all = classes(&["undefined", "lane"]).unwrap();
+        let read = |t: &tempfile::TempDir| load(&[t.path().to_path_buf()], GridKind::Road, Input::A, &all, 4);
+        let fine = read(&run(Some((whole, 0.0)), Some((cells, 1)))).unwrap();
+        assert_eq!((fine.len(), fine[0].features.shape()), (1, [1, 113, 75]));
+        assert_eq!(fine[0].labels.places().len(), 113 * 75);
+        for (made, words) in [
+            (run(None, None), "masks = false: the run has no masks; allowed: true; put masks = true"),
+            (run(Some((whole, 0.0)), None), "the run has no masks"),
+            (
+                run(Some((&[4, 10, 300], 0.0)), None),
+                "shape = [4, 10, 300]: is a grid of another size; allowed: [4, 450, 300]",
+            ),
+            (run(Some((whole, f32::NAN)), None), "NaN or infinite value"),
+            (
+                run(Some((whole, 0.0)), Some((&[300, 450], 0))),
+                "shape = [300, 450]: is a grid of another size",
+            ),
+            (
+                run(Some((whole, 0.0)), Some((cells, 9))),
+                "class = 9: is the number of no class; allowed: 0 to 4",
+            ),
+            (tempfile::tempdir().unwrap(), "holds no frames"),
+        ] {
+            let e = read(&made).unwrap_err();
+            let text = e.to_string();
+            assert!(e.exit_code() == 2 && text.contains(words), "{text}");
+            assert!(text.contains(made.path().file_name().unwrap().to_str().unwrap()), "{text}");
+        }
+        let gone = load(&["nowhere".into()], GridKind::Road, Input::A, &all, 4).unwrap_err().to_string();
+        assert!(gone.contains("nowhere: is no folder of a run"), "{gone}");
+    }
+
+    #[test]
+    fn wrong_classes_are_refused() {
+        for (names, words) in [
+            (&["undefined", "lanes"][..], "\"lanes\": is no class"),
+            (&["lane", "undefined"], "begin with \"undefined\""),
+            (&["undefined"], "add one class"),
+            (&["undefined", "lane", "lane"], "given twice"),
+        ] {
+            let text = classes(names).unwrap_err().to_string();
+            assert!(text.contains(words) && text.contains("guard rail"), "{text}");
+        }
+        assert!(classes(&["undefined", "lanes"]).unwrap_err().to_string().contains("did you mean 'lane'?"));
+    }
+
+    #[test]
+    fn sets_are_shares_of_whole_units() {
+        // 25 runs of 4 frames.
+        let runs: Vec<usize> = (0..100).map(|k| k / 4).collect();
+        let s = split(&runs, Split::Runs, 1, 3).unwrap();
+        assert_eq!((s.training.len(), s.validation.len(), s.test.len()), (64, 16, 20));
+        let mut all = [s.training.clone(), s.validation.clone(), s.test.clone()].concat();
+        all.sort_unstable();
+        assert_eq!(all, (0..100).collect::<Vec<_>>());
+        let of = |set: &[usize]| set.iter().map(|p| runs[*p]).collect::<std::collections::BTreeSet<_>>();
+        assert!(of(&s.training).is_disjoint(&of(&s.test)) && of(&s.training).is_disjoint(&of(&s.validation)));
+        assert_eq!(s, split(&runs, Split::Runs, 1, 3).unwrap());
+        assert_ne!(s, split(&runs, Split::Runs, 1, 4).unwrap());
+        // One run of 12 frames in blocks of 4: three units.
+        let s = split(&[0; 12], Split::Blocks, 4, 1).unwrap();
+        assert_eq!((s.training.len(), s.validation.len(), s.test.len()), (4, 4, 4));
+        assert_eq!(s.test[3] - s.test[0], 3);
+        let e = split(&[0, 0, 1], Split::Runs, 1, 1).unwrap_err().to_string();
+        assert!(e.contains("data.runs = 2") && e.contains("split = \"blocks\""), "{e}");
+    }
+}

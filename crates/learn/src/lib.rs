@@ -1,0 +1,37 @@
+//! Networks that learn from what catseye simulates: each cell of a grid before the radar gets a class (lane, vehicle, guard rail,
+//! marker), learned from runs with `[output] masks = true`.
+//!
+//! Two types keep what a radar measures apart from what only a simulation knows: [`data::Features`] is all that a network sees,
+//! [`data::Labels`] is what it is judged by, and no function makes the first from the second.
+
+#![forbid(unsafe_code)]
+
+pub mod config;
+pub mod data;
+pub mod model;
+pub mod score;
+pub mod segnet;
+pub mod train;
+
+pub use burn::tensor::Device;
+
+use catseye::base::error::Result;
+
+/// The processor on which networks are trained and used: the CPU, or with `gpu` the default adapter of the cargo feature `wgpu`.
+///
+/// # Errors
+/// Returns `BadInput` if a GPU is asked for and the feature `wgpu` was not built.
+pub fn device(gpu: bool) -> Result<Device> {
+    match gpu {
+        false => Ok(Device::flex()),
+        #[cfg(feature = "wgpu")]
+        true => Ok(Device::wgpu(burn::tensor::DeviceKind::DefaultDevice)),
+        #[cfg(not(feature = "wgpu"))]
+        true => Err(catseye::base::error::BadInput::new("networks of this build know no GPU")
+            .key("--device")
+            .value("gpu")
+            .allowed("auto, cpu")
+            .remedy("build with the cargo feature wgpu of catseye-learn")
+            .into()),
+    }
+}

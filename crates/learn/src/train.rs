@@ -1,0 +1,406 @@
+//! Trains a network: passes over the training set, a checkpoint after each, and the folder of the result.
+//!
+//! Everything random is a counter-based draw: the first weights follow from the seed, the order of an epoch from seed and epoch. A
+//! training that was killed and goes on ends with the bytes of one that was not.
+
+use crate::config::Config;
+use crate::data::{Example, Features, Labels, Sets, load, shuffle, split};
+use crate::model::{CONFIG, WEIGHTS, foreign, judge, load_weights, stacked};
+use crate::score::{Confusion, cell, column_name, figure};
+use crate::segnet::SegNet;
+use burn::module::Module;
+use burn::nn::loss::{CrossEntropyLoss, CrossEntropyLossConfig};
+use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
+use burn::store::RecordError;
+use burn::tensor::{Bytes, Device, Int, Tensor, TensorData};
+use catseye::base::control::Control;
+use catseye::base::error::{BadInput, Error, Result};
+use catseye::base::rng::Draws;
+use catseye::formats::stage::{StagedDir, sync_tree};
+use catseye::formats::{csv, input};
+use serde::{Deserialize, Serialize};
+use std::fmt::Display;
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering::Relaxed;
+
+/// Table of scores, a row for each epoch.
+pub const SCORES: &str = "scores.csv";
+/// Confusion matrix of the test set.
+pub const CONFUSION: &str = "confusion.csv";
+/// What the network is and what it reached.
+pub const CARD: &str = "model_card.md";
+
+/// Files of a checkpoint beside the weights.
+const BEST: &str = "best.bpk";
+const OPTIMISER: &str = "optimiser.bpk";
+const STATE: &str = "state.json";
+/// Largest file of a checkpoint that is read, bytes.
+const MOST_BYTES: u64 = 1 << 33;
+/// The stream of draws for the order of the first epoch; the next ones follow. Weights have the streams from 1 on.
+const ORDER_STREAM: u32 = 1 << 16;
+
+/// What one epoch reached.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EpochRow {
+    /// The epoch, from 1.
+    pub epoch: usize,
+    /// Mean weighted cross entropy of the training set, while it was learned.
+    pub loss: f64,
+    /// F1 of each class in the validation set; None where the class is neither there nor predicted.
+    pub f1: Vec<Option<f64>>,
+    /// Their mean.
+    pub mean_f1: f64,
+}
+
+/// What a training reached.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// Folder of the result.
+    #[serde(serialize_with = "catseye::formats::path_text")]
+    pub folder: PathBuf,
+    /// All epochs.
+    pub epochs: Vec<EpochRow>,
+    /// The epoch whose weights were kept.
+    pub best_epoch: usize,
+    /// Names of the classes.
+    pub classes: Vec<String>,
+    /// F1 of each class in the test set.
+    pub test_f1: Vec<Option<f64>>,
+    /// Numbers of frames for training, validation and test.
+    pub frames: [usize; 3],
+}
+
+/// What a checkpoint says beside its tensors.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+struct State {
+    rows: Vec<EpochRow>,
+    best_epoch: usize,
+    /// The stream of draws of the next epoch.
+    next_stream: u32,
+}
+
+/// A network while it learns.
+struct Trainer<'a> {
+    config: &'a Config,
+    device: Device,
+    examples: &'a [Example],
+    sets: &'a Sets,
+    net: SegNet,
+    optimiser: ModuleOptimizer,
+    loss: CrossEntropyLoss,
+    /// Weights of the best epoch as bytes of a file.
+    best: Vec<u8>,
+    state: State,
+}
+
+fn failed(e: &RecordError) -> Error {
+    Error::Failed(format!("the weights cannot be written: {e}"))
+}
+
+/// Weights and running means as the bytes of a file. The network is one without gradients, whose running means are up to date.
+fn weights(net: SegNet) -> Result<Vec<u8>> {
+    net.into_record().into_bytes().map(|b| b.to_vec()).map_err(|e| failed(&e))
+}
+
+/// The weight of each class: its share of cells to the power of -balance, so scaled that the mean over cells is 1.
+fn class_weights<'a>(labels: impl Iterator<Item = &'a Labels>, classes: usize, balance: f64) -> Vec<f32> {
+    let mut counts = vec![0f64; classes];
+    labels.flat_map(|l| l.places()).for_each(|p| counts[usize::from(*p)] += 1.0);
+    let all: f64 = counts.iter().sum();
+    // A class that is not there has the weight of one cell.
+    let share = |n: f64| n.max(1.0) / all.max(1.0);
+    let raw: Vec<f64> = counts.iter().map(|n| share(*n).powf(-balance)).collect();
+    let mean: f64 = raw.iter().zip(&counts).map(|(w, n)| w * n / all.max(1.0)).sum();
+    raw.iter().map(|w| (w / mean.max(f64::MIN_POSITIVE)) as f32).collect()
+}
+
+impl<'a> Trainer<'a> {
+    fn new(config: &'a Config, examples: &'a [Example], sets: &'a Sets, device: &Device) -> Trainer<'a> {
+        let device = device.clone().autodiff();
+        let labels = sets.training.iter().map(|p| &examples[*p].labels);
+        let weights = class_weights(labels, config.shape().classes, config.training.balance.value);
+        Trainer {
+            net: SegNet::new(config.shape(), config.training.seed, &device),
+            optimiser: AdamConfig::new().with_epsilon(1e-8).init(),
+            loss: CrossEntropyLossConfig::new().with_weights(Some(weights)).init(&device),
+            best: Vec::new(),
+            state: State { next_stream: ORDER_STREAM, ..State::default() },
+            config,
+            device,
+            examples,
+            sets,
+        }
+    }
+
+    /// One pass over the training set, then a look at the validation set.
+    fn epoch(&mut self, control: &Control<'_>) -> Result<()> {
+        let t = &self.config.training;
+        let mut order = self.sets.training.clone();
+        shuffle(&mut order, &mut Draws::new(t.seed, self.state.next_stream));
+        self.state.next_stream += 1;
+        let mut sum = 0.0;
+        for (done, batch) in order.chunks(t.batch.value).enumerate() {
+            if control.cancel.is_some_and(|c| c.load(Relaxed)) {
+                return Err(interrupted(self.state.rows.len()));
+            }
+            let features: Vec<&Features> = batch.iter().map(|p| &self.examples[*p].features).collect();
+            let truth: Vec<i32> =
+                batch.iter().flat_map(|p| self.examples[*p].labels.places()).map(|p| i32::from(*p)).collect();
+            let truth = Tensor::<1, Int>::from_data(TensorData::from(truth.as_slice()), &self.device);
+            let scores = self.net.forward(stacked(&features, &self.device));
+            let [pictures, classes, rows, columns] = scores.dims();
+            let scores = scores.permute([0, 2, 3, 1]).reshape([pictures * rows * columns, classes]);
+            let loss = self.loss.forward(scores, truth);
+            let value = f64::from(loss.clone().into_scalar::<f32>());
+            if !value.is_finite() {
+                let epoch = self.state.rows.len() + 1;
+                let problem =
+                    format!("the loss of epoch {epoch} is not finite: give a smaller training.rate");
+                return Err(Error::Failed(problem));
+            }
+            sum += value * pictures as f64;
+            let grads = GradientsParams::from_grads(loss.backward(), &self.net);
+            self.net = self.optimiser.step(t.rate.value, self.net.clone(), grads);
+            if let Some(progress) = control.progress {
+                progress(((done + 1) * t.batch.value).min(order.len()) as u64, order.len() as u64);
+            }
+        }
+        let fixed = self.net.valid();
+        let confusion = self.judged(&fixed, &self.sets.validation);
+        let row = EpochRow {
+            epoch: self.state.rows.len() + 1,
+            loss: sum / order.len() as f64,
+            f1: (0..confusion.classes().len()).map(|k| confusion.f1(k)).collect(),
+            mean_f1: confusion.mean_f1(),
+        };
+        let best = self.state.rows.iter().map(|r| r.mean_f1).fold(f64::NEG_INFINITY, f64::max);
+        if row.mean_f1 > best {
+            self.best = weights(fixed)?;
+            self.state.best_epoch = row.epoch;
+        }
+        self.state.rows.push(row);
+        Ok(())
+    }
+
+    fn judged(&self, fixed: &SegNet, places: &[usize]) -> Confusion {
+        let mut confusion = Confusion::new(&self.config.data.classes.value);
+        let given: Vec<(&Features, &Labels)> =
+            places.iter().map(|p| (&self.examples[*p].features, &self.examples[*p].labels)).collect();
+        judge(fixed, &self.device.clone().without_autodiff(), &given, &mut confusion);
+        confusion
+    }
+
+    fn is_over(&self) -> bool {
+        let t = &self.config.training;
+        let epochs = self.state.rows.len();
+        epochs >= t.epochs.value || epochs >= self.state.best_epoch + t.patience.value && epochs > 0
+    }
+
+    /// Writes a checkpoint under a hidden name, renames it and takes the one before away.
+    fn save(&self, notes: &Path) -> Result<()> {
+        let name = format!("epoch_{:06}", self.state.rows.len());
+        let (made, at) = (notes.join(format!(".{name}")), notes.join(&name));
+        for rest in [&made, &at].into_iter().filter(|p| p.exists()) {
+            fs::remove_dir_all(rest).map_err(|e| Error::io(rest, e))?;
+        }
+        fs::create_dir(&made).map_err(|e| Error::io(&made, e))?;
+        let optimiser = self.optimiser.into_bytes().map_err(|e| failed(&e))?;
+        let state = serde_json::to_vec_pretty(&self.state).map_err(|e| Error::Failed(e.to_string()))?;
+        let files: [(&str, &[u8]); 4] = [
+            (WEIGHTS, &weights(self.net.valid())?),
+            (BEST, &self.best),
+            (OPTIMISER, &optimiser),
+            (STATE, &state),
+        ];
+        for (file, bytes) in files {
+            let path = made.join(file);
+            fs::write(&path, bytes).map_err(|e| Error::io(&path, e))?;
+        }
+        sync_tree(&made)?;
+        fs::rename(&made, &at).map_err(|e| Error::io(&at, e))?;
+        for old in checkpoints(notes)?.into_iter().filter(|p| *p != at) {
+            fs::remove_dir_all(&old).map_err(|e| Error::io(&old, e))?;
+        }
+        Ok(())
+    }
+
+    /// Goes on from the last checkpoint, where there is one.
+    fn resume(&mut self, notes: &Path) -> Result<()> {
+        let Some(at) = checkpoints(notes)?.pop() else { return Ok(()) };
+        let read = |file: &str| input::read(&at.join(file), "a file of a checkpoint", MOST_BYTES);
+        self.net = load_weights(self.net.clone(), &at.join(WEIGHTS))?;
+        let optimiser = AdamConfig::new().with_epsilon(1e-8).init();
+        self.optimiser = optimiser
+            .from_bytes(Bytes::from_bytes_vec(read(OPTIMISER)?))
+            .map_err(|e| foreign(&at.join(OPTIMISER), &e))?;
+        self.best = read(BEST)?;
+        self.state = serde_json::from_slice(&read(STATE)?)
+            .map_err(|e| BadInput::new(format!("is no state of a training: {e}")).file(at.join(STATE)))?;
+        Ok(())
+    }
+}
+
+/// Complete checkpoints in their order.
+fn checkpoints(notes: &Path) -> Result<Vec<PathBuf>> {
+    let entries = fs::read_dir(notes).map_err(|e| Error::io(notes, e))?;
+    let mut found: Vec<PathBuf> = entries
+        .filter_map(|e| e.ok())
+        .filter(|e| e.file_name().to_string_lossy().starts_with("epoch_"))
+        .map(|e| e.path())
+        .collect();
+    found.sort();
+    Ok(found)
+}
+
+fn interrupted(epochs: usize) -> Error {
+    Error::Interrupted(format!("{epochs} epochs are complete; the same command goes on"))
+}
+
+/// Trains the network of a file and writes the folder `out`: weights of the best epoch, the file itself, scores of each epoch, the
+/// confusion matrix of the test set and a model card. An interrupted training goes on when it is started again with the same file.
+/// `control.progress` counts the frames of an epoch; `tell` gets each epoch when its checkpoint stands.
+///
+/// # Errors
+/// Returns the errors of [`load`] and [`split`], an error if a file cannot be written or the loss is not finite, and
+/// [`Error::Interrupted`] when `control.cancel` is set.
+pub fn train(
+    config: &Config,
+    out: &Path,
+    force: bool,
+    device: &Device,
+    control: Control<'_>,
+    tell: &dyn Fn(&EpochRow),
+) -> Result<Report> {
+    let d = &config.data;
+    let (staged, notes) = StagedDir::resumable(out, force, "learn", &config.identity())?;
+    let classes = config.classes()?;
+    let examples = load(&config.runs(), d.grid, config.network.input, &classes, d.scale.value)?;
+    let runs: Vec<usize> = examples.iter().map(|e| e.run).collect();
+    let sets = split(&runs, d.split, d.block_frames.value, config.training.seed)?;
+    let mut trainer = Trainer::new(config, &examples, &sets, device);
+    trainer.resume(&notes)?;
+    trainer.state.rows.iter().for_each(tell);
+    while !trainer.is_over() {
+        trainer.epoch(&control)?;
+        trainer.save(&notes)?;
+        if let Some(row) = trainer.state.rows.last() {
+            tell(row);
+        }
+        if control.cancel.is_some_and(|c| c.load(Relaxed)) && !trainer.is_over() {
+            return Err(interrupted(trainer.state.rows.len()));
+        }
+    }
+    let at = |file: &str| staged.path().join(file);
+    let write = |file: &str, bytes: &[u8]| fs::write(at(file), bytes).map_err(|e| Error::io(at(file), e));
+    write(WEIGHTS, &trainer.best)?;
+    write(CONFIG, config.text.as_bytes())?;
+    let plain = device.clone().without_autodiff();
+    let best = load_weights(SegNet::new(config.shape(), 0, &plain).valid(), &at(WEIGHTS))?;
+    let confusion = trainer.judged(&best, &sets.test);
+    confusion.write_csv(&at(CONFUSION))?;
+    let State { rows, best_epoch, .. } = &trainer.state;
+    write_scores(&at(SCORES), confusion.classes(), rows)?;
+    let frames = [sets.training.len(), sets.validation.len(), sets.test.len()];
+    write(CARD, card(config, &confusion, rows, *best_epoch, &sets, &runs).as_bytes())?;
+    let report = Report {
+        epochs: rows.clone(),
+        best_epoch: *best_epoch,
+        classes: classes.names(),
+        test_f1: (0..classes.count()).map(|k| confusion.f1(k)).collect(),
+        frames,
+        folder: PathBuf::new(),
+    };
+    let folder = staged.commit()?;
+    Ok(Report { folder, ..report })
+}
+
+fn write_scores(path: &Path, classes: &[String], rows: &[EpochRow]) -> Result<()> {
+    let io = |e| Error::io(path, e);
+    let mut header = vec!["epoch".to_string(), "loss".into(), "mean_f1".into()];
+    header.extend(classes.iter().map(|c| format!("f1_{}", column_name(c))));
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    let mut table =
+        csv::Writer::new(BufWriter::new(File::create(path).map_err(io)?), &[], &header).map_err(io)?;
+    for row in rows {
+        let mut cells = vec![row.epoch.to_string(), cell(Some(row.loss)), cell(Some(row.mean_f1))];
+        cells.extend(row.f1.iter().map(|f| cell(*f)));
+        table.row(cells.iter().map(|c| c as &dyn Display)).map_err(io)?;
+    }
+    table.finish().map_err(io)?;
+    Ok(())
+}
+
+/// The model card: what the network is, from what it learned, and what it reached. `runs` gives the run of each example.
+fn card(
+    config: &Config,
+    test: &Confusion,
+    rows: &[EpochRow],
+    best: usize,
+    sets: &Sets,
+    runs: &[usize],
+) -> String {
+    let sets = [("training", &sets.training), ("validation", &sets.validation), ("test", &sets.test)];
+    let shape = config.shape();
+    let d = &config.data;
+    let mut text = format!(
+        "# Model card\n\nA SegNet of {} layers, {} channels and {} x {} kernels that gives each cell of the {} grid a class. It sees \
+         the input {:?}, at a scale of {}.\n\n",
+        shape.layers,
+        shape.channels,
+        shape.kernel,
+        shape.kernel,
+        d.grid.name(),
+        config.network.input,
+        d.scale.value
+    );
+    text += &format!(
+        "It learned from simulated frames alone: {} for training, {} for validation and {} for the test, shared out by {}, from \
+         these runs:\n\n",
+        sets[0].1.len(),
+        sets[1].1.len(),
+        sets[2].1.len(),
+        d.split.words()
+    );
+    for (k, run) in config.runs().iter().enumerate() {
+        // The name alone: the folder is one of whoever trained it.
+        let name = run.file_name().unwrap_or(run.as_os_str()).to_string_lossy();
+        let holds = |set: &&(&str, &Vec<usize>)| set.1.iter().any(|place| runs[*place] == k);
+        let held: Vec<&str> = sets.iter().filter(holds).map(|set| set.0).collect();
+        text += &format!("* {name}: {}\n", held.join(", "));
+    }
+    text += &format!(
+        "\nThe seed is {}. {} epochs were trained; the weights are those of epoch {best}, which had the best mean F1 of the \
+         validation set, {}.\n\nOn the test set:\n\n| class | precision | recall | F1 |\n|---|---:|---:|---:|\n",
+        config.training.seed,
+        rows.len(),
+        figure(rows.get(best.wrapping_sub(1)).map(|r| r.mean_f1)),
+    );
+    for (k, class) in test.classes().iter().enumerate() {
+        let [p, r, f] = [test.precision(k), test.recall(k), test.f1(k)].map(figure);
+        text += &format!("| {class} | {p} | {r} | {f} |\n");
+    }
+    text += "\nIt was not tested on recorded data.\n";
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rare_classes_weigh_more() {
+        use crate::data::Classes;
+        use catseye::road::mask::Grid;
+        let classes = Classes::named(&["undefined", "lane"].map(String::from)).unwrap();
+        let grid = Grid { rows: 2, columns: 5, ahead_m: 1.0, across_m: 1.0 };
+        let labels = Labels::new(&classes, &grid, &[0, 0, 0, 0, 0, 0, 0, 0, 1, 1], 1).unwrap();
+        let same = class_weights([&labels].into_iter(), 2, 0.0);
+        assert_eq!(same, [1.0, 1.0]);
+        let full = class_weights([&labels].into_iter(), 2, 1.0);
+        assert!((full[0] - 0.625).abs() < 1e-6 && (full[1] - 2.5).abs() < 1e-6, "{full:?}");
+        let half = class_weights([&labels].into_iter(), 2, 0.5);
+        assert!((half[1] / half[0] - 2.0).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,148 @@
+//! A training of seconds on grids that can be told apart: a block of "lane" under strong points, a block of "vehicle" under weak ones.
+
+use catseye::base::control::Control;
+use catseye::base::rng::Draws;
+use catseye::formats::npy;
+use catseye::road::mask::{CellClass, Grid};
+use catseye_learn::config::Config;
+use catseye_learn::model::Model;
+use catseye_learn::train::{EpochRow, train};
+use catseye_learn::{Device, device};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+/// Runs of two frames each: a square of 80 x 80 cells of each class, with a point in each third cell, at places of their own
+/// that the scale of 10 leaves whole.
+fn write_runs(folder: &Path, runs: usize) {
+    let grid = Grid::ROAD;
+    for run in 0..runs {
+        for frame in 0..2 {
+            let mut draws = Draws::new(run as u32, frame);
+            let (mut mask, mut planes) = (vec![0u8; grid.cells()], vec![0f32; 4 * grid.cells()]);
+            for (class, amplitude, left) in [(CellClass::Lane, 0.9, 20), (CellClass::Vehicle, 0.2, 170)] {
+                let (row, column) =
+                    (10 * (draws.uniform() * 36.0) as usize, left + 10 * (draws.uniform() * 4.0) as usize);
+                for cell in 0..6400 {
+                    let at = (row + cell / 80) * grid.columns + column + cell % 80;
+                    mask[at] = class as u8;
+                    if cell % 3 == 0 {
+                        planes[at] = 1.0;
+                        planes[grid.cells() + at] = amplitude;
+                    }
+                }
+            }
+            let at = folder.join(format!("run_{run}/frame_{frame:06}"));
+            fs::create_dir_all(&at).unwrap();
+            npy::write(at.join("mask_road.npy"), &[grid.rows, grid.columns], &mask).unwrap();
+            npy::write(at.join("grid_road.npy"), &[4, grid.rows, grid.columns], &planes).unwrap();
+        }
+    }
+}
+
+fn config(folder: &Path, runs: usize, epochs: usize) -> Config {
+    let names: Vec<String> = (0..runs).map(|k| format!("\"run_{k}\"")).collect();
+    let text = format!(
+        "[network]\nkind = \"segnet\"\nlayers = 2\nchannels = 6\nkernel = 3\ninput = \"A\"\n\n[training]\nepochs = {epochs}\n\
+         batch = 2\nrate = 0.01\nseed = 5\npatience = 50\n\n[data]\ngrid = \"road\"\nruns = [{}]\nscale = 10\n\
+         classes = [\"undefined\", \"lane\", \"vehicle\"]\n",
+        names.join(", ")
+    );
+    let path = folder.join(format!("training_{epochs}.toml"));
+    fs::write(&path, text).unwrap();
+    Config::read(&path).unwrap()
+}
+
+fn cpu() -> Device {
+    device(false).unwrap()
+}
+
+fn bytes(dir: &Path, file: &str) -> Vec<u8> {
+    fs::read(dir.join(file)).unwrap()
+}
+
+#[test]
+fn classes_that_can_be_told_apart_are_learned() {
+    let t = tempfile::tempdir().unwrap();
+    write_runs(t.path(), 10);
+    let out = t.path().join("net");
+    let config = config(t.path(), 10, 40);
+    let report = train(&config, &out, false, &cpu(), Control::default(), &|_| {}).unwrap();
+    assert_eq!(report.frames, [12, 4, 4]);
+    assert!(report.test_f1.iter().all(|f| f.unwrap() > 0.9), "{:?}", report.test_f1);
+    let first = report.epochs[0].loss;
+    assert!(report.epochs[report.epochs.len() - 1].loss < 0.5 * first);
+    for file in
+        ["weights.bpk", "config.toml", "scores.csv", "confusion.csv", "model_card.md", "manifest.json"]
+    {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    let scores = String::from_utf8(bytes(&out, "scores.csv")).unwrap();
+    assert_eq!(scores.lines().next(), Some("epoch,loss,mean_f1,f1_undefined,f1_lane,f1_vehicle"));
+    assert_eq!(scores.lines().count(), 1 + report.epochs.len());
+    let card = String::from_utf8(bytes(&out, "model_card.md")).unwrap();
+    assert!(
+        card.contains("The seed is 5.") && card.contains(": test\n") && card.contains("| vehicle | "),
+        "{card}"
+    );
+    // Opened again, it says the same of all runs, and a prediction needs no mask.
+    let model = Model::load(&out, &cpu()).unwrap();
+    let runs: Vec<PathBuf> = (0..10).map(|k| t.path().join(format!("run_{k}"))).collect();
+    assert!(model.evaluate(&runs).unwrap().mean_f1() > 0.9);
+    let frame = runs[0].join("frame_000000");
+    let truth = npy::read::<u8>(frame.join("mask_road.npy")).unwrap();
+    fs::remove_file(frame.join("mask_road.npy")).unwrap();
+    let file = t.path().join("classes.npy");
+    assert_eq!(model.predict(&runs[0], &file, false).unwrap(), 2);
+    let found = npy::read::<u8>(&file).unwrap();
+    assert_eq!(found.shape, [2, 45, 30]);
+    let hits =
+        (0..45 * 30).filter(|k| found.data[*k] == truth.data[(k / 30 * 10 + 5) * 300 + k % 30 * 10 + 5]);
+    assert!(hits.count() > 1250);
+    let gone = model.evaluate(&runs[..1]).unwrap_err().to_string();
+    assert!(gone.contains("masks = false"), "{gone}");
+    let foreign = Model::load(t.path(), &cpu()).err().unwrap().to_string();
+    assert!(foreign.contains("holds no trained network"), "{foreign}");
+}
+
+#[test]
+fn a_training_that_goes_on_ends_with_the_same_bytes() {
+    let t = tempfile::tempdir().unwrap();
+    write_runs(t.path(), 5);
+    let config = config(t.path(), 5, 3);
+    let at_once = |name: &str| {
+        let out = t.path().join(name);
+        train(&config, &out, false, &cpu(), Control::default(), &|_| {}).unwrap();
+        out
+    };
+    let (whole, again) = (at_once("whole"), at_once("again"));
+    // Interrupted after its first epoch, in the middle of the second, and after the second.
+    let broken = t.path().join("broken");
+    for (stop_after, stop_within) in [(Some(1), None), (None, Some(2)), (Some(2), None)] {
+        let stop = AtomicBool::new(false);
+        let progress = |done: u64, _: u64| {
+            if Some(done) == stop_within {
+                stop.store(true, Relaxed);
+            }
+        };
+        let tell = |row: &EpochRow| {
+            if Some(row.epoch) == stop_after {
+                stop.store(true, Relaxed);
+            }
+        };
+        let control = Control { progress: Some(&progress), cancel: Some(&stop) };
+        let e = train(&config, &broken, false, &cpu(), control, &tell).unwrap_err();
+        assert!(e.exit_code() == 130 && e.to_string().contains("the same command goes on"), "{e}");
+        assert!(!broken.exists());
+    }
+    let told = std::sync::atomic::AtomicUsize::new(0);
+    let tell = |_: &EpochRow| {
+        told.fetch_add(1, Relaxed);
+    };
+    let report = train(&config, &broken, false, &cpu(), Control::default(), &tell).unwrap();
+    assert_eq!((report.epochs.len(), told.load(Relaxed)), (3, 3));
+    for file in ["weights.bpk", "scores.csv", "confusion.csv", "model_card.md"] {
+        assert!(bytes(&whole, file) == bytes(&again, file), "{file}: the same seed gave other bytes");
+        assert!(bytes(&whole, file) == bytes(&broken, file), "{file}: resumed, it gave other bytes");
+    }
+}
