@@ -406,6 +406,7 @@ def dataset(
     engine: _Engine | None = None,
     trace: str | None = None,
     mixed_devices: bool = False,
+    source: _Path | None = None,
     force: bool = False,
     progress: _Progress | None = None,
 ) -> dict[str, Any]: ...

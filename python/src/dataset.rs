@@ -5,8 +5,10 @@ use crate::errors::{OrRaise, refuse};
 use crate::work::{Afterwards, run_to};
 use crate::{engine, work};
 use catseye::base::error::BadInput;
+use catseye::formats::stage::distinct;
 use catseye_cli::draw_frame;
 use catseye_io::dataset::{DATASET, DatasetFile};
+use catseye_io::kept_dataset::KeptDataset;
 use catseye_io::produce::{self, produce};
 use catseye_io::recipe::{Recipe, SPLITS};
 use catseye_io::store::{Array, Column, Data, DatasetLayout, Table};
@@ -24,14 +26,15 @@ use std::sync::Arc;
 /// other runs. jobs: workers, each with its share of the cores (default: one a core, on a GPU one). batch: frames that a GPU takes at once, as
 /// far as memory allows (default 64); the bytes do not depend on it, and the CPU takes one. seed: in place of the recipe's. trace: "host" or "device", where beams are
 /// followed, as for Engine. mixed_devices: go on
-/// with a dataset that another device began. force: begin anew in a folder that holds another dataset. progress: called with the numbers of
-/// frames done and of all.
+/// with a dataset that another device began. source: folder of a dataset whose recipe drew the same scenes and kept its echoes
+/// (keep.echoes = true): nothing is traced, and this recipe's radar listens to these echoes, as `catseye dataset --from` does. force: begin anew
+/// in a folder that holds another dataset. progress: called with the numbers of frames done and of all.
 ///
 /// Returns a dictionary: folder, frames, shards, shards_complete, shards_resumed, shards_repaired, frames_made, complete, tally, bytes.
 /// Raises BadInput for a folder of another recipe or device. Ctrl-C ends it after the frames in work; the same call goes on.
 #[pyfunction]
-#[pyo3(signature = (recipe, out, *, shards = None, jobs = None, batch = None, seed = None, engine = None, trace = None, mixed_devices = false, force = false,
-    progress = None))]
+#[pyo3(signature = (recipe, out, *, shards = None, jobs = None, batch = None, seed = None, engine = None, trace = None, mixed_devices = false, source = None,
+    force = false, progress = None))]
 #[allow(clippy::too_many_arguments)] // keywords
 pub fn dataset(
     py: Python<'_>,
@@ -44,6 +47,7 @@ pub fn dataset(
     engine: Option<&Bound<'_, PyAny>>,
     trace: Option<&str>,
     mixed_devices: bool,
+    source: Option<PathBuf>,
     force: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Py<PyAny>> {
@@ -56,7 +60,14 @@ pub fn dataset(
             BadInput::new("no frame would be made").key("batch").value(0).allowed("1 or more"),
         );
     }
-    let recipe = py.detach(|| Recipe::load(&recipe, seed)).or_raise(py)?;
+    let kept = |recipe: Recipe| match &source {
+        Some(source) => {
+            distinct(&[&out], &[source])?;
+            KeptDataset::open(source)?.serving(recipe)
+        }
+        None => Ok(recipe),
+    };
+    let recipe = py.detach(|| kept(Recipe::load(&recipe, seed)?)).or_raise(py)?;
     let engine = engine::resolve(py, engine, trace)?;
     let report = run_to(py, progress, Afterwards::Awaited, move |watch| {
         let options = produce::Options {

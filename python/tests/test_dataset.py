@@ -201,3 +201,26 @@ def test_other_recipes_and_damage_are_found(data, recipe, engine, tmp_path):
         catseye.Dataset(tmp_path / "none")
     with pytest.raises(catseye.BadInput):
         catseye.dataset(tmp_path / "none.toml", tmp_path / "out", engine=engine)
+
+
+def test_another_radar_listens_to_kept_echoes(recipe, engine, tmp_path):
+    text = recipe.read_text()
+    assert "[keep]" in text
+    shutil.copy(recipe.with_name("tiny_radar.toml"), tmp_path)
+    traced = tmp_path / "traced.toml"
+    traced.write_text(text.replace("[keep]", "[keep]\nechoes = true"))
+    report = catseye.dataset(traced, tmp_path / "traced", engine=engine)
+    assert report["complete"]
+    catseye.dataset(recipe, tmp_path / "whole", engine=engine)
+    catseye.dataset(recipe, tmp_path / "listened", engine=engine, source=tmp_path / "traced")
+    whole, listened = catseye.Dataset(tmp_path / "whole"), catseye.Dataset(tmp_path / "listened")
+    assert len(whole) == len(listened) > 0
+    for a, b in zip(whole, listened):
+        np.testing.assert_array_equal(a["adc"], b["adc"])
+        np.testing.assert_array_equal(a["points"], b["points"])
+    echoes = catseye.Dataset(tmp_path / "traced")[0]["echoes"]
+    assert {"path_length_m", "gain_vv_re", "object_1", "bounces"} <= set(echoes.dtype.names)
+    with pytest.raises(catseye.BadInput, match="keep.echoes"):
+        catseye.dataset(recipe, tmp_path / "no", engine=engine, source=tmp_path / "whole")
+    with pytest.raises(catseye.BadInput, match="seed"):
+        catseye.dataset(recipe, tmp_path / "no", engine=engine, source=tmp_path / "traced", seed=12345)

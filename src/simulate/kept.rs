@@ -243,7 +243,7 @@ impl TraceOrigin {
             ("trace.rays", a.rays > s.rays, a.rays as f64, s.rays as f64, "up to"),
             ("trace.facets", a.facets > s.facets, a.facets as f64, s.facets as f64, "up to"),
         ];
-        for (key, _, value, kept, word) in finer.into_iter().filter(|f| f.1) {
+        if let Some((key, _, value, kept, word)) = finer.into_iter().find(|f| f.1) {
             return Err(no(key, "the echoes were traced less finely")
                 .value(value)
                 .allowed(format!("{word} {kept}"))
