@@ -13,6 +13,7 @@ import argparse
 import collections
 import concurrent.futures
 import json
+import math
 import os
 import random
 import re
@@ -792,6 +793,48 @@ def spoilt_frames_are_made_again(program, folder):
         if not (folder / f"out/frame_000000/{spoil}").stat().st_size:
             wrong.append(f"an emptied {spoil} landed in the result")
         shutil.rmtree(folder / "out")
+    return wrong
+
+
+@story
+def damaged_echoes_are_refused(program, folder):
+    """A run's kept echoes, cut short, garbled and exchanged, with and without a checksum that says so."""
+    furnish(folder, {"scenario.toml": SCENARIO.replace("[output]", "[output]\nechoes = true").encode() if "[output]" in SCENARIO
+                     else (SCENARIO + "\n[output]\nechoes = true\n").encode()})
+    wrong = fine(run(program, SIMULATE, folder), "simulate")
+    again = ["simulate", "scenario.toml", "--from", "out", "-o", "again"]
+    wrong += fine(run(program, again, folder), "from whole echoes")
+    shutil.rmtree(folder / "again")
+    manifest, frame = folder / "out/manifest.json", folder / "out/frame_000000"
+    listed = json.loads(manifest.read_bytes())
+    listed["checksums"] = {k: v for k, v in listed["checksums"].items() if "echoes" not in k}
+    unlisted = json.dumps(listed).encode()
+    table, origin = (frame / "echoes.npy").read_bytes(), (frame / "echoes.json").read_bytes()
+    tree = json.loads(origin)
+    nan = table[:-8] + struct.pack("<d", math.nan)
+    huge = table[:-8] + struct.pack("<d", 1e300)
+    cases = [
+        ("echoes.npy", bad) for bad in (b"", table[:-8], table[:200], nan, huge, b"not npy", npy(), table.replace(b"<f8", b"<f4"))
+    ] + [
+        ("echoes.json", bad)
+        for bad in (b"", b"{}", b"[]", b"not json", origin[:-9], json.dumps({**tree, "version": 9}).encode(), json.dumps({**tree, "bounces": -1}).encode(),
+                    json.dumps({**tree, "origin": None}).encode(), b"[" * 100000)
+    ]
+    for name, bad in cases:
+        for text in (manifest.read_bytes(), unlisted):
+            kept = manifest.read_bytes()
+            manifest.write_bytes(text)
+            (frame / name).write_bytes(bad)
+            what = f"{name} of {len(bad)} bytes {bad[:20]!r}"
+            wrong += ends(run(program, again, folder), (2,), what)
+            if (folder / "again").exists():
+                wrong.append(f"{what}: left a result")
+            manifest.write_bytes(kept)
+        (frame / "echoes.npy").write_bytes(table)
+        (frame / "echoes.json").write_bytes(origin)
+    for text in (b"", b"{}", b"not json", b'{"radar": 3, "frames": [], "checksums": {}}'):
+        manifest.write_bytes(text)
+        wrong += ends(run(program, again, folder), (2,), f"a manifest of {len(text)} bytes")
     return wrong
 
 

@@ -1,7 +1,7 @@
 //! `echoes.npy` and `echoes.json` of a frame: all its echoes in full, with what they follow from. `simulate --from` and `dataset --from` make
 //! frames of another radar from them.
 
-use catseye::base::error::{BadInput, Error, Result};
+use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::input::{LARGEST_TEXT, read};
 use catseye::formats::npy::{self, Array};
 use catseye::simulate::kept::{KeptTrace, TraceOrigin};
@@ -236,7 +236,7 @@ pub fn assembled(
 ) -> Result<KeptTrace> {
     let bad = |problem: String| BadInput::new(problem).file(origin_path).remedy(AGAIN);
     let version: Versioned =
-        serde_json::from_slice(origin).map_err(|e| bad(format!("cannot be read: {e}")))?;
+        serde_json::from_slice(origin).map_err(|e| bad(format!("damaged: {}", json_in_words(&e))))?;
     if version.version != VERSION {
         return Err(bad("the echoes are of another version of catseye".into())
             .key("version")
@@ -244,7 +244,8 @@ pub fn assembled(
             .allowed(VERSION.to_string())
             .into());
     }
-    let kept: Kept = serde_json::from_slice(origin).map_err(|e| bad(format!("cannot be read: {e}")))?;
+    let kept: Kept =
+        serde_json::from_slice(origin).map_err(|e| bad(format!("damaged: {}", json_in_words(&e))))?;
     let width = width(kept.origin.settings.places);
     let rows = rows(width)?;
     let mut echoes = Echoes {

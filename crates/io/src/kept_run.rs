@@ -3,7 +3,7 @@
 use super::echo_file::{AGAIN, ORIGIN, TABLE, read_from};
 use super::files::frame_name;
 use super::manifest::{EchoSource, PerRadar};
-use catseye::base::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Result, json_in_words};
 use catseye::formats::input::{LARGEST_TEXT, read};
 use catseye::formats::stage::{MANIFEST, sha256_of_bytes, sha256_of_file};
 use catseye::scene::scenario::SitedScenario;
@@ -56,7 +56,7 @@ impl KeptRun {
         }
         let bytes = read(&path, "a run's manifest", LARGEST_TEXT)?;
         let run: RunManifest = serde_json::from_slice(&bytes).map_err(|e| {
-            BadInput::new(format!("is no run's manifest: {e}"))
+            BadInput::new(format!("is no run's manifest: {}", json_in_words(&e)))
                 .file(&path)
                 .remedy("give the folder that `catseye simulate` wrote")
         })?;
