@@ -217,7 +217,9 @@ def test_another_radar_listens_to_kept_echoes(recipe, engine, tmp_path):
     assert len(whole) == len(listened) > 0
     for a, b in zip(whole, listened):
         np.testing.assert_array_equal(a["adc"], b["adc"])
-        np.testing.assert_array_equal(a["points"], b["points"])
+        # Column by column, where what is not a number equals itself.
+        for name in a["points"].dtype.names:
+            np.testing.assert_array_equal(a["points"][name], b["points"][name])
     echoes = catseye.Dataset(tmp_path / "traced")[0]["echoes"]
     assert {"path_length_m", "gain_vv_re", "object_1", "bounces"} <= set(echoes.dtype.names)
     with pytest.raises(catseye.BadInput, match="keep.echoes"):
