@@ -1,7 +1,7 @@
 //! Frames from echoes that were traced before: another front end, array, waveform or seed listens to the same waves.
 
 use crate::base::convention::Convention;
-use crate::base::error::{BadInput, Result};
+use crate::base::error::{BadInput, Error, Result};
 use crate::base::frames::{Pose, Sensor, World};
 use crate::base::units::wavenumber;
 use crate::engine::{self, reach};
@@ -9,8 +9,9 @@ use crate::formats::stage::sha256_of_bytes;
 use crate::scene::Scene;
 use crate::scene::scenario::SitedScenario;
 use crate::trace::windows::lit_sides;
-use crate::trace::{Echo, Echoes, TraceOptions, merge};
+use crate::trace::{Echoes, TraceOptions, merge};
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// Echoes of a frame as they were traced, before any was left out, with what they follow from.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +22,8 @@ pub struct KeptTrace {
     pub triangles: usize,
     /// The echoes.
     pub echoes: Echoes,
+    /// File or folder that they were read from, for complaints; None for those of this run.
+    pub file: Option<PathBuf>,
 }
 
 /// Function that gives the kept trace of radar number `which` in frame `index`.
@@ -231,6 +234,15 @@ impl TraceOrigin {
                 .remedy(again)
                 .into());
         }
+        // They cannot be taken out again: ways over a plane are in a trace of one bounce, and count as more.
+        let most = a.bounces.max(a.most_bounces);
+        if most < followed {
+            return Err(no("trace.bounces", "the echoes were followed over more bounces")
+                .value(most)
+                .allowed(format!("{followed}, or trace.most_bounces of {followed} or more"))
+                .remedy(again)
+                .into());
+        }
         if a.convention != s.convention {
             return Err(no("trace.convention", "the echoes follow another convention")
                 .value(format!("{:?}", a.convention).to_lowercase())
@@ -284,16 +296,13 @@ pub(super) fn recalled(
     of: Of<'_>,
     options: &TraceOptions,
 ) -> Result<KeptTrace> {
-    let KeptTrace { origin, triangles, mut echoes } = kept;
+    let KeptTrace { origin, triangles, mut echoes, file } = kept;
+    let named = |e: Error| match &file {
+        Some(file) => e.in_file(file),
+        None => e,
+    };
     let asked = TraceOrigin::new(scenario, digests, of, options, origin.path_rate_mps);
-    origin.serve(&asked, echoes.bounces)?;
-    let most = options.bounces.max(options.most_bounces);
-    if echoes.bounces > most {
-        // What deeper bounces bring is known, and no longer an estimate.
-        let (list, deeper): (Vec<Echo>, Vec<Echo>) =
-            std::mem::take(&mut echoes.list).into_iter().partition(|r| usize::from(r.bounces) <= most);
-        (echoes.list, echoes.cut, echoes.bounces) = (list, deeper, most);
-    }
+    origin.serve(&asked, echoes.bounces).map_err(named)?;
     if options.merge && !origin.settings.merge {
         echoes.merged = merge::merge(&mut echoes.list, wavenumber(origin.carrier_hz), 0.5 * origin.frame_s);
     }
@@ -302,13 +311,13 @@ pub(super) fn recalled(
         engine::reckon_powers(&scenario.radars[of.which], options, &mut echoes);
         // Later frames go as deep as the first.
         if of.index == 0 && !engine::is_deep_enough(options, &echoes) {
-            return Err(BadInput::new("for this radar one bounce more would show, which was not traced")
+            let bad = BadInput::new("for this radar one bounce more would show, which was not traced")
                 .key("trace.bounces")
                 .value(echoes.bounces)
                 .allowed(format!("up to {} of the scenario", options.most_bounces))
-                .remedy("write trace.bounces = N, trace deeper, or leave out --from")
-                .into());
+                .remedy("write trace.bounces = N, trace deeper, or leave out --from");
+            return Err(named(bad.into()));
         }
     }
-    Ok(KeptTrace { origin, triangles, echoes })
+    Ok(KeptTrace { origin, triangles, echoes, file: None })
 }

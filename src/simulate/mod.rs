@@ -416,7 +416,8 @@ impl<'a> Prepared<'a> {
 
     fn heard(&self, engine: &Engine, which: usize, index: u32, budget: Budget) -> Result<Heard> {
         if let Some(recall) = &self.recall {
-            return self.recalled(recall(which, index)?, which, index, budget);
+            let clock = Clock::start();
+            return self.recalled(recall(which, index)?, which, index, budget, clock);
         }
         let posed = self.posed(engine, which, index, budget)?;
         let mut clock = Clock::start();
@@ -425,9 +426,15 @@ impl<'a> Prepared<'a> {
         Ok(self.trimmed(&posed, echoes, budget, clock.lap()))
     }
 
-    /// What is heard of echoes that were traced before.
-    fn recalled(&self, kept: KeptTrace, which: usize, index: u32, budget: Budget) -> Result<Heard> {
-        let mut clock = Clock::start();
+    /// What is heard of echoes that were traced before; the clock ran while they were read.
+    fn recalled(
+        &self,
+        kept: KeptTrace,
+        which: usize,
+        index: u32,
+        budget: Budget,
+        mut clock: Clock,
+    ) -> Result<Heard> {
         let options = trace_options(self.scenario, which, index)?;
         let radar = &self.scenario.radars[which];
         let time_s = self.scenario.frames.time_s(index);
@@ -485,7 +492,7 @@ impl<'a> Prepared<'a> {
             let rate = reach::fastest_path_mps(posed.geometry.get(), posed.velocity_mps, echoes.bounces);
             let of = Of { which: posed.which, index: posed.index, pose: &posed.pose };
             let origin = TraceOrigin::new(self.scenario, self.digests(), of, &posed.options, rate);
-            KeptTrace { origin, triangles, echoes: echoes.clone() }
+            KeptTrace { origin, triangles, echoes: echoes.clone(), file: None }
         });
         trim(posed.radar, &mut echoes, budget);
         Heard {

@@ -271,7 +271,7 @@ pub fn assembled(
         })?;
         if is_cut { &mut echoes.cut } else { &mut echoes.list }.push(echo);
     }
-    Ok(KeptTrace { origin: kept.origin, triangles: kept.triangles, echoes })
+    Ok(KeptTrace { origin: kept.origin, triangles: kept.triangles, echoes, file: Some(origin_path.into()) })
 }
 
 /// Remedy for files that are damaged or of another version.

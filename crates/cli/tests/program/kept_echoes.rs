@@ -143,13 +143,15 @@ fn what_kept_echoes_do_not_hold_is_refused() {
         (as_it_is, ("count = 2", "count = 3"), ["frames.count", "fewer frames"]),
         (as_it_is, ("[trace]", "[weather]\nrain_mm_per_h = 4\n[trace]"), ["weather", "another weather"]),
         (as_it_is, ("[trace]", "[trace]\nbounces = 7"), ["trace.bounces", "fewer bounces"]),
+        (as_it_is, ("[trace]", "[trace]\nbounces = 1"), ["trace.bounces", "more bounces"]),
         (as_it_is, ("[trace]", "[trace]\nconvention = \"last\""), ["trace.convention", "every"]),
         (as_it_is, ("[trace]", "[trace]\naccuracy_db = 0.1"), ["trace.accuracy_db", "less finely"]),
         (as_it_is, ("[trace]", "[trace]\nexact = true"), ["trace.exact", "added up"]),
         (as_it_is, ("rays = 2000", "rays = 3000"), ["trace.rays", "less finely"]),
     ] {
         let name = write(d, "asked", &[radar], &[scenario]);
-        refused(d, &["simulate", &name, "--from", "run", "-o", "no"], &parts);
+        let e = refused(d, &["simulate", &name, "--from", "run", "-o", "no"], &parts);
+        assert!(e.contains("error: run"), "{e}");
         assert!(!d.join("no").exists(), "{parts:?}");
     }
     refused(d, &["simulate", &first, "--from", "missing", "-o", "no"], &["missing", "is no run"]);
