@@ -228,18 +228,29 @@ fn recipes_are_checked_first_and_can_be_mended() {
 #[test]
 fn interruptions_say_how_to_go_on() {
     let dir = place();
-    let interrupt = |child: Child, signal: &str| -> String {
+    let interrupt = |child: Child, signal: &str| -> Option<String> {
         let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
         let out = child.wait_with_output().unwrap();
         assert!(sent.success());
-        assert_eq!(out.status.code(), Some(130), "{}", text(&out.stderr));
-        text(&out.stderr)
+        match out.status.code() {
+            Some(0) => None,
+            code => {
+                assert_eq!(code, Some(130), "{}", text(&out.stderr));
+                Some(text(&out.stderr))
+            }
+        }
     };
-    let child = start(dir.path(), &["dataset", "r.toml", "-o", "d", "--device", "cpu", "--jobs", "1"]);
-    while markers(&dir.path().join("d")) < 2 {
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    let said = interrupt(child, "-INT");
+    // On a busy machine a run may be over before the signal reaches it; such a run is no trial.
+    let trial = || {
+        let _ = fs::remove_dir_all(dir.path().join("d"));
+        let args = ["dataset", "r.toml", "-o", "d", "--device", "cpu", "--jobs", "1"];
+        let mut child = start(dir.path(), &args);
+        while markers(&dir.path().join("d")) < 2 && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        interrupt(child, "-INT")
+    };
+    let said = (0..50).find_map(|_| trial()).expect("every run was over before it could be interrupted");
     let line = said.lines().find(|l| l.starts_with("interrupted: ")).unwrap();
     assert!(line.ends_with(" of 36 frames are complete; the same command goes on"), "{line}");
     let frames: usize = line["interrupted: ".len()..].split(' ').next().unwrap().parse().unwrap();
@@ -250,7 +261,7 @@ fn interruptions_say_how_to_go_on() {
 
     let child = start(dir.path(), &["validate", "--device", "cpu"]);
     std::thread::sleep(Duration::from_secs(1));
-    let said = interrupt(child, "-TERM");
+    let said = interrupt(child, "-TERM").expect("it was over before it could be interrupted");
     assert!(said.contains("nothing is kept; the same command begins anew"), "{said}");
 }
 
@@ -421,10 +432,11 @@ fn a_failed_write_loses_nothing() {
     let said = text(&out.stderr);
     assert_eq!(out.status.code(), Some(1), "{said}");
     let line = said.lines().find(|l| l.starts_with("error:")).unwrap();
-    // Those before it, and one behind it that was in work when it failed.
+    // Those of the first command, and those that were in work when it failed.
     let complete = markers(&dir.path().join("d"));
     let told = format!("{complete} of 18 shards are complete");
-    assert!((6..=7).contains(&complete), "{line}");
+    assert!((4..18).contains(&complete), "{line}");
+    assert!(!dir.path().join("d/shards/000006.json").exists(), "{line}");
     assert!(line.contains(".frame_000013.partial") && line.contains(&told), "{line}");
     fs::remove_file(dir.path().join("d/.frame_000013.partial")).unwrap();
     make(dir.path(), "d", &[]);
