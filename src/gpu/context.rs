@@ -207,10 +207,14 @@ impl Gpu {
             max_compute_invocations_per_workgroup: everywhere.max_compute_invocations_per_workgroup,
             ..adapter.limits()
         };
+        let mut wanted = wgpu::Features::TIMESTAMP_QUERY;
+        if adapter.get_info().backend == wgpu::Backend::Vulkan {
+            wanted |= wgpu::Features::PASSTHROUGH_SHADERS;
+        }
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("catseye"),
             // It costs nothing where no query is made.
-            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+            required_features: adapter.features() & wanted,
             required_limits: limits.clone(),
             experimental_features: wgpu::ExperimentalFeatures::disabled(),
             memory_hints: wgpu::MemoryHints::Performance,
@@ -340,7 +344,8 @@ impl Gpu {
         if let Some(p) = pipelines.get(kernel.stem) {
             return Ok(Arc::clone(p));
         }
-        let built = Arc::new(self.scoped(kernel.stem, || build_pipeline(&self.device, kernel))?);
+        let built = self.scoped(kernel.stem, || build_pipeline(&self.device, kernel))?;
+        let built = Arc::new(built.map_err(|problem| self.error(kernel.stem, problem))?);
         pipelines.insert(kernel.stem, Arc::clone(&built));
         Ok(built)
     }

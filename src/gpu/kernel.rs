@@ -1,5 +1,6 @@
 //! One row per shader, and the pipeline built from it.
 
+use super::spirv;
 use wgpu::{BindGroupLayoutEntry, BindingType, BufferBindingType, ShaderStages};
 
 /// How a kernel uses a storage buffer.
@@ -64,7 +65,7 @@ pub(super) struct Pipeline {
 
 /// Builds the pipeline. To be called inside error scopes. The layout is explicit because an automatic
 /// one leaves out bindings that the shader does not use.
-pub(super) fn build_pipeline(device: &wgpu::Device, kernel: &Kernel) -> Pipeline {
+pub(super) fn build_pipeline(device: &wgpu::Device, kernel: &Kernel) -> Result<Pipeline, String> {
     let buffer = |binding: u32, ty: BufferBindingType| BindGroupLayoutEntry {
         binding,
         visibility: ShaderStages::COMPUTE,
@@ -79,10 +80,7 @@ pub(super) fn build_pipeline(device: &wgpu::Device, kernel: &Kernel) -> Pipeline
     let label = Some(kernel.stem);
     let layout =
         device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label,
-        source: wgpu::ShaderSource::Wgsl(kernel.source().into()),
-    });
+    let module = module(device, kernel)?;
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label,
         bind_group_layouts: &[Some(&layout)],
@@ -96,5 +94,29 @@ pub(super) fn build_pipeline(device: &wgpu::Device, kernel: &Kernel) -> Pipeline
         compilation_options: Default::default(),
         cache: None,
     });
-    Pipeline { pipeline, layout }
+    Ok(Pipeline { pipeline, layout })
+}
+
+/// The compiled shader. Where beams are cut, no operations are joined if the device can be told so (see [`spirv`](super::spirv)).
+#[allow(unsafe_code)] // what passes by wgpu's tools is not validated by them
+fn module(device: &wgpu::Device, kernel: &Kernel) -> Result<wgpu::ShaderModule, String> {
+    let label = Some(kernel.stem);
+    let cuts_beams = ["trace/", "rcs/"].iter().any(|room| kernel.stem.starts_with(room));
+    if !cuts_beams || !device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS) {
+        return Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label,
+            source: wgpu::ShaderSource::Wgsl(kernel.source().into()),
+        }));
+    }
+    let words = spirv::uncontracted(kernel)?;
+    let (name, [x, y, z]) = ("main".into(), kernel.workgroup);
+    let entry_points = [wgpu::PassthroughShaderEntryPoint { name, workgroup_size: (x, y, z) }];
+    let described = wgpu::ShaderModuleDescriptorPassthrough {
+        label,
+        entry_points: entry_points.as_slice().into(),
+        spirv: Some(words.into()),
+        ..Default::default()
+    };
+    // SAFETY: naga wrote the words for a module that it validated, with checks of all indices; only decorations were added.
+    Ok(unsafe { device.create_shader_module_passthrough(described) })
 }

@@ -14,6 +14,7 @@ pub mod numbers;
 pub mod profile;
 pub mod recorder;
 pub mod selftest;
+mod spirv;
 mod validation;
 
 pub use crate::gpu_struct;

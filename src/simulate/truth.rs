@@ -160,7 +160,7 @@ impl Truth {
             },
             boxes: truth_boxes(scene, frame.time_s),
             actors: actors.collect(),
-            lanes: road.map_or_else(Vec::new, |r| lanes_near(r, at, REACH_M)),
+            lanes: lanes_of(frame, road),
             lane_lines: road.map_or_else(Vec::new, |r| lines_near(r, at, REACH_M)),
             ego_lane: road.and_then(|r| lane_at(r, ego.translation_m, ahead(ego.rotation))),
             free_space: road
@@ -168,6 +168,11 @@ impl Truth {
             markers: markers(scene, frame.time_s, road),
         }
     }
+}
+
+/// The lanes around a frame's radar.
+pub fn lanes_of(frame: &Frame, road: Option<&RoadTruth>) -> Vec<LaneTruth> {
+    road.map_or_else(Vec::new, |r| lanes_near(r, frame.pose.translation_m.truncate(), REACH_M))
 }
 
 fn markers(scene: &Scene, time_s: f64, road: Option<&RoadTruth>) -> Vec<MarkerTruth> {

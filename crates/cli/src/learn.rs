@@ -5,7 +5,7 @@ use catseye::base::error::Result;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
-/// Train a network on runs with masks, score it, or let it predict (needs a build with `--features learn`)
+/// Train a network on runs or datasets with masks, score it, or let it predict (needs a build with `--features learn`)
 #[derive(Debug, Args)]
 pub struct Learn {
     #[command(subcommand)]
@@ -22,11 +22,11 @@ pub enum What {
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
-    /// Score a trained network on runs with masks: precision, recall and F1 of each class
+    /// Score a trained network on runs or datasets with masks: precision, recall and F1 of each class
     Eval {
         /// Folder that `catseye learn train` wrote
         dir: PathBuf,
-        /// Folders that `catseye simulate` wrote
+        /// Folders that `catseye simulate` or `catseye dataset` wrote
         #[arg(required = true, value_name = "RUN")]
         runs: Vec<PathBuf>,
     },
@@ -34,7 +34,7 @@ pub enum What {
     Predict {
         /// Folder that `catseye learn train` wrote
         dir: PathBuf,
-        /// Folder that `catseye simulate` wrote; masks are not looked at
+        /// Folder that `catseye simulate` or `catseye dataset` wrote; masks are not looked at
         run: PathBuf,
         /// Array to write (.npy), uint8 by frame, row and column
         #[arg(short, long, value_name = "FILE")]
@@ -73,8 +73,8 @@ mod with_networks {
     use catseye::formats::check_extension;
     use catseye_learn::Device;
     use catseye_learn::config::Config;
-    use catseye_learn::model::Model;
-    use catseye_learn::score::{Confusion, figure};
+    use catseye_learn::model::{Judged, Model};
+    use catseye_learn::score::figure;
     use catseye_learn::train::EpochRow;
     use std::path::{Path, PathBuf};
 
@@ -124,19 +124,26 @@ mod with_networks {
     }
 
     pub fn eval(global: &Global, dir: &Path, runs: &[PathBuf], device: &Device) -> Result<()> {
-        let found = Model::load(dir, device)?.evaluate(runs)?;
-        let rows: Vec<serde_json::Value> = (0..found.classes().len()).map(|k| row(&found, k)).collect();
+        let judged = Model::load(dir, device)?.evaluate(runs)?;
+        let found = &judged.confusion;
+        let rows: Vec<serde_json::Value> = (0..found.classes().len()).map(|k| row(&judged, k)).collect();
         global.answer(&serde_json::json!({ "mean_f1": found.mean_f1(), "classes": rows }), || {
             let line = |k: usize| {
                 let [p, r, f] = [found.precision(k), found.recall(k), found.f1(k)].map(figure);
-                format!("{:12} precision {p}, recall {r}, F1 {f}", found.classes()[k])
+                let average = figure(judged.curves.average_precision(k));
+                format!(
+                    "{:12} precision {p}, recall {r}, F1 {f}, average precision {average}",
+                    found.classes()[k]
+                )
             };
             (0..found.classes().len()).map(line).collect::<Vec<_>>().join("\n")
         })
     }
 
-    fn row(found: &Confusion, k: usize) -> serde_json::Value {
+    fn row(judged: &Judged, k: usize) -> serde_json::Value {
+        let found = &judged.confusion;
         serde_json::json!({
+            "average_precision": judged.curves.average_precision(k),
             "class": found.classes()[k],
             "precision": found.precision(k),
             "recall": found.recall(k),

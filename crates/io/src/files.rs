@@ -12,7 +12,8 @@ use catseye::dsp::{PowerMap, RangeDoppler};
 use catseye::engine::{AnyCube, Engine};
 use catseye::formats::npy;
 use catseye::road::labels::RoadTruth;
-use catseye::road::mask::{self, Grid};
+use catseye::road::mask::{self, CellClass, Grid};
+use catseye::road::near::LaneTruth;
 use catseye::scene::Scene;
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Output;
@@ -108,6 +109,29 @@ pub fn write_point_file(dir: &Path, points: &[Point]) -> Result<()> {
     Ok(())
 }
 
+/// What lies in the cells of a grid before a radar, and what its points tell of them.
+pub struct FrameMask {
+    /// `road` or `markers`.
+    pub name: &'static str,
+    /// The cells.
+    pub grid: Grid,
+    /// Numbers of [`CellClass`](mask::CellClass), `[row, column]`.
+    pub classes: Vec<u8>,
+    /// The frame's points in the order of [`PointGrid::planes`], `[plane, row, column]`.
+    pub points: Vec<f32>,
+}
+
+/// The two grids of a frame; `lanes` as [`Truth`] has them.
+pub fn masks(scene: &Scene, frame: &Frame, lanes: &[LaneTruth]) -> [FrameMask; 2] {
+    let of = |name, grid, shown: &[CellClass]| FrameMask {
+        name,
+        grid,
+        classes: mask::mask(&grid, scene, frame.time_s, &frame.pose, lanes, shown),
+        points: PointGrid::new(grid, &frame.points, &frame.pose).planes(),
+    };
+    [of("road", Grid::ROAD, &mask::ROAD_CLASSES), of("markers", Grid::MARKERS, &mask::MARKER_CLASSES)]
+}
+
 /// Writes `mask_road.npy` and `mask_markers.npy`: uint8 `[row, column]`, the classes of
 /// [`CellClass`](mask::CellClass) on the grids that [`Grid`] describes; and `grid_road.npy` and
 /// `grid_markers.npy`: float32 `[plane, row, column]`, the frame's points on the same grids in the order of
@@ -116,13 +140,9 @@ pub fn write_point_file(dir: &Path, points: &[Point]) -> Result<()> {
 /// # Errors
 /// Returns an error if a file cannot be written.
 pub fn write_masks(dir: &Path, scene: &Scene, frame: &Frame, truth: &Truth) -> Result<()> {
-    for (name, grid, classes) in
-        [("road", Grid::ROAD, &mask::ROAD_CLASSES), ("markers", Grid::MARKERS, &mask::MARKER_CLASSES)]
-    {
-        let cells = mask::mask(&grid, scene, frame.time_s, &frame.pose, &truth.lanes, classes);
-        npy::write(dir.join(format!("mask_{name}.npy")), &[grid.rows, grid.columns], &cells)?;
-        let planes = PointGrid::new(grid, &frame.points, &frame.pose).planes();
-        npy::write(dir.join(format!("grid_{name}.npy")), &[4, grid.rows, grid.columns], &planes)?;
+    for FrameMask { name, grid, classes, points } in masks(scene, frame, &truth.lanes) {
+        npy::write(dir.join(format!("mask_{name}.npy")), &[grid.rows, grid.columns], &classes)?;
+        npy::write(dir.join(format!("grid_{name}.npy")), &[4, grid.rows, grid.columns], &points)?;
     }
     Ok(())
 }

@@ -141,11 +141,23 @@ pub struct Keep {
     pub echoes: bool,
     /// Whether boxes, lanes, lines and markers are kept; default true.
     pub truth: bool,
+    /// Whether the points on the grids before the radar and the class of each cell are kept, as networks learn from them; default
+    /// false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub masks: bool,
 }
 
 impl Default for Keep {
     fn default() -> Self {
-        Keep { adc: false, range_doppler: true, points: true, returns: false, echoes: false, truth: true }
+        Keep {
+            adc: false,
+            range_doppler: true,
+            points: true,
+            returns: false,
+            echoes: false,
+            truth: true,
+            masks: false,
+        }
     }
 }
 
@@ -233,12 +245,13 @@ impl Recipe {
             || file.keep.points
             || file.keep.returns
             || file.keep.echoes
-            || file.keep.truth)
+            || file.keep.truth
+            || file.keep.masks)
         {
             return Err(BadInput::new("nothing is kept")
                 .file(path)
                 .key("keep")
-                .allowed("at least one of adc, range_doppler, points, returns, echoes, truth")
+                .allowed("at least one of adc, range_doppler, points, returns, echoes, truth, masks")
                 .into());
         }
         let seed = seed.unwrap_or(file.seed.value);

@@ -2,6 +2,7 @@
 
 use super::drawn_scene::DrawnScene;
 use super::echo_file::{self, ECHOES, TRACES};
+use super::files::{FrameMask, masks};
 use super::manifest::Axes;
 use super::recipe::{Keep, Recipe};
 use super::store::{Array, ArraySpec, Column, ColumnSpec, Data, Record, Table, TableSpec};
@@ -9,19 +10,23 @@ use catseye::base::error::Result;
 use catseye::detect::columns;
 use catseye::formats::column::{self, Get};
 use catseye::road::labels::Polyline;
+use catseye::road::mask::CellClass;
 use catseye::road::truth_boxes;
 use catseye::scene::radar::Radar;
 use catseye::simulate::Frame;
-use catseye::simulate::truth::{Visibility, visibility};
+use catseye::simulate::truth::{Visibility, lanes_of, visibility};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Largest distance from the ego vehicle at which lanes, lines and markers are kept, m.
 pub const TRUTH_RANGE_M: f64 = 150.0;
+/// How the names of arrays begin that hold the class of each cell of a grid, and those that hold its points.
+const MASK: &str = "mask";
+const GRID: &str = "grid";
 
 /// Makes the record of frame `frame` of the dataset from one frame of all radars.
 ///
-/// Arrays are named `adc` and `range_doppler`, with `_1` and so on for more ramps, and with the radar's name
+/// Arrays are named `adc`, `range_doppler`, `grid_road`, `mask_road`, `grid_markers` and `mask_markers`, with `_1` and so on for more ramps, and with the radar's name
 /// where there are several.
 ///
 /// # Errors
@@ -89,6 +94,26 @@ fn arrays_of(keep: Keep, site: &DrawnScene, f: &mut Frame, arrays: &mut Vec<Arra
             data: Data::C32(cube.data),
             unit: "sqrt(W)".into(),
         });
+    }
+    if keep.masks {
+        let lanes = lanes_of(f, site.road.as_ref());
+        for FrameMask { name, grid, classes, points } in masks(&site.scene, f, &lanes) {
+            let cells = [grid.rows, grid.columns];
+            arrays.push(Array {
+                name: array_name(&format!("{GRID}_{name}"), site, radar),
+                dims: dims(&["plane", "row", "column"]),
+                shape: [&[4], &cells[..]].concat(),
+                data: Data::F32(points),
+                unit: String::new(),
+            });
+            arrays.push(Array {
+                name: array_name(&format!("{MASK}_{name}"), site, radar),
+                dims: dims(&["row", "column"]),
+                shape: cells.to_vec(),
+                data: Data::U8(classes),
+                unit: String::new(),
+            });
+        }
     }
     Ok(())
 }
@@ -408,10 +433,18 @@ fn truth_tables(site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
 /// The layout's description of an array.
 pub fn array_spec(array: &Array) -> ArraySpec {
     let mut spec = array.spec();
-    spec.about = match spec.name.as_bytes().first() {
-        Some(b'a') => {
+    let of = |base: &str| spec.name.starts_with(base);
+    spec.about = match () {
+        _ if of("adc") => {
             "samples as the receiver's converter delivers them; chirps count loops of all transmitters".into()
         }
+        _ if of(MASK) => {
+            let names = CellClass::ALL.map(|c| format!("{} {}", c as u8, c.name())).join(", ");
+            format!("class of each cell seen from above: {names}; row 0 at the radar, column 0 farthest left")
+        }
+        _ if of(GRID) => "points in the cells of the mask: their number, amplitude over the scan's largest, mean range in m and \
+                          mean azimuth in rad"
+            .into(),
         _ => "power, mean over channels; zero range rate in the middle row; axes in table radars".into(),
     };
     spec

@@ -1,5 +1,6 @@
 //! A training as its TOML file says it.
 
+use crate::augment::Augment;
 use crate::data::{Classes, GridKind, Input, Split};
 use crate::segnet::Shape;
 use catseye::base::error::{Error, Result};
@@ -69,6 +70,8 @@ pub struct Training {
     /// Classes are weighted with their share of cells to the power of minus this, 0 to 1: 0 weighs all cells the same, 1 all classes.
     #[serde(default = "balance")]
     pub balance: At<f64>,
+    /// How pictures are moved before they are learned.
+    pub augment: Option<At<Augment>>,
 }
 
 /// The table `[data]`.
@@ -77,7 +80,7 @@ pub struct Training {
 pub struct Data {
     /// Which grid is learned.
     pub grid: GridKind,
-    /// Folders of runs, relative to that of the file; once read, as they can be opened.
+    /// Folders of runs and datasets, relative to that of the file; once read, as they can be opened.
     pub runs: Vec<At<String>>,
     /// So many rows and columns become one.
     #[serde(default = "one")]
@@ -147,6 +150,13 @@ impl Config {
         within(doc, &t.patience, 1..=100_000)?;
         within(doc, &t.rate, 1e-8..=1.0)?;
         within(doc, &t.balance, 0.0..=1.0)?;
+        if let Some(a) = &t.augment
+            && let Some((key, value, allowed)) = a.value.wrong(n.input)
+        {
+            let mut bad = doc.bad(&a.span, format!("training.augment.{key} cannot be used"));
+            bad.value = Some(format!("{key} = {value}"));
+            return Err(bad.allowed(allowed).remedy("change it or take it out").into());
+        }
         within(doc, &d.scale, 1..=64)?;
         within(doc, &d.block_frames, 1..=100_000)?;
         self.classes().map(|_| ()).map_err(|e| match e {

@@ -9,14 +9,15 @@
 //! }
 //! ```
 
-use catseye::base::error::{BadInput, Error, Result, nearest};
+use crate::augment::Move;
+use crate::source::{Source, sources};
+use catseye::base::error::{BadInput, Result, nearest};
 use catseye::base::rng::Draws;
 use catseye::detect::grid::PointGrid;
-use catseye::formats::npy;
 use catseye::road::mask::{CellClass, Grid};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Which planes of a grid a network sees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -70,6 +71,45 @@ impl GridKind {
     }
 }
 
+/// What the points of a scan tell of one cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScanCell {
+    /// Place of the cell in the grid, `[row, column]`.
+    pub cell: u32,
+    /// Number of points.
+    pub count: f32,
+    /// The largest amplitude over that of the scan, 0 to 1.
+    pub amplitude: f32,
+    /// Mean range, m.
+    pub range_m: f32,
+    /// Mean azimuth, rad.
+    pub azimuth_rad: f32,
+}
+
+/// The cells of a grid that hold points, in their order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scan {
+    /// The grid.
+    pub grid: Grid,
+    /// Cells with points.
+    pub cells: Vec<ScanCell>,
+}
+
+impl Scan {
+    /// The cells with points of a grid.
+    pub fn new(points: &PointGrid) -> Scan {
+        let of = |cell: usize| ScanCell {
+            cell: cell as u32,
+            count: points.count[cell],
+            amplitude: points.amplitude[cell],
+            range_m: points.range_m[cell],
+            azimuth_rad: points.azimuth_rad[cell],
+        };
+        let held = (0..points.grid.cells()).filter(|c| points.count[*c] != 0.0);
+        Scan { grid: points.grid, cells: held.map(of).collect() }
+    }
+}
+
 /// What a network sees of one frame, `[plane, row, column]`, each value from -1 to 1. It is made of measured points alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Features {
@@ -83,19 +123,19 @@ impl Features {
     /// The features of a scan: squares of `scale` x `scale` cells are one cell, in which counts add up, the largest amplitude stays and
     /// ranges and azimuths are means over points. Counts n become n/(n + 1), ranges a share of the grid's farthest corner, azimuths
     /// a share of a quarter turn.
-    pub fn new(input: Input, points: &PointGrid, scale: usize) -> Features {
-        let g = &points.grid;
+    pub fn new(input: Input, scan: &Scan, scale: usize) -> Features {
+        let g = &scan.grid;
         let (rows, columns) = (g.rows.div_ceil(scale), g.columns.div_ceil(scale));
         let zero = vec![0f64; rows * columns];
         let [mut count, mut amplitude, mut range, mut azimuth] =
             [zero.clone(), zero.clone(), zero.clone(), zero];
-        for cell in 0..g.cells() {
-            let n = f64::from(points.count[cell]);
+        for c in &scan.cells {
+            let (cell, n) = (c.cell as usize, f64::from(c.count));
             let at = (cell / g.columns / scale) * columns + cell % g.columns / scale;
             count[at] += n;
-            amplitude[at] = amplitude[at].max(points.amplitude[cell].into());
-            range[at] += n * f64::from(points.range_m[cell]);
-            azimuth[at] += n * f64::from(points.azimuth_rad[cell]);
+            amplitude[at] = amplitude[at].max(c.amplitude.into());
+            range[at] += n * f64::from(c.range_m);
+            azimuth[at] += n * f64::from(c.azimuth_rad);
         }
         let farthest_m = g.ahead_m.hypot(0.5 * g.across_m);
         let full = |n: &f64| n / (n + 1.0);
@@ -115,27 +155,6 @@ impl Features {
         };
         let values = planes.iter().flatten().map(|v| v.clamp(-1.0, 1.0) as f32).collect();
         Features { values, planes: input.planes(), rows, columns }
-    }
-
-    /// Reads the grid that a simulation wrote into a frame's folder.
-    ///
-    /// # Errors
-    /// Returns `BadInput` if the file is missing, holds a grid of another size, or a value that is not finite.
-    pub fn read(frame: &Path, kind: GridKind, input: Input, scale: usize) -> Result<Features> {
-        let grid = kind.grid();
-        let path = frame.join(format!("grid_{}.npy", kind.name()));
-        let array = npy::read_f32(&path)?;
-        check_shape(&path, &array.shape, &[4, grid.rows, grid.columns])?;
-        npy::check_finite(&path, &array, f32::is_finite)?;
-        let plane = |k: usize| array.data[k * grid.cells()..(k + 1) * grid.cells()].to_vec();
-        let points = PointGrid {
-            grid,
-            count: plane(0),
-            amplitude: plane(1),
-            range_m: plane(2),
-            azimuth_rad: plane(3),
-        };
-        Ok(Features::new(input, &points, scale))
     }
 
     /// All values, `[plane, row, column]`.
@@ -218,40 +237,31 @@ impl Labels {
             let bad = BadInput::new("is a mask of another size").value(mask.len());
             return Err(bad.allowed(format!("{} cells", grid.cells())).into());
         }
-        if let Some(wrong) = mask.iter().find(|c| usize::from(**c) >= CellClass::ALL.len()) {
-            let bad = BadInput::new("is the number of no class").key("class").value(wrong);
-            let remedy = "simulate again with this version";
-            return Err(bad.allowed(format!("0 to {}", CellClass::ALL.len() - 1)).remedy(remedy).into());
-        }
+        check_classes(mask)?;
+        Ok(Labels::of(classes, grid, mask, scale))
+    }
+
+    /// The labels of a mask that was checked.
+    fn of(classes: &Classes, grid: &Grid, mask: &[u8], scale: usize) -> Labels {
         let (rows, columns) = (grid.rows.div_ceil(scale), grid.columns.div_ceil(scale));
         let mut tallies = vec![[0u32; CellClass::ALL.len()]; rows * columns];
         for (cell, class) in mask.iter().enumerate() {
             tallies[(cell / grid.columns / scale) * columns + cell % grid.columns / scale]
                 [usize::from(*class)] += 1;
         }
-        let places = tallies.iter().map(|t| classes.place(class_of(t))).collect();
-        Ok(Labels { places })
-    }
-
-    /// Reads the mask that a simulation wrote into a frame's folder.
-    ///
-    /// # Errors
-    /// Returns `BadInput` if the file is missing, or holds a grid of another size or a number of no class.
-    pub fn read(frame: &Path, kind: GridKind, classes: &Classes, scale: usize) -> Result<Labels> {
-        let grid = kind.grid();
-        let path = frame.join(format!("mask_{}.npy", kind.name()));
-        if !path.exists() {
-            return Err(without_masks(&path).into());
-        }
-        let array = npy::read::<u8>(&path)?;
-        check_shape(&path, &array.shape, &[grid.rows, grid.columns])?;
-        Labels::new(classes, &grid, &array.data, scale).map_err(|e| e.in_file(&path))
+        Labels { places: tallies.iter().map(|t| classes.place(class_of(t))).collect() }
     }
 
     /// Places of the cells' classes in the list, `[row, column]`.
     pub fn places(&self) -> &[u8] {
         &self.places
     }
+}
+
+fn check_classes(mask: &[u8]) -> std::result::Result<(), BadInput> {
+    let Some(wrong) = mask.iter().find(|c| usize::from(**c) >= CellClass::ALL.len()) else { return Ok(()) };
+    let bad = BadInput::new("is the number of no class").key("class").value(wrong);
+    Err(bad.allowed(format!("0 to {}", CellClass::ALL.len() - 1)).remedy("simulate again with this version"))
 }
 
 /// The class of a square of cells, from how many of each class it holds.
@@ -265,108 +275,70 @@ fn class_of(tally: &[u32; CellClass::ALL.len()]) -> CellClass {
     wide.into_iter().max_by_key(|c| tally[*c as usize]).unwrap_or(CellClass::Undefined)
 }
 
-fn check_shape(path: &Path, found: &[usize], wanted: &[usize]) -> Result<()> {
-    if found == wanted {
-        return Ok(());
-    }
-    let bad = BadInput::new("is a grid of another size").file(path).key("shape").value(format!("{found:?}"));
-    Err(bad.allowed(format!("{wanted:?}")).remedy("give a run that this version of catseye simulated").into())
-}
-
-fn without_masks(path: &Path) -> BadInput {
-    let bad = BadInput::new("the run has no masks").file(path).key("masks").value("false").allowed("true");
-    bad.remedy("put masks = true under [output] of the scenario and simulate it again")
-}
-
 /// One frame of one radar.
 #[derive(Debug, Clone)]
 pub struct Example {
-    /// Place of the run in the list of runs.
-    pub run: usize,
+    /// Number of its scene.
+    pub scene: usize,
+    /// Which set its dataset puts it into; None in a run.
+    pub split: Option<String>,
     /// What the radar measured.
-    pub features: Features,
-    /// What the simulation knows.
-    pub labels: Labels,
+    scan: Scan,
+    /// What the simulation knows: the number of each cell's class.
+    mask: Vec<u8>,
 }
 
-/// The folders of a run that hold grids of this kind: one for each frame and radar, in order.
+impl Example {
+    /// Reads a frame with its mask.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Source::points`] and [`Source::mask`], and `BadInput` for a number of no class.
+    pub fn read(source: &Source, kind: GridKind) -> Result<Example> {
+        let scan = Scan::new(&source.points(kind)?);
+        let (mask, path) = source.mask(kind)?;
+        check_classes(&mask).map_err(|e| e.file(path))?;
+        Ok(Example { scene: source.scene, split: source.split.clone(), scan, mask })
+    }
+
+    /// What a network sees of it, moved.
+    pub fn features(&self, input: Input, scale: usize, moved: &Move) -> Features {
+        Features::new(input, &moved.scan(&self.scan), scale)
+    }
+
+    /// What it is judged by, moved in the same way.
+    pub fn labels(&self, classes: &Classes, scale: usize, moved: &Move) -> Labels {
+        let mask = moved.mask(&self.scan.grid, &self.mask);
+        Labels::of(classes, &self.scan.grid, &mask, scale)
+    }
+}
+
+/// Reads all frames of some folders of runs and datasets.
 ///
 /// # Errors
-/// Returns `BadInput` if the folder is missing, holds no frames, or its frames have no grids.
-pub fn frames_of(run: &Path, kind: GridKind) -> Result<Vec<PathBuf>> {
-    let bad = |problem: &str| BadInput::new(problem).file(run);
-    if !run.is_dir() {
-        let remedy = "give a folder that catseye simulate wrote";
-        return Err(bad("is no folder of a run").remedy(remedy).into());
-    }
-    let frames: Vec<PathBuf> = folders(run)?
-        .into_iter()
-        .filter(|f| f.file_name().is_some_and(|n| n.to_string_lossy().starts_with("frame_")))
-        .collect();
-    let name = format!("grid_{}.npy", kind.name());
-    let mut found = Vec::new();
-    for frame in &frames {
-        // With several radars each has a folder in that of the frame.
-        let inner = folders(frame)?;
-        found.extend(std::iter::once(frame.clone()).chain(inner).filter(|f| f.join(&name).is_file()));
-    }
-    match (frames.first(), found.is_empty()) {
-        (None, _) => Err(bad("holds no frames").remedy("give a folder that catseye simulate wrote").into()),
-        (Some(first), true) => Err(without_masks(&first.join(name)).into()),
-        _ => Ok(found),
-    }
-}
-
-fn folders(of: &Path) -> Result<Vec<PathBuf>> {
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(of).map_err(|e| Error::io(of, e))? {
-        let path = entry.map_err(|e| Error::io(of, e))?.path();
-        if path.is_dir() {
-            found.push(path);
-        }
-    }
-    found.sort();
-    Ok(found)
-}
-
-/// Reads all frames of some runs.
-///
-/// # Errors
-/// Returns the errors of [`frames_of`], [`Features::read`] and [`Labels::read`].
-pub fn load(
-    runs: &[PathBuf],
-    kind: GridKind,
-    input: Input,
-    classes: &Classes,
-    scale: usize,
-) -> Result<Vec<Example>> {
-    let mut examples = Vec::new();
-    for (run, folder) in runs.iter().enumerate() {
-        for frame in frames_of(folder, kind)? {
-            let features = Features::read(&frame, kind, input, scale)?;
-            let labels = Labels::read(&frame, kind, classes, scale)?;
-            examples.push(Example { run, features, labels });
-        }
-    }
-    Ok(examples)
+/// Returns the errors of [`sources`] and [`Example::read`].
+pub fn load(folders: &[PathBuf], kind: GridKind) -> Result<Vec<Example>> {
+    sources(folders, kind)?.iter().map(|s| Example::read(s, kind)).collect()
 }
 
 /// What is shared out among training, validation and test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Split {
-    /// Whole runs: nothing of a scene of the test is seen in training.
+    /// Whole runs, or whole scenes of datasets: nothing of a scene of the test is seen in training.
     Runs,
     /// Blocks of so many frames that follow each other: neighbouring blocks of a scene may fall to different sets.
     Blocks,
+    /// What the recipe of the dataset says.
+    Dataset,
 }
 
 impl Split {
     /// What it is called in sentences.
     pub fn words(self) -> &'static str {
         match self {
-            Split::Runs => "whole runs",
+            Split::Runs => "whole runs and scenes",
             Split::Blocks => "blocks of frames",
+            Split::Dataset => "their dataset's own split",
         }
     }
 }
@@ -382,11 +354,36 @@ pub struct Sets {
     pub test: Vec<usize>,
 }
 
-/// Shares examples out 64 : 16 : 20, as the seed says. `runs` gives the run of each example; `block` is the number of frames of a block.
+/// Shares examples out 64 : 16 : 20, as the seed says, or as their dataset says; `block` is the number of frames of a block.
 ///
 /// # Errors
-/// Returns `BadInput` if there are fewer than three runs or blocks.
-pub fn split(runs: &[usize], how: Split, block: usize, seed: u32) -> Result<Sets> {
+/// Returns `BadInput` if there are fewer than three scenes or blocks, or if a dataset leaves a set without frames.
+pub fn split(examples: &[Example], how: Split, block: usize, seed: u32) -> Result<Sets> {
+    if how == Split::Dataset {
+        return as_the_dataset_says(examples);
+    }
+    let scenes: Vec<usize> = examples.iter().map(|e| e.scene).collect();
+    shared_out(&scenes, how, block, seed)
+}
+
+fn as_the_dataset_says(examples: &[Example]) -> Result<Sets> {
+    let set = |name: &str| -> Result<Vec<usize>> {
+        let held = |(place, e): (usize, &Example)| (e.split.as_deref() == Some(name)).then_some(place);
+        let places: Vec<usize> = examples.iter().enumerate().filter_map(held).collect();
+        if places.is_empty() {
+            let bad = BadInput::new(format!("no frame belongs to the set {name}"))
+                .key("data.split")
+                .value("dataset");
+            let remedy = "give a dataset whose recipe has [split] with train, validation and test, or split = \"runs\"";
+            return Err(bad.remedy(remedy).into());
+        }
+        Ok(places)
+    };
+    Ok(Sets { training: set("train")?, validation: set("validation")?, test: set("test")? })
+}
+
+/// `runs` gives the scene of each example.
+fn shared_out(runs: &[usize], how: Split, block: usize, seed: u32) -> Result<Sets> {
     let mut units: Vec<Vec<usize>> = Vec::new();
     for (place, run) in runs.iter().enumerate() {
         let full = how == Split::Blocks && units.last().is_some_and(|u| u.len() >= block);
@@ -397,8 +394,8 @@ pub fn split(runs: &[usize], how: Split, block: usize, seed: u32) -> Result<Sets
     }
     if units.len() < 3 {
         let (what, remedy) = match how {
-            Split::Runs => ("runs", "give more runs, or split = \"blocks\""),
             Split::Blocks => ("blocks", "give more runs, or a smaller block_frames"),
+            _ => ("runs or scenes", "give more runs, or split = \"blocks\""),
         };
         let bad = BadInput::new(format!("there are too few {what} for training, validation and test"));
         return Err(bad.key("data.runs").value(units.len()).allowed("3 or more").remedy(remedy).into());
@@ -431,6 +428,7 @@ pub fn shuffle<T>(list: &mut [T], draws: &mut Draws) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use catseye::formats::npy;
 
     const SMALL: Grid = Grid { rows: 3, columns: 5, ahead_m: 30.0, across_m: 50.0 };
 
@@ -452,6 +450,7 @@ mod tests {
         for (cell, n, a, r, phi) in [(0, 2.0, 0.5, 10.0, 0.3), (6, 1.0, 1.0, 16.0, -0.3)] {
             (g.count[cell], g.amplitude[cell], g.range_m[cell], g.azimuth_rad[cell]) = (n, a, r, phi);
         }
+        let g = Scan::new(&g);
         let f = Features::new(Input::C4, &g, 2);
         assert_eq!(f.shape(), [4, 2, 3]);
         let near =
@@ -502,10 +501,11 @@ mod tests {
     fn wrong_runs_are_refused_in_one_line() {
         let (whole, cells): (&[usize], &[usize]) = (&[4, 450, 300], &[450, 300]);
         let all = classes(&["undefined", "lane"]).unwrap();
-        let read = |t: &tempfile::TempDir| load(&[t.path().to_path_buf()], GridKind::Road, Input::A, &all, 4);
+        let read = |t: &tempfile::TempDir| load(&[t.path().to_path_buf()], GridKind::Road);
         let fine = read(&run(Some((whole, 0.0)), Some((cells, 1)))).unwrap();
-        assert_eq!((fine.len(), fine[0].features.shape()), (1, [1, 113, 75]));
-        assert_eq!(fine[0].labels.places().len(), 113 * 75);
+        let features = fine[0].features(Input::A, 4, &Move::NONE);
+        assert_eq!((fine.len(), features.shape()), (1, [1, 113, 75]));
+        assert_eq!(fine[0].labels(&all, 4, &Move::NONE).places().len(), 113 * 75);
         for (made, words) in [
             (run(None, None), "masks = false: the run has no masks; allowed: true; put masks = true"),
             (run(Some((whole, 0.0)), None), "the run has no masks"),
@@ -529,8 +529,8 @@ mod tests {
             assert!(e.exit_code() == 2 && text.contains(words), "{text}");
             assert!(text.contains(made.path().file_name().unwrap().to_str().unwrap()), "{text}");
         }
-        let gone = load(&["nowhere".into()], GridKind::Road, Input::A, &all, 4).unwrap_err().to_string();
-        assert!(gone.contains("nowhere: is no folder of a run"), "{gone}");
+        let gone = load(&["nowhere".into()], GridKind::Road).unwrap_err().to_string();
+        assert!(gone.contains("nowhere: is no folder of a run or a dataset"), "{gone}");
     }
 
     #[test]
@@ -551,20 +551,20 @@ mod tests {
     fn sets_are_shares_of_whole_units() {
         // 25 runs of 4 frames.
         let runs: Vec<usize> = (0..100).map(|k| k / 4).collect();
-        let s = split(&runs, Split::Runs, 1, 3).unwrap();
+        let s = shared_out(&runs, Split::Runs, 1, 3).unwrap();
         assert_eq!((s.training.len(), s.validation.len(), s.test.len()), (64, 16, 20));
         let mut all = [s.training.clone(), s.validation.clone(), s.test.clone()].concat();
         all.sort_unstable();
         assert_eq!(all, (0..100).collect::<Vec<_>>());
         let of = |set: &[usize]| set.iter().map(|p| runs[*p]).collect::<std::collections::BTreeSet<_>>();
         assert!(of(&s.training).is_disjoint(&of(&s.test)) && of(&s.training).is_disjoint(&of(&s.validation)));
-        assert_eq!(s, split(&runs, Split::Runs, 1, 3).unwrap());
-        assert_ne!(s, split(&runs, Split::Runs, 1, 4).unwrap());
+        assert_eq!(s, shared_out(&runs, Split::Runs, 1, 3).unwrap());
+        assert_ne!(s, shared_out(&runs, Split::Runs, 1, 4).unwrap());
         // One run of 12 frames in blocks of 4: three units.
-        let s = split(&[0; 12], Split::Blocks, 4, 1).unwrap();
+        let s = shared_out(&[0; 12], Split::Blocks, 4, 1).unwrap();
         assert_eq!((s.training.len(), s.validation.len(), s.test.len()), (4, 4, 4));
         assert_eq!(s.test[3] - s.test[0], 3);
-        let e = split(&[0, 0, 1], Split::Runs, 1, 1).unwrap_err().to_string();
+        let e = shared_out(&[0, 0, 1], Split::Runs, 1, 1).unwrap_err().to_string();
         assert!(e.contains("data.runs = 2") && e.contains("split = \"blocks\""), "{e}");
     }
 }

@@ -1,16 +1,21 @@
 //! Networks that learn from what catseye simulates: each cell of a grid before the radar gets a class (lane, vehicle, guard rail,
-//! marker), learned from runs with `[output] masks = true`.
+//! marker), learned from runs with `[output] masks = true` and datasets with
+//! `[keep] masks = true`.
 //!
 //! Two types keep what a radar measures apart from what only a simulation knows: [`data::Features`] is all that a network sees,
 //! [`data::Labels`] is what it is judged by, and no function makes the first from the second.
 
 #![forbid(unsafe_code)]
 
+pub mod augment;
 pub mod config;
+pub mod curve;
 pub mod data;
 pub mod model;
+pub mod picture;
 pub mod score;
 pub mod segnet;
+pub mod source;
 pub mod train;
 
 pub use burn::tensor::Device;

@@ -1,11 +1,15 @@
 //! A trained network with its classes: scores of runs, and predictions.
 
+use crate::augment::Move;
 use crate::config::Config;
-use crate::data::{Classes, Features, Labels, frames_of};
+use crate::curve::Curves;
+use crate::data::{Classes, Example, Features, Labels, Scan};
 use crate::score::Confusion;
 use crate::segnet::SegNet;
+use crate::source::{Source, sources};
 use burn::module::Module;
 use burn::store::{ModuleRecord, RecordError};
+use burn::tensor::activation::softmax;
 use burn::tensor::{Device, Tensor, TensorData};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::{input, npy, stage};
@@ -30,32 +34,62 @@ pub struct Model {
 /// Joins grids of one size into one tensor, `[picture, plane, row, column]`.
 ///
 /// # Panics
-/// Panics if the list is empty or the grids are of different sizes, which [`Features::read`] never gives.
+/// Panics if the list is empty or the grids are of different sizes, which one model never gives.
 pub fn stacked(features: &[&Features], device: &Device) -> Tensor<4> {
     let [planes, rows, columns] = features[0].shape();
     let values: Vec<f32> = features.iter().flat_map(|f| f.values()).copied().collect();
     Tensor::from_data(TensorData::new(values, [features.len(), planes, rows, columns]), device)
 }
 
-/// The class with the largest score in each cell of each picture, the first of equal ones, `[picture, row, column]`.
-pub fn decided(scores: Tensor<4>) -> Vec<u8> {
-    let [pictures, classes, rows, columns] = scores.dims();
-    let cells = rows * columns;
-    let data = scores.into_data();
-    let values = data.as_slice::<f32>().unwrap_or_default();
-    let mut out = vec![0u8; pictures * cells];
-    for (at, place) in out.iter_mut().enumerate() {
-        let of = |class: usize| values[(at / cells * classes + class) * cells + at % cells];
-        *place = (1..classes).fold(0, |best, k| if of(k) > of(best) { k } else { best }) as u8;
-    }
-    out
+/// The probability of each class in each cell, `[picture, class, row, column]`.
+pub fn probabilities(scores: Tensor<4>) -> Vec<f32> {
+    softmax(scores, 1).into_data().try_to_vec::<f32>().unwrap_or_default()
 }
 
-/// Counts what a network says of grids whose labels are known. The network is one without gradients.
-pub fn judge(net: &SegNet, device: &Device, given: &[(&Features, &Labels)], confusion: &mut Confusion) {
+/// The likeliest class of each cell of one picture, the first of equal ones, of probabilities `[class, cell]`.
+pub fn likeliest(probabilities: &[f32], classes: usize) -> impl Iterator<Item = usize> {
+    let cells = probabilities.len() / classes.max(1);
+    (0..cells).map(move |cell| {
+        let of = |class: usize| probabilities[class * cells + cell];
+        (1..classes).fold(0, |best, k| if of(k) > of(best) { k } else { best })
+    })
+}
+
+/// How well a network tells the classes apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judged {
+    /// Cells by their true and their likeliest class.
+    pub confusion: Confusion,
+    /// Precision over recall.
+    pub curves: Curves,
+}
+
+impl Judged {
+    /// Nothing was judged yet.
+    pub fn new(classes: &[String]) -> Judged {
+        Judged { confusion: Confusion::new(classes), curves: Curves::new(classes) }
+    }
+
+    /// Counts the cells of one picture: their true classes, and the probabilities `[class, cell]`.
+    pub fn add(&mut self, labels: &Labels, probabilities: &[f32]) {
+        let cells = labels.places().len();
+        for (cell, truth) in labels.places().iter().enumerate() {
+            self.curves.add((*truth).into(), probabilities.iter().skip(cell).step_by(cells).copied());
+        }
+        let found = likeliest(probabilities, probabilities.len() / cells);
+        labels.places().iter().zip(found).for_each(|(t, p)| self.confusion.add((*t).into(), p));
+    }
+}
+
+/// Judges what a network says of grids whose labels are known. The network is one without gradients.
+pub fn judge(
+    net: &SegNet,
+    device: &Device,
+    given: impl IntoIterator<Item = (Features, Labels)>,
+    judged: &mut Judged,
+) {
     for (features, labels) in given {
-        let found = decided(net.forward(stacked(&[*features], device)));
-        labels.places().iter().zip(&found).for_each(|(t, p)| confusion.add((*t).into(), (*p).into()));
+        judged.add(&labels, &probabilities(net.forward(stacked(&[&features], device))));
     }
 }
 
@@ -92,21 +126,20 @@ impl Model {
         Ok(Model { classes: config.classes()?, config, net, device })
     }
 
-    /// Scores what the network says of runs with masks.
+    /// Scores what the network says of runs and datasets with masks.
     ///
     /// # Errors
-    /// Returns the errors of [`frames_of`], [`Features::read`] and [`Labels::read`].
-    pub fn evaluate(&self, runs: &[PathBuf]) -> Result<Confusion> {
+    /// Returns the errors of [`sources`] and [`Example::read`].
+    pub fn evaluate(&self, runs: &[PathBuf]) -> Result<Judged> {
         let d = &self.config.data;
-        let mut confusion = Confusion::new(&self.classes.names());
-        for run in runs {
-            for frame in frames_of(run, d.grid)? {
-                let features = self.features(&frame)?;
-                let labels = Labels::read(&frame, d.grid, &self.classes, d.scale.value)?;
-                judge(&self.net, &self.device, &[(&features, &labels)], &mut confusion);
-            }
+        let mut judged = Judged::new(&self.classes.names());
+        for source in sources(runs, d.grid)? {
+            let example = Example::read(&source, d.grid)?;
+            let features = example.features(self.config.network.input, d.scale.value, &Move::NONE);
+            let labels = example.labels(&self.classes, d.scale.value, &Move::NONE);
+            judge(&self.net, &self.device, [(features, labels)], &mut judged);
         }
-        Ok(confusion)
+        Ok(judged)
     }
 
     /// Writes what the network says of a run, whose masks it does not look at: uint8 `[frame, row, column]`, the numbers of
@@ -116,21 +149,23 @@ impl Model {
     /// Returns `BadInput` if the run holds no grids or the file exists and `force` is false, and an error if it cannot be written.
     pub fn predict(&self, run: &Path, out: &Path, force: bool) -> Result<usize> {
         let staged = stage::StagedFile::new(out, force)?;
-        let frames = frames_of(run, self.config.data.grid)?;
+        let frames = sources(&[run.to_path_buf()], self.config.data.grid)?;
         let (mut cells, mut size) = (Vec::new(), [0, 0]);
         for frame in &frames {
             let features = self.features(frame)?;
             let [_, rows, columns] = features.shape();
             size = [rows, columns];
-            let found = decided(self.net.forward(stacked(&[&features], &self.device)));
-            cells.extend(found.iter().map(|place| self.classes.class((*place).into()) as u8));
+            let p = probabilities(self.net.forward(stacked(&[&features], &self.device)));
+            cells.extend(likeliest(&p, self.classes.count()).map(|place| self.classes.class(place) as u8));
         }
         npy::write(staged.path(), &[frames.len(), size[0], size[1]], &cells)?;
         staged.commit()?;
         Ok(frames.len())
     }
 
-    fn features(&self, frame: &Path) -> Result<Features> {
-        Features::read(frame, self.config.data.grid, self.config.network.input, self.config.data.scale.value)
+    fn features(&self, frame: &Source) -> Result<Features> {
+        let d = &self.config.data;
+        let scan = Scan::new(&frame.points(d.grid)?);
+        Ok(Features::new(self.config.network.input, &scan, d.scale.value))
     }
 }

@@ -3,10 +3,12 @@
 //! Everything random is a counter-based draw: the first weights follow from the seed, the order of an epoch from seed and epoch. A
 //! training that was killed and goes on ends with the bytes of one that was not.
 
+use crate::augment::{Augment, Move};
 use crate::config::Config;
-use crate::data::{Example, Features, Labels, Sets, load, shuffle, split};
-use crate::model::{CONFIG, WEIGHTS, foreign, judge, load_weights, stacked};
-use crate::score::{Confusion, cell, column_name, figure};
+use crate::data::{Classes, Example, Features, Labels, Sets, load, shuffle, split};
+use crate::model::{CONFIG, Judged, WEIGHTS, foreign, judge, load_weights, stacked};
+use crate::picture::{confusion_picture, curve_picture};
+use crate::score::{cell, column_name, figure};
 use crate::segnet::SegNet;
 use burn::module::Module;
 use burn::nn::loss::{CrossEntropyLoss, CrossEntropyLossConfig};
@@ -29,6 +31,8 @@ use std::sync::atomic::Ordering::Relaxed;
 pub const SCORES: &str = "scores.csv";
 /// Confusion matrix of the test set.
 pub const CONFUSION: &str = "confusion.csv";
+/// Precision over recall of the test set.
+pub const CURVES: &str = "precision_recall.csv";
 /// What the network is and what it reached.
 pub const CARD: &str = "model_card.md";
 
@@ -84,6 +88,7 @@ struct State {
 /// A network while it learns.
 struct Trainer<'a> {
     config: &'a Config,
+    classes: &'a Classes,
     device: Device,
     examples: &'a [Example],
     sets: &'a Sets,
@@ -105,9 +110,9 @@ fn weights(net: SegNet) -> Result<Vec<u8>> {
 }
 
 /// The weight of each class: its share of cells to the power of -balance, so scaled that the mean over cells is 1.
-fn class_weights<'a>(labels: impl Iterator<Item = &'a Labels>, classes: usize, balance: f64) -> Vec<f32> {
+fn class_weights(labels: impl Iterator<Item = Labels>, classes: usize, balance: f64) -> Vec<f32> {
     let mut counts = vec![0f64; classes];
-    labels.flat_map(|l| l.places()).for_each(|p| counts[usize::from(*p)] += 1.0);
+    labels.for_each(|l| l.places().iter().for_each(|p| counts[usize::from(*p)] += 1.0));
     let all: f64 = counts.iter().sum();
     // A class that is not there has the weight of one cell.
     let share = |n: f64| n.max(1.0) / all.max(1.0);
@@ -117,9 +122,16 @@ fn class_weights<'a>(labels: impl Iterator<Item = &'a Labels>, classes: usize, b
 }
 
 impl<'a> Trainer<'a> {
-    fn new(config: &'a Config, examples: &'a [Example], sets: &'a Sets, device: &Device) -> Trainer<'a> {
+    fn new(
+        config: &'a Config,
+        classes: &'a Classes,
+        examples: &'a [Example],
+        sets: &'a Sets,
+        device: &Device,
+    ) -> Trainer<'a> {
         let device = device.clone().autodiff();
-        let labels = sets.training.iter().map(|p| &examples[*p].labels);
+        let scale = config.data.scale.value;
+        let labels = sets.training.iter().map(|p| examples[*p].labels(classes, scale, &Move::NONE));
         let weights = class_weights(labels, config.shape().classes, config.training.balance.value);
         Trainer {
             net: SegNet::new(config.shape(), config.training.seed, &device),
@@ -128,6 +140,7 @@ impl<'a> Trainer<'a> {
             best: Vec::new(),
             state: State { next_stream: ORDER_STREAM, ..State::default() },
             config,
+            classes,
             device,
             examples,
             sets,
@@ -138,16 +151,21 @@ impl<'a> Trainer<'a> {
     fn epoch(&mut self, control: &Control<'_>) -> Result<()> {
         let t = &self.config.training;
         let mut order = self.sets.training.clone();
-        shuffle(&mut order, &mut Draws::new(t.seed, self.state.next_stream));
+        let mut draws = Draws::new(t.seed, self.state.next_stream);
+        shuffle(&mut order, &mut draws);
+        let augment = t.augment.as_ref().map_or_else(Augment::default, |a| a.value);
         self.state.next_stream += 1;
         let mut sum = 0.0;
         for (done, batch) in order.chunks(t.batch.value).enumerate() {
             if control.cancel.is_some_and(|c| c.load(Relaxed)) {
                 return Err(interrupted(self.state.rows.len()));
             }
-            let features: Vec<&Features> = batch.iter().map(|p| &self.examples[*p].features).collect();
+            let moves: Vec<Move> = batch.iter().map(|_| augment.draw(&mut draws)).collect();
+            let given: Vec<(Features, Labels)> =
+                batch.iter().zip(&moves).map(|(place, moved)| self.given(*place, moved)).collect();
+            let features: Vec<&Features> = given.iter().map(|g| &g.0).collect();
             let truth: Vec<i32> =
-                batch.iter().flat_map(|p| self.examples[*p].labels.places()).map(|p| i32::from(*p)).collect();
+                given.iter().flat_map(|g| g.1.places()).map(|place| i32::from(*place)).collect();
             let truth = Tensor::<1, Int>::from_data(TensorData::from(truth.as_slice()), &self.device);
             let scores = self.net.forward(stacked(&features, &self.device));
             let [pictures, classes, rows, columns] = scores.dims();
@@ -168,7 +186,7 @@ impl<'a> Trainer<'a> {
             }
         }
         let fixed = self.net.valid();
-        let confusion = self.judged(&fixed, &self.sets.validation);
+        let Judged { confusion, .. } = self.judged(&fixed, &self.sets.validation);
         let row = EpochRow {
             epoch: self.state.rows.len() + 1,
             loss: sum / order.len() as f64,
@@ -184,12 +202,20 @@ impl<'a> Trainer<'a> {
         Ok(())
     }
 
-    fn judged(&self, fixed: &SegNet, places: &[usize]) -> Confusion {
-        let mut confusion = Confusion::new(&self.config.data.classes.value);
-        let given: Vec<(&Features, &Labels)> =
-            places.iter().map(|p| (&self.examples[*p].features, &self.examples[*p].labels)).collect();
-        judge(fixed, &self.device.clone().without_autodiff(), &given, &mut confusion);
-        confusion
+    /// What the network sees of an example, and what it is judged by.
+    fn given(&self, place: usize, moved: &Move) -> (Features, Labels) {
+        let (example, scale) = (&self.examples[place], self.config.data.scale.value);
+        (
+            example.features(self.config.network.input, scale, moved),
+            example.labels(self.classes, scale, moved),
+        )
+    }
+
+    fn judged(&self, fixed: &SegNet, places: &[usize]) -> Judged {
+        let mut judged = Judged::new(&self.config.data.classes.value);
+        let given = places.iter().map(|p| self.given(*p, &Move::NONE));
+        judge(fixed, &self.device.clone().without_autodiff(), given, &mut judged);
+        judged
     }
 
     fn is_over(&self) -> bool {
@@ -276,10 +302,9 @@ pub fn train(
     let d = &config.data;
     let (staged, notes) = StagedDir::resumable(out, force, "learn", &config.identity())?;
     let classes = config.classes()?;
-    let examples = load(&config.runs(), d.grid, config.network.input, &classes, d.scale.value)?;
-    let runs: Vec<usize> = examples.iter().map(|e| e.run).collect();
-    let sets = split(&runs, d.split, d.block_frames.value, config.training.seed)?;
-    let mut trainer = Trainer::new(config, &examples, &sets, device);
+    let examples = load(&config.runs(), d.grid)?;
+    let sets = split(&examples, d.split, d.block_frames.value, config.training.seed)?;
+    let mut trainer = Trainer::new(config, &classes, &examples, &sets, device);
     trainer.resume(&notes)?;
     trainer.state.rows.iter().for_each(tell);
     while !trainer.is_over() {
@@ -298,12 +323,16 @@ pub fn train(
     write(CONFIG, config.text.as_bytes())?;
     let plain = device.clone().without_autodiff();
     let best = load_weights(SegNet::new(config.shape(), 0, &plain).valid(), &at(WEIGHTS))?;
-    let confusion = trainer.judged(&best, &sets.test);
+    let judged = trainer.judged(&best, &sets.test);
+    judged.curves.write_csv(&at(CURVES))?;
+    confusion_picture(&judged.confusion)?.write(at("confusion.png"), true)?;
+    curve_picture(&judged.curves)?.write(at("precision_recall.png"), true)?;
+    let confusion = &judged.confusion;
     confusion.write_csv(&at(CONFUSION))?;
     let State { rows, best_epoch, .. } = &trainer.state;
     write_scores(&at(SCORES), confusion.classes(), rows)?;
     let frames = [sets.training.len(), sets.validation.len(), sets.test.len()];
-    write(CARD, card(config, &confusion, rows, *best_epoch, &sets, &runs).as_bytes())?;
+    write(CARD, card(config, &judged, rows, *best_epoch, &sets, &examples).as_bytes())?;
     let report = Report {
         epochs: rows.clone(),
         best_epoch: *best_epoch,
@@ -332,15 +361,16 @@ fn write_scores(path: &Path, classes: &[String], rows: &[EpochRow]) -> Result<()
     Ok(())
 }
 
-/// The model card: what the network is, from what it learned, and what it reached. `runs` gives the run of each example.
+/// The model card: what the network is, from what it learned, and what it reached.
 fn card(
     config: &Config,
-    test: &Confusion,
+    judged: &Judged,
     rows: &[EpochRow],
     best: usize,
     sets: &Sets,
-    runs: &[usize],
+    examples: &[Example],
 ) -> String {
+    let test = &judged.confusion;
     let sets = [("training", &sets.training), ("validation", &sets.validation), ("test", &sets.test)];
     let shape = config.shape();
     let d = &config.data;
@@ -363,23 +393,31 @@ fn card(
         sets[2].1.len(),
         d.split.words()
     );
-    for (k, run) in config.runs().iter().enumerate() {
+    for run in &config.runs() {
         // The name alone: the folder is one of whoever trained it.
-        let name = run.file_name().unwrap_or(run.as_os_str()).to_string_lossy();
-        let holds = |set: &&(&str, &Vec<usize>)| set.1.iter().any(|place| runs[*place] == k);
-        let held: Vec<&str> = sets.iter().filter(holds).map(|set| set.0).collect();
-        text += &format!("* {name}: {}\n", held.join(", "));
+        text += &format!("* {}\n", run.file_name().unwrap_or(run.as_os_str()).to_string_lossy());
+    }
+    let scenes = |places: &[usize]| -> String {
+        let mut all: Vec<usize> = places.iter().map(|p| examples[*p].scene).collect();
+        all.dedup();
+        all.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
+    };
+    text += "\nScenes, counted through these folders in their order:\n\n";
+    for (name, places) in &sets {
+        text += &format!("* {name}: {}\n", scenes(places));
     }
     text += &format!(
         "\nThe seed is {}. {} epochs were trained; the weights are those of epoch {best}, which had the best mean F1 of the \
-         validation set, {}.\n\nOn the test set:\n\n| class | precision | recall | F1 |\n|---|---:|---:|---:|\n",
+         validation set, {}.\n\nOn the test set (`confusion.png`, `precision_recall.png`):\n\n| class | precision | recall | F1 | average precision |\n\
+         |---|---:|---:|---:|---:|\n",
         config.training.seed,
         rows.len(),
         figure(rows.get(best.wrapping_sub(1)).map(|r| r.mean_f1)),
     );
     for (k, class) in test.classes().iter().enumerate() {
         let [p, r, f] = [test.precision(k), test.recall(k), test.f1(k)].map(figure);
-        text += &format!("| {class} | {p} | {r} | {f} |\n");
+        let average = figure(judged.curves.average_precision(k));
+        text += &format!("| {class} | {p} | {r} | {f} | {average} |\n");
     }
     text += "\nIt was not tested on recorded data.\n";
     text
@@ -396,11 +434,11 @@ mod tests {
         let classes = Classes::named(&["undefined", "lane"].map(String::from)).unwrap();
         let grid = Grid { rows: 2, columns: 5, ahead_m: 1.0, across_m: 1.0 };
         let labels = Labels::new(&classes, &grid, &[0, 0, 0, 0, 0, 0, 0, 0, 1, 1], 1).unwrap();
-        let same = class_weights([&labels].into_iter(), 2, 0.0);
+        let same = class_weights([labels.clone()].into_iter(), 2, 0.0);
         assert_eq!(same, [1.0, 1.0]);
-        let full = class_weights([&labels].into_iter(), 2, 1.0);
+        let full = class_weights([labels.clone()].into_iter(), 2, 1.0);
         assert!((full[0] - 0.625).abs() < 1e-6 && (full[1] - 2.5).abs() < 1e-6, "{full:?}");
-        let half = class_weights([&labels].into_iter(), 2, 0.5);
+        let half = class_weights([labels].into_iter(), 2, 0.5);
         assert!((half[1] / half[0] - 2.0).abs() < 1e-5);
     }
 }

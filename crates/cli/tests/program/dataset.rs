@@ -309,6 +309,36 @@ fn a_scene_by_itself_is_that_of_the_dataset() {
     refused(dir.path(), &["dataset", "r.toml", "--scene", "12", "-o", "no"], &["scene = 12", "0..=11"]);
 }
 
+/// Masks and grids of a dataset are those that a run of the same scene writes.
+#[test]
+fn masks_of_a_dataset_are_those_of_its_scenes() {
+    let dir = place();
+    let recipe = fs::read_to_string(dir.path().join("r.toml")).unwrap();
+    fs::write(dir.path().join("r.toml"), recipe.replace("[keep]\n", "[keep]\nmasks = true\n")).unwrap();
+    make(dir.path(), "d", &["--shards", "0:5"]);
+    let out = catseye(dir.path(), &["dataset", "r.toml", "--scene", "2", "-o", "two"]);
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+    let scenario = dir.path().join("two/scenario.toml");
+    let mut said = fs::read_to_string(&scenario).unwrap();
+    assert!(!said.contains("[output]"), "{said}");
+    said += "\n[output]\nmasks = true\nplots = false\n";
+    fs::write(&scenario, said).unwrap();
+    let run = catseye(dir.path(), &["simulate", "two/scenario.toml", "-o", "run", "--device", "cpu"]);
+    assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
+    for (frame, of_scene) in [(6, 0), (8, 2)] {
+        for name in ["grid_road", "mask_road", "grid_markers", "mask_markers"] {
+            let read = |at: &str, n: u32| {
+                fs::read(dir.path().join(format!("{at}/frame_{n:06}/{name}.npy"))).unwrap()
+            };
+            assert!(read("d", frame) == read("run", of_scene), "{name} of frame {frame}");
+        }
+    }
+    let mask = fs::read(dir.path().join("d/frame_000006/mask_road.npy")).unwrap();
+    assert!(mask[128..].contains(&1), "no cell is of a lane");
+    let layout = fs::read_to_string(dir.path().join("d/layout.json")).unwrap();
+    assert!(layout.contains("0 undefined, 1 lane, 2 vehicle, 3 guard rail, 4 marker"), "{layout}");
+}
+
 #[test]
 fn foreign_folders_and_recipes_are_left_alone() {
     let dir = place();

@@ -1,0 +1,259 @@
+//! Pictures that are moved before they are learned: points and truth together, so that a few scenes teach more.
+
+use crate::data::{Input, Scan, ScanCell};
+use catseye::base::rng::Draws;
+use catseye::road::mask::{CellClass, Grid};
+use glam::{DMat2, DVec2};
+use serde::Deserialize;
+
+/// The table `[training.augment]`: how pictures are moved at random, anew in each epoch.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Augment {
+    /// Whether every second picture is mirrored, left for right.
+    pub mirror: bool,
+    /// Largest turn around the radar either way, degrees, 0 to 180.
+    pub turn_deg: f64,
+    /// Largest shift ahead, back and to the sides, m, 0 to 30.
+    pub shift_m: f64,
+    /// Points nearer than this are left out of pictures that are turned or shifted, m: echoes of the ground lie there and would not
+    /// move with the road (Feng 2019, section 5.2.8).
+    pub near_m: f64,
+    /// Largest share of the points that are left out, 0 to 0.9.
+    pub drop: f64,
+}
+
+impl Default for Augment {
+    fn default() -> Augment {
+        Augment { mirror: false, turn_deg: 0.0, shift_m: 0.0, near_m: 0.0, drop: 0.0 }
+    }
+}
+
+impl Augment {
+    /// Whether places move, so that amplitudes, ranges and azimuths no longer fit them.
+    pub fn moves(&self) -> bool {
+        self.turn_deg > 0.0 || self.shift_m > 0.0
+    }
+
+    /// Why the numbers cannot be used with an input, or are out of their ranges: key, value and the range.
+    pub fn wrong(&self, input: Input) -> Option<(&'static str, String, &'static str)> {
+        let out = |x: f64, most: f64| !(0.0..=most).contains(&x);
+        if out(self.turn_deg, 180.0) {
+            return Some(("turn_deg", self.turn_deg.to_string(), "0 to 180"));
+        }
+        if out(self.shift_m, 30.0) {
+            return Some(("shift_m", self.shift_m.to_string(), "0 to 30"));
+        }
+        if out(self.near_m, 60.0) {
+            return Some(("near_m", self.near_m.to_string(), "0 to 60"));
+        }
+        if out(self.drop, 0.9) {
+            return Some(("drop", self.drop.to_string(), "0 to 0.9"));
+        }
+        // How strong a point is depends on where it stands.
+        (self.moves() && input != Input::B).then(|| {
+            let key = if self.turn_deg > 0.0 { "turn_deg" } else { "shift_m" };
+            let value = if self.turn_deg > 0.0 { self.turn_deg } else { self.shift_m };
+            (
+                key,
+                value.to_string(),
+                "0, unless network.input is B, because amplitudes would not move with the points",
+            )
+        })
+    }
+
+    /// Draws how one picture is moved. Where nothing is asked for, nothing is drawn.
+    pub fn draw(&self, draws: &mut Draws) -> Move {
+        let either = |draws: &mut Draws, most: f64| {
+            if most > 0.0 { most * (2.0 * draws.uniform() - 1.0) } else { 0.0 }
+        };
+        let mirror = self.mirror && draws.uniform() < 0.5;
+        let turn_rad = either(draws, self.turn_deg.to_radians());
+        let shift_m = DVec2::new(either(draws, self.shift_m), either(draws, self.shift_m));
+        let keep = if self.drop > 0.0 { 1.0 - self.drop * draws.uniform() } else { 1.0 };
+        let seed = if keep < 1.0 { (draws.uniform() * f64::from(u32::MAX)) as u32 } else { 0 };
+        Move { mirror, turn_rad, shift_m, near_m: if self.moves() { self.near_m } else { 0.0 }, keep, seed }
+    }
+}
+
+/// How one picture is moved: mirrored, then turned around the radar, then shifted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Move {
+    mirror: bool,
+    turn_rad: f64,
+    shift_m: DVec2,
+    near_m: f64,
+    keep: f64,
+    seed: u32,
+}
+
+impl Move {
+    /// Nothing is moved.
+    pub const NONE: Move =
+        Move { mirror: false, turn_rad: 0.0, shift_m: DVec2::ZERO, near_m: 0.0, keep: 1.0, seed: 0 };
+
+    fn stays(&self) -> bool {
+        self.turn_rad == 0.0 && self.shift_m == DVec2::ZERO
+    }
+
+    /// The points of a moved scan. Points that leave the grid are gone; points that come to lie in one cell are one cell.
+    pub fn scan(&self, scan: &Scan) -> Scan {
+        if *self == Move::NONE {
+            return scan.clone();
+        }
+        let g = scan.grid;
+        let turn = DMat2::from_angle(self.turn_rad);
+        let mut draws = Draws::new(self.seed, 0);
+        let mut cells: Vec<ScanCell> = Vec::with_capacity(scan.cells.len());
+        for c in &scan.cells {
+            if self.keep < 1.0 && draws.uniform() >= self.keep {
+                continue;
+            }
+            let (row, column) = (c.cell as usize / g.columns, c.cell as usize % g.columns);
+            let column = if self.mirror { g.columns - 1 - column } else { column };
+            let azimuth_rad = if self.mirror { -c.azimuth_rad } else { c.azimuth_rad };
+            if self.stays() {
+                cells.push(ScanCell { cell: (row * g.columns + column) as u32, azimuth_rad, ..*c });
+                continue;
+            }
+            let at = DVec2::from_array(g.middle_m(row, column));
+            let to = turn * at + self.shift_m;
+            if let Some(cell) = g.cell(to.x, to.y).filter(|_| at.length() >= self.near_m) {
+                let range_m = to.length() as f32;
+                cells.push(ScanCell {
+                    cell: cell as u32,
+                    range_m,
+                    azimuth_rad: to.y.atan2(to.x) as f32,
+                    ..*c
+                });
+            }
+        }
+        // In the order of cells, as a scan has them.
+        cells.sort_by_key(|c| c.cell);
+        cells.dedup_by(|later, first| {
+            let same = later.cell == first.cell;
+            if same {
+                first.count += later.count;
+                first.amplitude = first.amplitude.max(later.amplitude);
+            }
+            same
+        });
+        Scan { grid: g, cells }
+    }
+
+    /// The classes of a moved mask: each cell has the class of the cell from which its middle came, and none where that lies outside.
+    pub fn mask(&self, grid: &Grid, mask: &[u8]) -> Vec<u8> {
+        if self.stays() && !self.mirror {
+            return mask.to_vec();
+        }
+        let back = DMat2::from_angle(-self.turn_rad);
+        let mut moved = vec![CellClass::Undefined as u8; mask.len()];
+        for (at, class) in moved.iter_mut().enumerate() {
+            let (row, column) = (at / grid.columns, at % grid.columns);
+            let from = match self.stays() {
+                true => Some(at),
+                false => {
+                    let p = back * (DVec2::from_array(grid.middle_m(row, column)) - self.shift_m);
+                    grid.cell(p.x, p.y)
+                }
+            };
+            let Some(from) = from else { continue };
+            let (row, column) = (from / grid.columns, from % grid.columns);
+            let column = if self.mirror { grid.columns - 1 - column } else { column };
+            *class = mask[row * grid.columns + column];
+        }
+        moved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 10 x 10 cells of 1 m.
+    const SMALL: Grid = Grid { rows: 10, columns: 10, ahead_m: 10.0, across_m: 10.0 };
+
+    fn scan(cells: &[(usize, usize)]) -> Scan {
+        let cell = |(row, column): &(usize, usize)| ScanCell {
+            cell: (row * 10 + column) as u32,
+            count: 1.0,
+            amplitude: 0.5,
+            range_m: 4.0,
+            azimuth_rad: 0.25,
+        };
+        Scan { grid: SMALL, cells: cells.iter().map(cell).collect() }
+    }
+
+    fn mask_of(cells: &[(usize, usize)]) -> Vec<u8> {
+        let mut mask = vec![0u8; 100];
+        cells.iter().for_each(|(r, c)| mask[r * 10 + c] = 1);
+        mask
+    }
+
+    fn at(scan: &Scan) -> Vec<(usize, usize)> {
+        scan.cells.iter().map(|c| (c.cell as usize / 10, c.cell as usize % 10)).collect()
+    }
+
+    #[test]
+    fn a_mirror_changes_sides_and_twice_nothing() {
+        let mirror = Move { mirror: true, ..Move::NONE };
+        let s = scan(&[(2, 1), (5, 7)]);
+        let m = mirror.scan(&s);
+        assert_eq!(at(&m), [(2, 8), (5, 2)]);
+        assert_eq!((m.cells[0].azimuth_rad, m.cells[0].range_m, m.cells[0].amplitude), (-0.25, 4.0, 0.5));
+        assert_eq!(mirror.scan(&m), s);
+        let mask = mask_of(&[(2, 1), (5, 7), (5, 8)]);
+        assert_eq!(mirror.mask(&SMALL, &mask), mask_of(&[(2, 8), (5, 2), (5, 1)]));
+    }
+
+    /// A quarter turn to the left carries what lies ahead to the left; a shift carries it along. Truth goes with the points.
+    #[test]
+    fn turns_and_shifts_by_hand() {
+        // Row 4 ahead of the radar, column 5: (4.5, -0.5) m. Turned: (0.5, 4.5), row 0, column 0.
+        let turn = Move { turn_rad: std::f64::consts::FRAC_PI_2, ..Move::NONE };
+        let m = turn.scan(&scan(&[(4, 5)]));
+        assert_eq!(at(&m), [(0, 0)]);
+        assert!((m.cells[0].azimuth_rad - 4.5f32.atan2(0.5)).abs() < 1e-6);
+        assert_eq!(turn.mask(&SMALL, &mask_of(&[(4, 5)])), mask_of(&[(0, 0)]));
+        let shift = Move { shift_m: DVec2::new(3.0, -2.0), ..Move::NONE };
+        assert_eq!(at(&shift.scan(&scan(&[(4, 5), (8, 5)]))), [(7, 7)], "the other left the grid");
+        assert_eq!(shift.mask(&SMALL, &mask_of(&[(4, 5), (8, 5)])), mask_of(&[(7, 7)]));
+        // Points that are too near do not move along.
+        let near = Move { near_m: 3.0, ..shift };
+        assert_eq!(at(&near.scan(&scan(&[(1, 5), (4, 5)]))), [(7, 7)]);
+    }
+
+    #[test]
+    fn draws_stay_in_their_ranges_and_change() {
+        let a = Augment { mirror: true, turn_deg: 10.0, shift_m: 2.0, near_m: 1.0, drop: 0.5 };
+        let mut draws = Draws::new(3, 9);
+        let all: Vec<Move> = (0..400).map(|_| a.draw(&mut draws)).collect();
+        let mirrored = all.iter().filter(|m| m.mirror).count();
+        assert!((150..250).contains(&mirrored), "{mirrored}");
+        assert!(
+            all.iter()
+                .all(|m| m.turn_rad.abs() <= 10f64.to_radians() && m.shift_m.abs().max_element() <= 2.0)
+        );
+        assert!(all.iter().any(|m| m.turn_rad < -0.1) && all.iter().any(|m| m.turn_rad > 0.1));
+        assert!(all.iter().all(|m| (0.5..=1.0).contains(&m.keep)));
+        let full = scan(&(0..100).map(|k| (k / 10, k % 10)).collect::<Vec<_>>());
+        let half = Move { keep: 0.5, seed: 4, ..Move::NONE }.scan(&full);
+        assert!((30..70).contains(&half.cells.len()), "{}", half.cells.len());
+        // What is not asked for draws nothing.
+        let (mut one, mut other) = (Draws::new(1, 1), Draws::new(1, 1));
+        assert_eq!(Augment::default().draw(&mut one), Move::NONE);
+        assert_eq!(one.uniform(), other.uniform());
+    }
+
+    #[test]
+    fn wrong_numbers_are_named() {
+        let wrong = |a: Augment, input| a.wrong(input).map(|w| w.0);
+        let turn = Augment { turn_deg: 5.0, ..Augment::default() };
+        assert_eq!(wrong(turn, Input::B), None);
+        assert_eq!(wrong(turn, Input::A), Some("turn_deg"));
+        assert_eq!(wrong(Augment { turn_deg: 200.0, ..turn }, Input::B), Some("turn_deg"));
+        assert_eq!(wrong(Augment { drop: 1.0, ..turn }, Input::B), Some("drop"));
+        assert_eq!(wrong(Augment { shift_m: f64::NAN, ..turn }, Input::B), Some("shift_m"));
+        assert_eq!(wrong(Augment { mirror: true, ..Augment::default() }, Input::C4), None);
+    }
+}

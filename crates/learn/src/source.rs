@@ -1,0 +1,206 @@
+//! Where frames to learn from lie: folders of runs, and datasets in any format.
+
+use crate::data::GridKind;
+use catseye::base::error::{BadInput, Error, Result};
+use catseye::detect::grid::PointGrid;
+use catseye::formats::npy;
+use catseye_io::dataset::DATASET;
+use catseye_io::store::{Column, Data, DatasetLayout};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// One frame of one radar, not read yet.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// Number of its scene: a run is one, a dataset has many. Scenes of different folders have different numbers.
+    pub scene: usize,
+    /// Which set the dataset puts it into, `train`, `validation` or `test`; None in a run.
+    pub split: Option<String>,
+    at: Place,
+}
+
+#[derive(Debug, Clone)]
+enum Place {
+    /// A frame's folder.
+    Folder(PathBuf),
+    /// A frame of a dataset, of the radar whose arrays end with `suffix`.
+    Stored { store: Arc<Store>, frame: u64, suffix: String },
+}
+
+#[derive(Debug)]
+struct Store {
+    dir: PathBuf,
+    layout: DatasetLayout,
+}
+
+impl Source {
+    /// What the radar measured in each cell of a grid.
+    ///
+    /// # Errors
+    /// Returns `BadInput` if the grid is missing, of another size, or holds a value that is not finite.
+    pub fn points(&self, kind: GridKind) -> Result<PointGrid> {
+        let (grid, name) = (kind.grid(), format!("grid_{}", kind.name()));
+        let (path, data) = match &self.at {
+            Place::Folder(frame) => {
+                let path = frame.join(format!("{name}.npy"));
+                let array = npy::read_f32(&path)?;
+                check_shape(&path, &array.shape, &[4, grid.rows, grid.columns])?;
+                npy::check_finite(&path, &array, f32::is_finite)?;
+                (path, array.data)
+            }
+            Place::Stored { store, frame, suffix } => {
+                let array = store.layout.read_array(&store.dir, &format!("{name}{suffix}"), *frame)?;
+                check_shape(&store.dir, &array.shape, &[4, grid.rows, grid.columns])?;
+                match array.data {
+                    Data::F32(data) => (store.dir.clone(), data),
+                    _ => return Err(other_type(&store.dir, &name, "float32").into()),
+                }
+            }
+        };
+        if let Some(wrong) = data.iter().find(|v| !v.is_finite()) {
+            let bad = BadInput::new("a value is not finite").file(path).key(name).value(wrong);
+            return Err(bad.remedy("make the dataset again").into());
+        }
+        let plane = |k: usize| data[k * grid.cells()..(k + 1) * grid.cells()].to_vec();
+        Ok(PointGrid { grid, count: plane(0), amplitude: plane(1), range_m: plane(2), azimuth_rad: plane(3) })
+    }
+
+    /// The number of the true class of each cell, `[row, column]`, and the file for complaints about them.
+    ///
+    /// # Errors
+    /// Returns `BadInput` if the mask is missing or of another size.
+    pub fn mask(&self, kind: GridKind) -> Result<(Vec<u8>, PathBuf)> {
+        let (grid, name) = (kind.grid(), format!("mask_{}", kind.name()));
+        let (path, array) = match &self.at {
+            Place::Folder(frame) => {
+                let path = frame.join(format!("{name}.npy"));
+                if !path.exists() {
+                    return Err(without_masks(&path).into());
+                }
+                let array = npy::read::<u8>(&path)?;
+                (path, (array.shape, array.data))
+            }
+            Place::Stored { store, frame, suffix } => {
+                let array = store.layout.read_array(&store.dir, &format!("{name}{suffix}"), *frame)?;
+                match array.data {
+                    Data::U8(data) => (store.dir.clone(), (array.shape, data)),
+                    _ => return Err(other_type(&store.dir, &name, "uint8").into()),
+                }
+            }
+        };
+        check_shape(&path, &array.0, &[grid.rows, grid.columns])?;
+        Ok((array.1, path))
+    }
+}
+
+fn other_type(dir: &Path, array: &str, allowed: &str) -> BadInput {
+    let bad = BadInput::new("is an array of another type").file(dir).key(array).allowed(allowed);
+    bad.remedy("make the dataset with this version of catseye")
+}
+
+fn check_shape(path: &Path, found: &[usize], wanted: &[usize]) -> Result<()> {
+    if found == wanted {
+        return Ok(());
+    }
+    let bad = BadInput::new("is a grid of another size").file(path).key("shape").value(format!("{found:?}"));
+    Err(bad.allowed(format!("{wanted:?}")).remedy("give a run that this version of catseye simulated").into())
+}
+
+fn without_masks(path: &Path) -> BadInput {
+    let bad = BadInput::new("the run has no masks").file(path).key("masks").value("false").allowed("true");
+    bad.remedy("put masks = true under [output] of the scenario and simulate it again")
+}
+
+/// All frames of some folders that hold grids of this kind, each of a run or a dataset, in order.
+///
+/// # Errors
+/// Returns `BadInput` if a folder is missing, holds no frames, or its frames have no grids.
+pub fn sources(folders: &[PathBuf], kind: GridKind) -> Result<Vec<Source>> {
+    let (mut all, mut scenes) = (Vec::new(), 0);
+    for folder in folders {
+        let found = of_folder(folder, kind)?;
+        let next = found.iter().map(|s| s.scene + 1).max().unwrap_or(0);
+        all.extend(found.into_iter().map(|s| Source { scene: scenes + s.scene, ..s }));
+        scenes += next;
+    }
+    Ok(all)
+}
+
+fn of_folder(folder: &Path, kind: GridKind) -> Result<Vec<Source>> {
+    if !folder.is_dir() {
+        let bad = BadInput::new("is no folder of a run or a dataset").file(folder);
+        return Err(bad.remedy("give a folder that catseye simulate or catseye dataset wrote").into());
+    }
+    if folder.join(DATASET).is_file() { of_dataset(folder, kind) } else { of_run(folder, kind) }
+}
+
+fn of_run(run: &Path, kind: GridKind) -> Result<Vec<Source>> {
+    let frames: Vec<PathBuf> = folders(run)?
+        .into_iter()
+        .filter(|f| f.file_name().is_some_and(|n| n.to_string_lossy().starts_with("frame_")))
+        .collect();
+    let name = format!("grid_{}.npy", kind.name());
+    let mut found = Vec::new();
+    for frame in &frames {
+        // With several radars each has a folder in that of the frame.
+        let inner = folders(frame)?;
+        found.extend(std::iter::once(frame.clone()).chain(inner).filter(|f| f.join(&name).is_file()));
+    }
+    match (frames.first(), found.is_empty()) {
+        (None, _) => {
+            let bad = BadInput::new("holds no frames").file(run);
+            Err(bad.remedy("give a folder that catseye simulate or catseye dataset wrote").into())
+        }
+        (Some(first), true) => Err(without_masks(&first.join(name)).into()),
+        _ => Ok(found.into_iter().map(|f| Source { scene: 0, split: None, at: Place::Folder(f) }).collect()),
+    }
+}
+
+/// Frames of a dataset's complete shards.
+fn of_dataset(dir: &Path, kind: GridKind) -> Result<Vec<Source>> {
+    let layout = DatasetLayout::open(dir)?;
+    let base = format!("grid_{}", kind.name());
+    let suffixes: Vec<String> =
+        layout.arrays.iter().filter_map(|a| a.name.strip_prefix(&base).map(String::from)).collect();
+    if suffixes.is_empty() {
+        let bad = BadInput::new("the dataset has no masks").file(dir).key("keep.masks").value("false");
+        let remedy = "put masks = true under [keep] of the recipe and make it again";
+        return Err(bad.allowed("true").remedy(remedy).into());
+    }
+    let store = Arc::new(Store { dir: dir.to_path_buf(), layout });
+    let mut scenes: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut found = Vec::new();
+    for frame in 0..store.layout.frames {
+        let row = store.layout.read_table(dir, "frames", frame)?;
+        let column = |name: &str| row.columns.iter().find(|(n, _)| n == name).map(|(_, c)| c);
+        let (Some(Column::U32(scene)), Some(Column::Text(split))) = (column("scene"), column("split")) else {
+            let bad = BadInput::new("is no table of a dataset's frames").file(dir).key("frames");
+            return Err(bad.remedy("make the dataset with this version of catseye").into());
+        };
+        let (Some(scene), Some(split)) = (scene.first(), split.first()) else {
+            let bad = BadInput::new("the table has no row for a frame").file(dir).key("frames").value(frame);
+            return Err(bad.remedy("make the dataset with this version of catseye").into());
+        };
+        let next = scenes.len();
+        let scene = *scenes.entry(*scene).or_insert(next);
+        found.extend(suffixes.iter().map(|suffix| Source {
+            scene,
+            split: Some(split.clone()),
+            at: Place::Stored { store: store.clone(), frame, suffix: suffix.clone() },
+        }));
+    }
+    Ok(found)
+}
+
+fn folders(of: &Path) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(of).map_err(|e| Error::io(of, e))? {
+        let path = entry.map_err(|e| Error::io(of, e))?.path();
+        if path.is_dir() {
+            found.push(path);
+        }
+    }
+    found.sort();
+    Ok(found)
+}
