@@ -8,10 +8,12 @@
 //!
 //! An annotation is one connected object of one class: cells of the class that touch at a side or a corner. Its segmentation is
 //! a run-length code, exact to the cell, its area the number of cells, and its box (`bbox`) x, y, width, height in cells. The number
-//! of a category is that of the class in the mask; cells of the class `undefined` have no annotation.
+//! of a category is that of the class in the mask; cells of the class `undefined` have no annotation. Besides COCO's own keys an
+//! image has its mask, radar, frame, time, the size of a cell (m, along a column and along a row), and the poses of radar and vehicle.
 
 use super::{Exporter, Finished, MaskedGrid, Order, Sweep};
 use catseye::base::error::{BadInput, Error, Result};
+use catseye::base::frames::Pose;
 use catseye::formats::stage::{MANIFEST, StagedDir};
 use catseye::road::mask::CellClass;
 use image::{GrayImage, RgbImage};
@@ -100,6 +102,10 @@ fn image_of(grid: &MaskedGrid) -> RgbImage {
     image
 }
 
+fn pose_record<A, B>(pose: &Pose<A, B>) -> Value {
+    json!({ "position_m": pose.translation_m.to_array(), "rotation_xyzw": pose.rotation.to_array() })
+}
+
 /// The annotations of one grid.
 #[derive(Default)]
 struct Annotations {
@@ -157,7 +163,8 @@ impl Folder {
         of.images.push(json!({
             "id": image, "file_name": name, "mask_file_name": format!("masks/{name}"), "width": grid.columns,
             "height": grid.rows, "radar": sweep.radar, "frame": sweep.frame, "time_s": sweep.time_ns as f64 * 1e-9,
-            "cell_m": grid.cell_m,
+            "cell_m": grid.cell_m, "radar_in_vehicle": pose_record(&sweep.sensor_in_vehicle),
+            "vehicle_in_world": pose_record(&sweep.vehicle_in_world),
         }));
         for component in components(&grid.mask, grid.rows, grid.columns) {
             of.annotations.push(json!({

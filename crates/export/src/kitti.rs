@@ -16,6 +16,7 @@
 //! than a tenth of the box from the camera, 1 where they hide less than a half, else 2.
 
 use super::class::{RoadUser, road_user};
+use super::map_mask::within;
 use super::tusimple::{Camera, NEAREST_M, Optical};
 use super::{Exporter, Finished, Order, Sweep, SweepBox, occlusion};
 use catseye::base::error::{BadInput, Error, Result};
@@ -265,16 +266,16 @@ impl Exporter for Folder {
                 .allowed(format!("0 to {LAST_FRAME}"))
                 .into());
         }
-        let frames = self.frames.entry(sweep.radar.clone()).or_default();
-        if frames.contains(&sweep.frame) {
+        if self.frames.get(&sweep.radar).is_some_and(|frames| frames.contains(&sweep.frame)) {
             return Err(Error::Failed(format!("frame {} of radar {} came twice", sweep.frame, sweep.radar)));
         }
-        frames.push(sweep.frame);
         let start = *self.start.get_or_insert(sweep.vehicle_in_world);
         let in_world = self.camera.mounting.then(&sweep.vehicle_in_world);
         let mut text = String::new();
         let labelled = |i: &usize| kind(&sweep.boxes[*i].class).is_some();
         for i in (0..sweep.boxes.len()).filter(labelled) {
+            within(sweep.boxes[i].centre_m)?;
+            within(sweep.boxes[i].size_m)?;
             let Some(label) = Label::of(&sweep.boxes, i, &self.camera, &in_world) else {
                 self.outside += 1;
                 continue;
@@ -289,6 +290,7 @@ impl Exporter for Folder {
         save(&file("label_2", "txt"), text)?;
         save(&file("calib", "txt"), self.calibration(sweep))?;
         save(&file("pose", "json"), self.poses(sweep, &start))?;
+        self.frames.entry(sweep.radar.clone()).or_default().push(sweep.frame);
         self.sweeps += 1;
         self.points += sweep.points.len();
         Ok(())
@@ -443,6 +445,9 @@ mod tests {
             out.push(&samples::empty("front", frame, frame as i64)).unwrap();
         }
         assert!(out.push(&samples::empty("front", 5, 9)).unwrap_err().to_string().contains("twice"));
+        let mut broken = samples::empty("front", 6, 9);
+        broken.boxes = vec![car(DVec3::new(1e300, 0.0, 0.0), 0.0)];
+        assert_eq!(out.push(&broken).unwrap_err().exit_code(), 2);
         let far = samples::empty("front", 1_000_000, 9);
         assert_eq!(out.push(&far).unwrap_err().exit_code(), 2);
         Box::new(out).finish().unwrap();

@@ -217,7 +217,7 @@ impl Sweep {
         }
         for b in &self.boxes {
             let finite = b.centre_m.is_finite() && b.size_m.is_finite() && b.velocity_mps.is_finite();
-            if !finite || !b.rotation.is_normalized() {
+            if !finite || b.size_m.min_element() < 0.0 || !b.rotation.is_normalized() {
                 return wrong(format!("a value of the box of object {}", b.id));
             }
         }
@@ -428,6 +428,13 @@ mod tests {
         assert!(s.check().unwrap_err().to_string().contains("point 0"));
         s.points[0].rcs_dbsm = f64::INFINITY;
         s.check().unwrap();
+        let good = samples::sweeps()[0].boxes[0].clone();
+        s.boxes =
+            vec![SweepBox { rotation: DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0).normalize(), ..good.clone() }];
+        assert!(s.check().unwrap_err().to_string().contains("object 7"));
+        s.boxes = vec![SweepBox { size_m: DVec3::new(4.0, -1.0, 1.0), ..good }];
+        assert!(s.check().unwrap_err().to_string().contains("object 7"));
+        s.boxes.clear();
         s.radar = "../front".into();
         assert_eq!(s.check().unwrap_err().exit_code(), 2);
         let mut order = Order::default();

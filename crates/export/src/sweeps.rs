@@ -48,7 +48,7 @@ struct Truth {
     #[serde(default)]
     lane_lines: Vec<LineRead>,
     #[serde(default)]
-    lanes: Vec<LineRead>,
+    lanes: Vec<LaneRead>,
 }
 
 #[derive(Deserialize)]
@@ -84,7 +84,12 @@ struct LineRead {
     name: String,
     #[serde(default)]
     points_m: Vec<[f64; 3]>,
-    /// Those of lanes.
+}
+
+#[derive(Deserialize)]
+struct LaneRead {
+    #[serde(flatten)]
+    line: LineRead,
     kind: Option<LaneKind>,
     #[serde(default)]
     left_m: Vec<[f64; 3]>,
@@ -297,7 +302,8 @@ fn read_box(b: &BoxRead) -> SweepBox {
 }
 
 fn lanes(truth: &Truth, into_vehicle: &Pose<World, catseye::base::frames::Vehicle>) -> Vec<SweepLane> {
-    let lines = truth.lane_lines.iter().chain(&truth.lanes).filter(|l| !l.points_m.is_empty());
+    let of_lanes = truth.lanes.iter().map(|l| &l.line);
+    let lines = truth.lane_lines.iter().chain(of_lanes).filter(|l| !l.points_m.is_empty());
     lines
         .zip(1u32..)
         .map(|(l, id)| SweepLane {
