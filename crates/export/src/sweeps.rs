@@ -328,22 +328,26 @@ fn drivable(truth: &Truth) -> Vec<LaneArea> {
 
 /// `mask_NAME.npy` and `grid_NAME.npy`, checked against the grid that they are made on.
 fn masked_grid(dir: &Path, name: &str, grid: Grid, classes: &[CellClass]) -> Result<MaskedGrid> {
-    let file = |kind: &str| {
+    let file = |kind: &str| -> Result<PathBuf> {
         let path = dir.join(format!("{kind}_{name}.npy"));
         match path.is_file() {
             true => Ok(path),
             false => Err(BadInput::new("no such file")
                 .file(path)
-                .remedy("export needs the grids: simulate with [output] masks = true")),
+                .remedy("export needs the grids: simulate with [output] masks = true")
+                .into()),
         }
     };
-    let shaped = |path: &Path, shape: &[usize], expected: &[usize]| match shape == expected {
-        true => Ok(()),
-        false => Err(BadInput::new("is not of the size that catseye writes")
+    let shaped = |path: &Path, shape: &[usize], expected: &[usize]| -> Result<()> {
+        if shape == expected {
+            return Ok(());
+        }
+        Err(BadInput::new("is not of the size that catseye writes")
             .file(path)
             .key("shape")
             .value(format!("{shape:?}"))
-            .allowed(format!("{expected:?}"))),
+            .allowed(format!("{expected:?}"))
+            .into())
     };
     let path = file("mask")?;
     let cells: npy::Array<u8> = npy::read(&path)?;
@@ -498,7 +502,9 @@ mod tests {
         assert_eq!(s.range_doppler.unwrap().range_columns, 3);
         assert!((r.highest_dbm().unwrap().unwrap() + 60.0).abs() < 1e-4);
         // A run that knows wholes and turning.
-        let parts = r#","lanes":[{"number":1}],"lane_lines":[{"name":"l","points_m":[[0,0,0]]}],
+        let parts = r#","lanes":[{"number":1,"kind":"driving","left_m":[[0,2,0],[9,2,0]],"right_m":[[0,-2,0],[9,-2,0]]},
+            {"kind":"verge","left_m":[[0,3,0],[9,3,0]],"right_m":[[0,2,0],[9,2,0]]},{"number":3}],
+            "lane_lines":[{"name":"l","kind":"none","points_m":[[0,0,0]]}],
             "actors":[{"id":3,"class":"car","centre_m":[20,1,0.7],"size_m":[4,2,1.4],"rotation_xyzw":[0,0,0,1],
             "velocity_mps":[5,0,0],"parts":[3,4]}]"#;
         let s = run(t.path(), parts).unwrap().sweep(0, Extras::default()).unwrap();
@@ -507,6 +513,12 @@ mod tests {
             (3, "car", Some(true))
         );
         assert_eq!((s.lanes.len(), s.range_doppler), (1, None));
+        // A lane that is driven; a verge is none, and a line's kind is not a lane's.
+        assert_eq!(s.drivable.len(), 1);
+        assert_eq!(
+            (s.drivable[0].left_m[1], s.drivable[0].right_m[0]),
+            (DVec3::new(9.0, 2.0, 0.0), DVec3::new(0.0, -2.0, 0.0))
+        );
     }
 
     #[test]
