@@ -5,14 +5,14 @@ use super::global::{Global, print, print_json};
 use catseye::base::error::{BadInput, Result};
 use catseye::formats::check_extension;
 use catseye::formats::stage;
-use catseye_export::sweeps::Run;
+use catseye_export::sweeps::{Extras, Run};
 use catseye_export::tusimple::{Camera, LaneFile};
-use catseye_export::{Exporter, pcd};
+use catseye_export::{Exporter, coco, kitti, nuscenes, pcd};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;
 
-/// Export the frames of a run: nuScenes point clouds, RadarScenes, MCAP, ASAM OSI, TuSimple lane lines
+/// Export the frames of a run: nuScenes, KITTI and View-of-Delft, COCO, RadarScenes, MCAP, ASAM OSI, TuSimple
 #[derive(Debug, Args)]
 pub struct Export {
     /// Folder that `catseye simulate` wrote, with points and truth
@@ -20,30 +20,34 @@ pub struct Export {
     /// What to write
     #[arg(long)]
     pub format: Format,
-    /// Folder (pcd, radarscenes) or file (mcap, osi: a name in _sd.osi tells readers what it is, tusimple) to write
+    /// Folder (pcd, nuscenes, kitti, coco, radarscenes) or file (mcap, osi: a name in _sd.osi tells readers what it is,
+    /// tusimple) to write
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// radarscenes: name of the sequence
+    /// radarscenes, nuscenes: name of the sequence or scene
     #[arg(long, default_value = "sequence_1")]
     pub sequence: String,
+    /// nuscenes: time between key frames, s; 0 makes every frame one
+    #[arg(long, value_name = "S", default_value_t = 0.5, allow_hyphen_values = true)]
+    pub key_interval_s: f64,
     #[command(flatten)]
     pub camera: CameraArgs,
 }
 
-/// The camera of TuSimple's lane lines. Default focal length and place are those of nuScenes' front camera.
+/// The camera of TuSimple's lane lines and KITTI's labels. Default focal length and place are those of nuScenes' front camera.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Camera of TuSimple's lane lines")]
+#[command(next_help_heading = "Camera of TuSimple's lane lines and KITTI's labels")]
 pub struct CameraArgs {
-    /// tusimple: width and height of the picture, pixels
+    /// tusimple, kitti: width and height of the picture, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub camera_size: String,
-    /// tusimple: focal length, pixels
+    /// tusimple, kitti: focal length, pixels
     #[arg(long, value_name = "PX")]
     pub camera_focal_px: Option<f64>,
-    /// tusimple: place in the vehicle (x forward from the rear axle, y left, z up)
+    /// tusimple, kitti: place in the vehicle (x forward from the rear axle, y left, z up)
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub camera_position_m: Option<String>,
-    /// tusimple: how far the optical axis points down
+    /// tusimple, kitti: how far the optical axis points down
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true)]
     pub camera_pitch_deg: f64,
 }
@@ -52,6 +56,12 @@ pub struct CameraArgs {
 pub enum Format {
     /// nuScenes radar point clouds, a PCD file for each sweep
     Pcd,
+    /// A whole nuScenes data set: its thirteen tables, radar point clouds and a map; road users are annotated
+    Nuscenes,
+    /// KITTI's folders with View-of-Delft's radar points: points, labels in a camera, calibration, poses, splits
+    Kitti,
+    /// COCO annotations of the grids and masks that `[output] masks = true` writes
+    Coco,
     /// radar_data.h5 and scenes.json
     Radarscenes,
     /// Foxglove point clouds, transforms, boxes and maps
@@ -105,6 +115,13 @@ impl Export {
     fn exporter(&self, run: &Run, force: bool) -> Result<Box<dyn Exporter>> {
         Ok(match self.format {
             Format::Pcd => Box::new(pcd::Clouds::create(&self.output, force)?),
+            Format::Nuscenes => {
+                let settings =
+                    nuscenes::Settings { scene: self.sequence.clone(), key_interval_s: self.key_interval_s };
+                Box::new(nuscenes::Tables::create(&self.output, settings, force)?)
+            }
+            Format::Kitti => Box::new(kitti::Folder::create(&self.output, self.camera.camera()?, force)?),
+            Format::Coco => Box::new(coco::Folder::create(&self.output, force)?),
             Format::Tusimple => Box::new(LaneFile::create(&self.output, self.camera.camera()?, force)?),
             #[cfg(feature = "hdf5")]
             Format::Radarscenes => {
@@ -132,7 +149,7 @@ impl Export {
     pub fn run(&self, global: &Global) -> Result<()> {
         stage::distinct(&[&self.output], &[&self.run])?;
         match self.format {
-            Format::Pcd | Format::Radarscenes => {}
+            Format::Pcd | Format::Nuscenes | Format::Kitti | Format::Coco | Format::Radarscenes => {}
             Format::Mcap => check_extension(&self.output, &["mcap"])?,
             Format::Osi => check_extension(&self.output, &["osi"])?,
             Format::Tusimple => check_extension(&self.output, &["json", "jsonl"])?,
@@ -140,8 +157,9 @@ impl Export {
         let run = Run::open(&self.run)?;
         let mut exporter = self.exporter(&run, global.force)?;
         let bar = global.bar("sweeps", run.len() as u64, Kept::Nothing);
+        let extras = Extras { map: self.format == Format::Mcap, grids: self.format == Format::Coco };
         for at in 0..run.len() {
-            exporter.push(&run.sweep(at, self.format == Format::Mcap)?)?;
+            exporter.push(&run.sweep(at, extras)?)?;
             bar.inc(1);
         }
         drop(bar);

@@ -1,4 +1,5 @@
-//! Files that other tools read: nuScenes point clouds ([`pcd`]), RadarScenes sequences (`radarscenes`), MCAP recordings for
+//! Files that other tools read: nuScenes point clouds ([`pcd`]) and whole nuScenes tables ([`nuscenes`]), the layout of KITTI and
+//! View-of-Delft ([`kitti`]), COCO annotations of grids ([`coco`]), RadarScenes sequences (`radarscenes`), MCAP recordings for
 //! Foxglove and Lichtblick (`mcap`), ASAM OSI traces (`osi`) and TuSimple lane lines ([`tusimple`]).
 //!
 //! All of them are written from [`Sweep`]s, which know nothing of the chain that made them. Axes are those of ISO 8855 and range
@@ -6,8 +7,13 @@
 //! one after the other ([`Exporter`]), so that a run of any length needs the memory of one.
 
 pub mod class;
+pub mod coco;
+pub mod kitti;
+mod map_mask;
 #[cfg(feature = "mcap")]
 pub mod mcap;
+pub mod nuscenes;
+mod occlusion;
 #[cfg(feature = "osi")]
 pub mod osi;
 pub mod pcd;
@@ -50,6 +56,10 @@ pub struct Sweep {
     pub range_doppler: Option<PowerImage>,
     /// Lane lines, from left to right where that is known.
     pub lanes: Vec<SweepLane>,
+    /// Pieces of drivable lanes near the vehicle.
+    pub drivable: Vec<LaneArea>,
+    /// Grids of points with their masks, where they were stored and asked for.
+    pub grids: Vec<MaskedGrid>,
 }
 
 /// A detection.
@@ -138,6 +148,35 @@ pub struct SweepLane {
     pub points_m: Vec<DVec3>,
 }
 
+/// A piece of a drivable lane in the world. Both edges have as many points; those with the same index face each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LaneArea {
+    /// Left edge, m.
+    pub left_m: Vec<DVec3>,
+    /// Right edge, m.
+    pub right_m: Vec<DVec3>,
+}
+
+/// The points of a sweep in the cells of a grid, and what lies in each cell. Arrays are `[row, column]` as
+/// [`Grid`](catseye::road::mask::Grid) says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MaskedGrid {
+    /// Name of the grid: letters, digits, `_` and `-`.
+    pub name: String,
+    /// Number of rows.
+    pub rows: usize,
+    /// Number of columns.
+    pub columns: usize,
+    /// Extent of a cell along a column and along a row, m.
+    pub cell_m: [f64; 2],
+    /// Number of the [`CellClass`](catseye::road::mask::CellClass) of each cell.
+    pub mask: Vec<u8>,
+    /// The classes that this grid's mask shows besides lanes.
+    pub classes: Vec<catseye::road::mask::CellClass>,
+    /// Number of points, amplitude (0 to 1), mean range (m) and mean azimuth (rad): `[plane, row, column]`.
+    pub planes: Vec<f32>,
+}
+
 impl Sweep {
     /// Pose of the sensor in the world.
     pub fn sensor_in_world(&self) -> Pose<Sensor, World> {
@@ -178,7 +217,7 @@ impl Sweep {
         }
         for b in &self.boxes {
             let finite = b.centre_m.is_finite() && b.size_m.is_finite() && b.velocity_mps.is_finite();
-            if !finite || !b.rotation.is_normalized() {
+            if !finite || b.size_m.min_element() < 0.0 || !b.rotation.is_normalized() {
                 return wrong(format!("a value of the box of object {}", b.id));
             }
         }
@@ -203,6 +242,24 @@ impl Sweep {
                 map.range_columns,
                 map.power_w.len()
             )));
+        }
+        for grid in &self.grids {
+            check_name("grid", &grid.name)?;
+            let cells = grid.rows.checked_mul(grid.columns);
+            if cells != Some(grid.mask.len())
+                || cells.and_then(|c| c.checked_mul(4)) != Some(grid.planes.len())
+            {
+                return Err(Error::Failed(format!(
+                    "frame {}, radar {}: the grid '{}' of {} x {} has {} classes and {} values",
+                    self.frame,
+                    self.radar,
+                    grid.name,
+                    grid.rows,
+                    grid.columns,
+                    grid.mask.len(),
+                    grid.planes.len()
+                )));
+            }
         }
         Ok(())
     }
@@ -371,6 +428,13 @@ mod tests {
         assert!(s.check().unwrap_err().to_string().contains("point 0"));
         s.points[0].rcs_dbsm = f64::INFINITY;
         s.check().unwrap();
+        let good = samples::sweeps()[0].boxes[0].clone();
+        s.boxes =
+            vec![SweepBox { rotation: DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0).normalize(), ..good.clone() }];
+        assert!(s.check().unwrap_err().to_string().contains("object 7"));
+        s.boxes = vec![SweepBox { size_m: DVec3::new(4.0, -1.0, 1.0), ..good }];
+        assert!(s.check().unwrap_err().to_string().contains("object 7"));
+        s.boxes.clear();
         s.radar = "../front".into();
         assert_eq!(s.check().unwrap_err().exit_code(), 2);
         let mut order = Order::default();

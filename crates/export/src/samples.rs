@@ -2,6 +2,7 @@
 //! it as files in the folder of the environment variable `CATSEYE_SAMPLES`.
 
 use super::*;
+use catseye::road::mask::CellClass;
 use serde_json::{Value, json};
 
 /// A sweep of nothing.
@@ -19,6 +20,8 @@ pub fn empty(radar: &str, frame: u64, time_ns: i64) -> Sweep {
         boxes: Vec::new(),
         range_doppler: None,
         lanes: Vec::new(),
+        drivable: Vec::new(),
+        grids: Vec::new(),
     }
 }
 
@@ -76,6 +79,55 @@ fn truth(time_s: f64) -> Vec<SweepBox> {
         ),
         about(12, "guard_rail", DVec3::new(40.0, -6.0, 0.6), DVec3::new(80.0, 0.1, 0.3), 0.0, DVec3::ZERO),
     ]
+}
+
+/// A lane 3.5 m wide along x at y = -1.5 m that bends left by 5 m over 60 m, in the world.
+fn lane_area() -> LaneArea {
+    let line = |offset: f64| {
+        (0..=40)
+            .map(|i| {
+                let x = 2.0 * f64::from(i) - 20.0;
+                DVec3::new(x, -1.5 + offset + if x > 0.0 { 5.0 * (x / 60.0).powi(2) } else { 0.0 }, 0.0)
+            })
+            .collect()
+    };
+    LaneArea { left_m: line(1.75), right_m: line(-1.75) }
+}
+
+/// A grid with a lane that parts of two vehicles cover, a slanted line of the first class, and a few points.
+fn grid(name: &str, rows: usize, columns: usize, classes: [CellClass; 2], frame: u64) -> MaskedGrid {
+    let mut mask = vec![CellClass::Undefined as u8; rows * columns];
+    let mut planes = vec![0f32; 4 * rows * columns];
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = row * columns + column;
+            let line = (columns - 4).abs_diff(column) == row / 8;
+            let near = (4..9).contains(&row) && (6..10).contains(&column);
+            let far = row >= rows - 3 && (3..12).contains(&(column + frame as usize));
+            mask[at] = match () {
+                () if near || far => CellClass::Vehicle as u8,
+                () if line => classes[0] as u8,
+                () if (5..14).contains(&column) => CellClass::Lane as u8,
+                () => CellClass::Undefined as u8,
+            };
+            if (row + 3 * column) % 17 == 0 {
+                let count = 1 + (row + column) % 3;
+                let values = [count as f32, 1.0 / (1 + row) as f32, row as f32, 0.01 * column as f32 - 0.1];
+                for (plane, value) in values.into_iter().enumerate() {
+                    planes[plane * rows * columns + at] = value;
+                }
+            }
+        }
+    }
+    MaskedGrid {
+        name: name.into(),
+        rows,
+        columns,
+        cell_m: [1.0, 0.5],
+        mask,
+        classes: classes.to_vec(),
+        planes,
+    }
 }
 
 /// Two radars and two frames of a car that turns left; the last sweep has no points.
@@ -145,6 +197,9 @@ pub fn sweeps() -> Vec<Sweep> {
                         .collect(),
                 })
                 .to_vec();
+            s.drivable = vec![lane_area()];
+            s.grids = vec![grid("road", 48, 32, [CellClass::GuardRail, CellClass::Vehicle], frame)];
+            s.grids.push(grid("markers", 20, 20, [CellClass::Marker, CellClass::Vehicle], frame));
             out.push(s);
         }
     }
@@ -187,6 +242,14 @@ pub fn expected(sweeps: &[Sweep]) -> Value {
             "range_doppler": s.range_doppler.as_ref().map(|m| json!({
                 "rows": m.doppler_rows, "columns": m.range_columns, "power_w": m.power_w,
             })),
+            "drivable": s.drivable.iter().map(|l| json!({
+                "left_m": l.left_m.iter().map(|p| p.to_array()).collect::<Vec<_>>(),
+                "right_m": l.right_m.iter().map(|p| p.to_array()).collect::<Vec<_>>(),
+            })).collect::<Vec<_>>(),
+            "grids": s.grids.iter().map(|g| json!({
+                "name": g.name, "rows": g.rows, "columns": g.columns, "cell_m": g.cell_m, "mask": g.mask, "planes": g.planes,
+                "classes": g.classes.iter().map(|c| c.name()).collect::<Vec<_>>(),
+            })).collect::<Vec<_>>(),
             "lanes": s.lanes.iter().map(|l| json!({
                 "id": l.id, "name": l.name, "points_m": l.points_m.iter().map(|p| p.to_array()).collect::<Vec<_>>(),
             })).collect::<Vec<_>>(),
@@ -212,6 +275,18 @@ fn written_for_the_public_readers() {
     let formats = |folder: &std::path::Path| -> Vec<Box<dyn Exporter>> {
         vec![
             Box::new(pcd::Clouds::create(&folder.join("pcd"), true).unwrap()),
+            Box::new(
+                nuscenes::Tables::create(
+                    &folder.join("nuscenes"),
+                    nuscenes::Settings { scene: "scene-0001".into(), key_interval_s: 0.5 },
+                    true,
+                )
+                .unwrap(),
+            ),
+            Box::new(
+                kitti::Folder::create(&folder.join("kitti"), tusimple::Camera::default(), true).unwrap(),
+            ),
+            Box::new(coco::Folder::create(&folder.join("coco"), true).unwrap()),
             Box::new(
                 tusimple::LaneFile::create(&folder.join("lanes.json"), tusimple::Camera::default(), true)
                     .unwrap(),

@@ -1,13 +1,15 @@
 //! The frames of a run folder (`catseye simulate`) as sweeps for the exporters of [`crate`]: points from
 //! `points.csv`, poses, boxes and lane lines from `truth.json`, maps from `range_doppler.npy`.
 
-use crate::{PowerImage, Sweep, SweepBox, SweepLane, SweepPoint};
+use crate::{LaneArea, MaskedGrid, PowerImage, Sweep, SweepBox, SweepLane, SweepPoint};
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::base::frames::{Pose, World};
 use catseye::base::units::dbm_from_w;
 use catseye::formats::csv::Table;
 use catseye::formats::stage::MANIFEST;
 use catseye::formats::{input, npy};
+use catseye::road::layout::LaneKind;
+use catseye::road::mask::{self, CellClass, Grid};
 use catseye_io::files::frame_name;
 use catseye_io::manifest::{Axes, PerRadar};
 use glam::{DQuat, DVec3};
@@ -46,7 +48,7 @@ struct Truth {
     #[serde(default)]
     lane_lines: Vec<LineRead>,
     #[serde(default)]
-    lanes: Vec<LineRead>,
+    lanes: Vec<LaneRead>,
 }
 
 #[derive(Deserialize)]
@@ -82,6 +84,26 @@ struct LineRead {
     name: String,
     #[serde(default)]
     points_m: Vec<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+struct LaneRead {
+    #[serde(flatten)]
+    line: LineRead,
+    kind: Option<LaneKind>,
+    #[serde(default)]
+    left_m: Vec<[f64; 3]>,
+    #[serde(default)]
+    right_m: Vec<[f64; 3]>,
+}
+
+/// What a sweep holds besides points and truth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Extras {
+    /// The range-Doppler map, if there is one.
+    pub map: bool,
+    /// The grids of points with their masks, which then have to be there.
+    pub grids: bool,
 }
 
 /// A run folder.
@@ -182,11 +204,11 @@ impl Run {
         Ok((0..seen.len()).map(|i| (seen[i].0, rate(i))).collect())
     }
 
-    /// Number `at` of the run's sweeps, in the order of time; `map` reads the range-Doppler map too, if there is one.
+    /// Number `at` of the run's sweeps, in the order of time, with the extras that are asked for.
     ///
     /// # Errors
     /// Returns `BadInput` for files that are missing or not what the run wrote.
-    pub fn sweep(&self, at: usize, map: bool) -> Result<Sweep> {
+    pub fn sweep(&self, at: usize, extras: Extras) -> Result<Sweep> {
         let head = self.frames.get(at).ok_or_else(|| {
             Error::Failed(format!("{}: sweep {at} of {}", self.folder.display(), self.frames.len()))
         })?;
@@ -208,10 +230,18 @@ impl Run {
             boxes: boxes.iter().map(read_box).collect(),
             range_doppler: None,
             lanes: lanes(&truth, &vehicle_in_world.inverse()),
+            drivable: drivable(&truth),
+            grids: Vec::new(),
         };
         sweep.points = read_points(&dir.join("points.csv"), boxes)?;
-        if map {
+        if extras.map {
             sweep.range_doppler = self.map(head)?;
+        }
+        if extras.grids {
+            sweep.grids = vec![
+                masked_grid(&dir, "road", Grid::ROAD, &mask::ROAD_CLASSES)?,
+                masked_grid(&dir, "markers", Grid::MARKERS, &mask::MARKER_CLASSES)?,
+            ];
         }
         Ok(sweep)
     }
@@ -272,7 +302,8 @@ fn read_box(b: &BoxRead) -> SweepBox {
 }
 
 fn lanes(truth: &Truth, into_vehicle: &Pose<World, catseye::base::frames::Vehicle>) -> Vec<SweepLane> {
-    let lines = truth.lane_lines.iter().chain(&truth.lanes).filter(|l| !l.points_m.is_empty());
+    let of_lanes = truth.lanes.iter().map(|l| &l.line);
+    let lines = truth.lane_lines.iter().chain(of_lanes).filter(|l| !l.points_m.is_empty());
     lines
         .zip(1u32..)
         .map(|(l, id)| SweepLane {
@@ -281,6 +312,63 @@ fn lanes(truth: &Truth, into_vehicle: &Pose<World, catseye::base::frames::Vehicl
             points_m: l.points_m.iter().map(|p| into_vehicle.point(DVec3::from_array(*p))).collect(),
         })
         .collect()
+}
+
+fn drivable(truth: &Truth) -> Vec<LaneArea> {
+    let lanes = truth.lanes.iter().filter(|l| l.kind.is_some_and(LaneKind::is_drivable));
+    let line = |points: &[[f64; 3]], count| points[..count].iter().map(|p| DVec3::from_array(*p)).collect();
+    lanes
+        .map(|l| {
+            let count = l.left_m.len().min(l.right_m.len());
+            LaneArea { left_m: line(&l.left_m, count), right_m: line(&l.right_m, count) }
+        })
+        .filter(|l| l.left_m.len() >= 2)
+        .collect()
+}
+
+/// `mask_NAME.npy` and `grid_NAME.npy`, checked against the grid that they are made on.
+fn masked_grid(dir: &Path, name: &str, grid: Grid, classes: &[CellClass]) -> Result<MaskedGrid> {
+    let file = |kind: &str| -> Result<PathBuf> {
+        let path = dir.join(format!("{kind}_{name}.npy"));
+        match path.is_file() {
+            true => Ok(path),
+            false => Err(BadInput::new("no such file")
+                .file(path)
+                .remedy("export needs the grids: simulate with [output] masks = true")
+                .into()),
+        }
+    };
+    let shaped = |path: &Path, shape: &[usize], expected: &[usize]| -> Result<()> {
+        if shape == expected {
+            return Ok(());
+        }
+        Err(BadInput::new("is not of the size that catseye writes")
+            .file(path)
+            .key("shape")
+            .value(format!("{shape:?}"))
+            .allowed(format!("{expected:?}"))
+            .into())
+    };
+    let path = file("mask")?;
+    let cells: npy::Array<u8> = npy::read(&path)?;
+    shaped(&path, &cells.shape, &[grid.rows, grid.columns])?;
+    if let Some(bad) = cells.data.iter().find(|c| usize::from(**c) >= CellClass::ALL.len()) {
+        let allowed = format!("0 to {}", CellClass::ALL.len() - 1);
+        return Err(BadInput::new("is no class of a mask").file(&path).value(bad).allowed(allowed).into());
+    }
+    let path = file("grid")?;
+    let planes = npy::read_f32(&path)?;
+    shaped(&path, &planes.shape, &[4, grid.rows, grid.columns])?;
+    npy::check_finite(&path, &planes, f32::is_finite)?;
+    Ok(MaskedGrid {
+        name: name.into(),
+        rows: grid.rows,
+        columns: grid.columns,
+        cell_m: [grid.ahead_m / grid.rows as f64, grid.across_m / grid.columns as f64],
+        mask: cells.data,
+        classes: classes.to_vec(),
+        planes: planes.data,
+    })
 }
 
 /// Points carry the id of the box that their object is a part of.
@@ -351,6 +439,7 @@ mod tests {
     use super::*;
     use std::fs;
 
+    const MAP: Extras = Extras { map: true, grids: false };
     const POINTS: &str = "range_m,range_rate_mps,azimuth_deg,elevation_deg,x_m,y_m,z_m,power_dbm,snr_db,rcs_dbsm,object_id,class,\
         range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity,bounces,ghost,share,side_lobe\n\
         20,-3,30,0,17.3,10,0,-80,25,10,4,car.wheel,0.01,0.02,0.5,,unambiguous,1,0,0.9,0\n\
@@ -391,7 +480,7 @@ mod tests {
         let lines = r#","lanes":[{"name":"left","points_m":[[0,1,0],[9,1,0]]}]"#;
         let r = run(t.path(), lines).unwrap();
         assert_eq!(r.len(), 3);
-        let s = r.sweep(1, true).unwrap();
+        let s = r.sweep(1, MAP).unwrap();
         assert_eq!((s.frame, s.time_ns), (1, 100_000_000));
         let mount = s.sensor_in_vehicle.translation_m;
         assert!((mount - DVec3::new(2.0, 0.0, 0.5)).length() < 1e-12, "{mount}");
@@ -408,20 +497,28 @@ mod tests {
         // An older run knows no side lobes.
         let before: String = POINTS.lines().map(|l| format!("{}\n", l.rsplit_once(',').unwrap().0)).collect();
         fs::write(t.path().join("frame_000001/points.csv"), before).unwrap();
-        let old = r.sweep(1, false).unwrap();
+        let old = r.sweep(1, Extras::default()).unwrap();
         assert_eq!(old.points.iter().map(|p| p.ghost).collect::<Vec<_>>(), [false, true, false]);
         assert_eq!(s.range_doppler.unwrap().range_columns, 3);
         assert!((r.highest_dbm().unwrap().unwrap() + 60.0).abs() < 1e-4);
         // A run that knows wholes and turning.
-        let parts = r#","lanes":[{"number":1}],"lane_lines":[{"name":"l","points_m":[[0,0,0]]}],
+        let parts = r#","lanes":[{"number":1,"kind":"driving","left_m":[[0,2,0],[9,2,0]],"right_m":[[0,-2,0],[9,-2,0]]},
+            {"kind":"verge","left_m":[[0,3,0],[9,3,0]],"right_m":[[0,2,0],[9,2,0]]},{"number":3}],
+            "lane_lines":[{"name":"l","kind":"none","points_m":[[0,0,0]]}],
             "actors":[{"id":3,"class":"car","centre_m":[20,1,0.7],"size_m":[4,2,1.4],"rotation_xyzw":[0,0,0,1],
             "velocity_mps":[5,0,0],"parts":[3,4]}]"#;
-        let s = run(t.path(), parts).unwrap().sweep(0, false).unwrap();
+        let s = run(t.path(), parts).unwrap().sweep(0, Extras::default()).unwrap();
         assert_eq!(
             (s.points[0].object_id, s.points[0].class.as_str(), s.points[0].moving),
             (3, "car", Some(true))
         );
         assert_eq!((s.lanes.len(), s.range_doppler), (1, None));
+        // A lane that is driven; a verge is none, and a line's kind is not a lane's.
+        assert_eq!(s.drivable.len(), 1);
+        assert_eq!(
+            (s.drivable[0].left_m[1], s.drivable[0].right_m[0]),
+            (DVec3::new(9.0, 2.0, 0.0), DVec3::new(0.0, -2.0, 0.0))
+        );
     }
 
     #[test]
@@ -432,14 +529,14 @@ mod tests {
         assert!(code == 2 && text.contains("simulate"), "{text}");
         let r = run(t.path(), "").unwrap();
         fs::remove_file(t.path().join("frame_000001/points.csv")).unwrap();
-        let (code, text) = remedy(r.sweep(1, false).unwrap_err());
+        let (code, text) = remedy(r.sweep(1, Extras::default()).unwrap_err());
         assert!(code == 2 && text.contains("points = true"), "{text}");
         fs::write(t.path().join("frame_000002/truth.json"), "{}").unwrap();
-        let (code, text) = remedy(r.sweep(2, false).unwrap_err());
+        let (code, text) = remedy(r.sweep(2, Extras::default()).unwrap_err());
         assert!(code == 2 && text.contains("truth.json"), "{text}");
         npy::write(t.path().join("frame_000000/range_doppler.npy"), &[3, 2], &[0f32; 6]).unwrap();
-        assert_eq!(r.sweep(0, true).unwrap_err().exit_code(), 2);
-        r.sweep(0, false).unwrap();
+        assert_eq!(r.sweep(0, MAP).unwrap_err().exit_code(), 2);
+        r.sweep(0, Extras::default()).unwrap();
         fs::write(t.path().join(MANIFEST), r#"{"frames":[]}"#).unwrap();
         assert_eq!(Run::open(t.path()).err().unwrap().exit_code(), 2);
     }

@@ -17,7 +17,7 @@ use std::path::Path;
 /// Column of a line that is not in the picture.
 pub const ABSENT: i64 = -2;
 /// What is nearer along the optical axis is not drawn.
-const NEAREST_M: f64 = 0.1;
+pub(crate) const NEAREST_M: f64 = 0.1;
 
 /// Axes of a camera: x along the optical axis, y left, z up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,14 +61,16 @@ impl Camera {
         }
     }
 
-    /// Checks that the camera makes a picture.
+    fn wrong(key: &str, value: String, allowed: &str) -> Result<()> {
+        Err(BadInput::new("is no camera").key(key).value(value).allowed(allowed).into())
+    }
+
+    /// Checks that the camera makes a picture, whatever rows are asked for.
     ///
     /// # Errors
-    /// `BadInput` for a size or a focal length that is not positive, a row outside the picture, a place that is not a number.
-    pub fn check(&self) -> Result<()> {
-        let wrong = |key: &str, value: String, allowed: &str| {
-            Err(BadInput::new("is no camera").key(key).value(value).allowed(allowed).into())
-        };
+    /// `BadInput` for a size or a focal length that is not positive, and a place that is not a number.
+    pub fn check_picture(&self) -> Result<()> {
+        let wrong = Self::wrong;
         if self.width_px == 0 || self.height_px == 0 {
             return wrong(
                 "camera size",
@@ -83,6 +85,16 @@ impl Camera {
         if !place.is_finite() || !self.mounting.rotation.is_normalized() {
             return wrong("camera position_m", place.to_string(), "finite numbers");
         }
+        Ok(())
+    }
+
+    /// Checks that the camera makes a picture with the rows that are asked for.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::check_picture`], and `BadInput` for no row or one outside the picture.
+    pub fn check(&self) -> Result<()> {
+        self.check_picture()?;
+        let wrong = Self::wrong;
         match self.rows.iter().find(|r| **r >= self.height_px) {
             Some(row) => wrong("h_samples", row.to_string(), "rows of the picture"),
             None if self.rows.is_empty() => {
@@ -93,7 +105,7 @@ impl Camera {
     }
 
     /// Column and row of a point in the camera's axes, before the camera.
-    fn project(&self, p: DVec3) -> DVec2 {
+    pub(crate) fn project(&self, p: DVec3) -> DVec2 {
         DVec2::new(
             self.centre_px[0] - self.focal_px * p.y / p.x,
             self.centre_px[1] - self.focal_px * p.z / p.x,
