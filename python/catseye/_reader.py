@@ -20,20 +20,18 @@ Sample = dict[str, Any]
 class Dataset(Sequence[Sample]):
     """The frames of a dataset that :func:`catseye.dataset` or ``catseye dataset`` wrote, whatever its format.
 
-    ``dataset[i]`` is a dictionary: ``"frame"`` (number of the frame), each array by its name (``"adc"``: complex64
-    [chirp, rx_virtual, sample] in sqrt(W); ``"range_doppler"``: float32 [doppler, range] in W) and each table by its name
-    (``"points"``, ``"boxes"``, ...) as a structured array with the frame's rows, whose units are in the column names.
-    ``dataset[a:b]`` is a dataset of fewer frames. Nothing is read before it is asked for. Instances can be pickled, and sent to
-    processes that were forked or spawned.
+    ``dataset[i]`` is a dictionary: ``"frame"`` (number of the frame), each array by its name (``"adc"``: complex64 [chirp, rx_virtual, sample] in
+    sqrt(W); ``"range_doppler"``: float32 [doppler, range] in W) and each table by its name (``"points"``, ``"boxes"``, ...) as a structured array
+    with the frame's rows, whose units are in the column names. ``dataset[a:b]`` is a dataset of fewer frames. Nothing is read before it is asked for.
+    Instances can be pickled, and sent to processes that were forked or spawned.
 
-    folder: of the dataset. split: "train", "validation" or "test", default all frames. arrays, tables: names of those to read,
-    default all.
+    folder: of the dataset. split: "train", "validation" or "test", default all frames. arrays, tables: names of those to read, default all.
 
-    tensors: names of tensors that are computed of the stored samples when a frame is read, and added to its dictionary: "range_doppler", "range_azimuth",
-    "angle_doppler", "rad", "chirps_azimuth", "tensor4d", "sparse" ("sparse_indices", "sparse_power_w"), and labels of them, "masks"
-    ("mask_range_azimuth", "mask_range_doppler", "mask_angle_doppler"), "confidence" and "objects" (boxes as the radar sees them). A dictionary in place of
-    the list gives the options of each, as those of the functions of :mod:`catseye.dsp`. radar: the Radar, preset or path that the recipe names;
-    engine: to compute them with.
+    tensors: names of tensors that are computed of the stored samples when a frame is read, and added to its dictionary: "range_doppler",
+    "range_azimuth", "angle_doppler", "rad", "chirps_azimuth", "tensor4d", "sparse" ("sparse_indices", "sparse_power_w"), and labels of them, "masks"
+    ("mask_range_azimuth", "mask_range_doppler", "mask_angle_doppler"), "confidence" and "objects" (boxes as the radar sees them). A dictionary in
+    place of the list gives the options of each, as those of the functions of :mod:`catseye.dsp`. radar: the Radar, preset or path that the recipe
+    names; engine: to compute them with.
 
     Raises BadInput for a folder that is no dataset, and for a frame whose shard is missing or broken when it is read.
     """

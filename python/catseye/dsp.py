@@ -82,8 +82,8 @@ def range_transform(
 ) -> _Array:
     """The range transform of every chirp: complex [chirp, channel, range] in sqrt(W).
 
-    adc: [chirp, rx_virtual, sample], complex or real. ramp: of a radar with several. What stands still is gone where the radar's settings ask for that.
-    A keystone transform goes before the range transform, and is refused here: take :func:`range_doppler`.
+    adc: [chirp, rx_virtual, sample], complex or real. ramp: of a radar with several. What stands still is gone where the radar's settings ask for
+    that. A keystone transform goes before the range transform, and is refused here: take :func:`range_doppler`.
     """
     return _c.dsp_range_transform(adc, _changed(radar, processing), ramp, engine)
 
@@ -91,16 +91,16 @@ def range_transform(
 def doppler_transform(
     range_spectrum: ArrayLike, *, radar: _Radar, ramp: int = 0, engine: _Engine | None = None, **processing: Any
 ) -> _Array:
-    """The Doppler transform of what :func:`range_transform` gives: complex [doppler, channel, range] in sqrt(W), zero Doppler in row M // 2, rows growing
-    with range rate. A radar with Doppler bands has its bands as further channels, [band, receiver]."""
+    """The Doppler transform of what :func:`range_transform` gives: complex [doppler, channel, range] in sqrt(W), zero Doppler in row M // 2, rows
+    growing with range rate. A radar with Doppler bands has its bands as further channels, [band, receiver]."""
     return _c.dsp_doppler_transform(range_spectrum, _changed(radar, processing), ramp, engine)
 
 
 def range_doppler(
     adc: ArrayLike, *, radar: _Radar, ramp: int = 0, engine: _Engine | None = None, **processing: Any
 ) -> _Array:
-    """Both transforms: complex [doppler, channel, range] in sqrt(W). |X|^2 of a target in the middle of its cell is its received power in W, whatever the
-    windows. With a keystone transform it is that of the Doppler fold zero."""
+    """Both transforms: complex [doppler, channel, range] in sqrt(W). |X|^2 of a target in the middle of its cell is its received power in W, whatever
+    the windows. With a keystone transform it is that of the Doppler fold zero."""
     return _c.dsp_range_doppler(adc, _changed(radar, processing), ramp, engine)
 
 
@@ -147,9 +147,9 @@ def cfar(
 ) -> Found:
     """Cells of a power map [doppler, range] that stand out of the noise around them.
 
-    kind: "ca" (mean of the training cells), "go", "so" (greater, smaller mean of their halves) or "os" (their rank-th smallest, by default three quarters
-    of them). guard, train: cells to each side, (doppler, range). looks: independent looks that a cell is the mean of, for a radar its channels.
-    What is not given is the radar's; without a radar all has to be.
+    kind: "ca" (mean of the training cells), "go", "so" (greater, smaller mean of their halves) or "os" (their rank-th smallest, by default three
+    quarters of them). guard, train: cells to each side, (doppler, range). looks: independent looks that a cell is the mean of, for a radar its
+    channels. What is not given is the radar's; without a radar all has to be.
     """
     settings = _detector(kind, rank, guard, train, false_alarm_probability, looks)
     return Found(*_c.dsp_cfar(power, radar if radar is None else _changed(radar, {}), settings, engine))
@@ -203,11 +203,11 @@ def separate(
     velocity_mps: Sequence[float] | None = None,
     **processing: Any,
 ) -> Separated:
-    """Tells the transmitters of detected cells apart: the turns that a moving body makes between them are taken out, with the range rate of the peak and,
-    where the array tells, its fold.
+    """Tells the transmitters of detected cells apart: the turns that a moving body makes between them are taken out, with the range rate of the peak
+    and, where the array tells, its fold.
 
-    power, cells, noise_w: of :func:`power` and :func:`cfar`. snapshots: of :func:`snapshots`. velocity_mps: of the radar in its own frame, where it is
-    known. Cells beyond the radar's ``max_points`` are left out.
+    power, cells, noise_w: of :func:`power` and :func:`cfar`. snapshots: of :func:`snapshots`. velocity_mps: of the radar in its own frame, where it
+    is known. Cells beyond the radar's ``max_points`` are left out.
     """
     changed = _changed(radar, processing)
     return Separated(*_c.dsp_separate(power, cells, noise_w, snapshots, changed, ramp, velocity_mps))
@@ -246,13 +246,13 @@ def directions(
 ) -> NDArray[np.void]:
     """Directions of arrival.
 
-    snapshots: complex [virtual channel], [cell, virtual channel] or [cell, look, virtual channel], as :func:`separate` gives them. covariance: in their place,
-    the mean of x x^H over looks, [channel, channel] or [cell, channel, channel]. noise_w: [cell], noise power of a channel; needed where the number of sources is
-    found by it ("residual", the default of methods other than Bartlett's). method: "bartlett", "capon", "ml", "music", "root-music", "esprit" or "bi-svd",
-    default the radar's. sources: a number, "mdl", "aic" or "residual".
+    snapshots: complex [virtual channel], [cell, virtual channel] or [cell, look, virtual channel], as :func:`separate` gives them. covariance: in
+    their place, the mean of x x^H over looks, [channel, channel] or [cell, channel, channel]. noise_w: [cell], noise power of a channel; needed where
+    the number of sources is found by it ("residual", the default of methods other than Bartlett's). method: "bartlett", "capon", "ml", "music",
+    "root-music", "esprit" or "bi-svd", default the radar's. sources: a number, "mdl", "aic" or "residual".
 
-    Returns a structured array [source]: cell, azimuth_deg (positive left), elevation_deg (positive up), power_w, azimuth_std_deg, elevation_std_deg (NaN of
-    Bartlett's beamformer), ambiguous (another direction looks the same to the array). Sources of a cell follow one another, strongest first.
+    Returns a structured array [source]: cell, azimuth_deg (positive left), elevation_deg (positive up), power_w, azimuth_std_deg, elevation_std_deg
+    (NaN of Bartlett's beamformer), ambiguous (another direction looks the same to the array). Sources of a cell follow one another, strongest first.
     """
     changed = _changed(radar, _angle(processing, method, sources))
     noise = None if noise_w is None else np.atleast_1d(np.asarray(noise_w))
@@ -270,8 +270,8 @@ def angle_spectrum(
     engine: _Engine | None = None,
     **processing: Any,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """The spectrum over angle of each cell, (values [cell, elevation, azimuth], azimuth_deg, elevation_deg). Arguments as of :func:`directions`. Values are in W, but of
-    MUSIC and Bi-SVD numbers of 1 and more that are large where a source is. ESPRIT and root-MUSIC have none."""
+    """The spectrum over angle of each cell, (values [cell, elevation, azimuth], azimuth_deg, elevation_deg). Arguments as of :func:`directions`.
+    Values are in W, but of MUSIC and Bi-SVD numbers of 1 and more that are large where a source is. ESPRIT and root-MUSIC have none."""
     changed = _changed(radar, _angle(processing, method, sources))
     noise = None if noise_w is None else np.atleast_1d(np.asarray(noise_w))
     return _c.dsp_angle_spectrum(_looks(snapshots, 3), _covariance(covariance), noise, changed, engine)
@@ -289,17 +289,18 @@ def cluster(
 
 
 def plots(points: Any, labels: ArrayLike | None = None) -> NDArray[np.void]:
-    """One plot for each cluster of :func:`cluster` in the plane of the sensor, or for each point: a structured array with range_m, range_rate_mps, azimuth_deg, their
-    standard deviations and the number of points, as :meth:`Tracker.step` takes it. points: with the columns of ``Frame.points``."""
+    """One plot for each cluster of :func:`cluster` in the plane of the sensor, or for each point: a structured array with range_m, range_rate_mps,
+    azimuth_deg, their standard deviations and the number of points, as :meth:`Tracker.step` takes it. points: with the columns of
+    ``Frame.points``."""
     return _c.dsp_plots(points, None if labels is None else [int(i) for i in np.asarray(labels)])
 
 
 def grid(
     *, radar: _Radar, azimuth: _Angles | None = None, elevation: ArrayLike | None = None, **processing: Any
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(azimuth_deg, elevation_deg) of the axes that a tensor with these arguments has. azimuth: None for the radar's own beams, a number N for the bins of a Fourier
-    transform over a line of antennas half a wavelength apart (sin = -1 + 2k/N; the middle bin looks ahead, later bins to the left), or angles in degrees.
-    elevation: None for the radar's own, or angles in degrees."""
+    """(azimuth_deg, elevation_deg) of the axes that a tensor with these arguments has. azimuth: None for the radar's own beams, a number N for the
+    bins of a Fourier transform over a line of antennas half a wavelength apart (sin = -1 + 2k/N; the middle bin looks ahead, later bins to the left),
+    or angles in degrees. elevation: None for the radar's own, or angles in degrees."""
     return _c.dsp_grid(_changed(radar, processing), azimuth, elevation)
 
 
@@ -362,8 +363,8 @@ def rad(
     engine: _Engine | None = None,
     **processing: Any,
 ) -> _Array:
-    """The cube [range, azimuth, doppler], as that of RADDet: power in W, or with complex=True amplitudes in sqrt(W) (of one elevation alone). With a line of 8 antennas, 256 samples,
-    64 chirps and azimuth=256 it is 256 x 256 x 64."""
+    """The cube [range, azimuth, doppler], as that of RADDet: power in W, or with complex=True amplitudes in sqrt(W) (of one elevation alone). With a
+    line of 8 antennas, 256 samples, 64 chirps and azimuth=256 it is 256 x 256 x 64."""
     changed = _changed(radar, processing)
     if not complex:
         found = _marginal(adc, (True, True, False, True), changed, ramp, azimuth, elevation, reduce, engine)
@@ -400,8 +401,8 @@ def chirps_azimuth(
     engine: _Engine | None = None,
     **processing: Any,
 ) -> _Array:
-    """Amplitudes over range and azimuth of single chirps before the Doppler transform, complex [chirp, range, azimuth] in sqrt(W), as those of RODNet. chirps: numbers of loops.
-    The transmitters of a loop are told apart as if nothing moved."""
+    """Amplitudes over range and azimuth of single chirps before the Doppler transform, complex [chirp, range, azimuth] in sqrt(W), as those of
+    RODNet. chirps: numbers of loops. The transmitters of a loop are told apart as if nothing moved."""
     changed = _changed(radar, processing)
     ranges = _c.dsp_range_transform(adc, changed, ramp, engine)
     wanted = [int(m) for m in chirps]
@@ -421,8 +422,8 @@ def tensor4d(
     engine: _Engine | None = None,
     **processing: Any,
 ) -> _Array:
-    """Power over all four axes, [doppler, range, elevation, azimuth] in W. With ``azimuth=KRADAR_AZIMUTH_DEG, elevation=KRADAR_ELEVATION_DEG``, 64 chirps and 256 samples it has the
-    shape of K-Radar, 64 x 256 x 37 x 107."""
+    """Power over all four axes, [doppler, range, elevation, azimuth] in W. With ``azimuth=KRADAR_AZIMUTH_DEG, elevation=KRADAR_ELEVATION_DEG``, 64
+    chirps and 256 samples it has the shape of K-Radar, 64 x 256 x 37 x 107."""
     return _marginal(adc, (True,) * 4, _changed(radar, processing), ramp, azimuth, elevation, "max", engine)
 
 
@@ -477,11 +478,13 @@ def objects(
     classes: Sequence[str] | None = None,
     visible: bool = True,
 ) -> NDArray[np.void]:
-    """Boxes of the world as a radar sees them, a structured array [object] in the sensor's frame: id, class, x_m, y_m, z_m of the middle, length_m, width_m, height_m, rotation_x, _y, _z, _w from
-    the object's axes, velocity_x_mps, … relative to the radar, spin_x_rad_per_s, …, yaw_deg, range_m, range_rate_mps. Wholes alone are taken, not their parts.
+    """Boxes of the world as a radar sees them, a structured array [object] in the sensor's frame: id, class, x_m, y_m, z_m of the middle, length_m,
+    width_m, height_m, rotation_x, _y, _z, _w from the object's axes, velocity_x_mps, … relative to the radar, spin_x_rad_per_s, …, yaw_deg, range_m,
+    range_rate_mps. Wholes alone are taken, not their parts.
 
-    boxes: table ``boxes`` of a dataset's item, or ``Frame.truth["boxes"]``. position_m, rotation_xyzw, velocity_mps: of the radar in the world, as a frame or a row of the table
-    ``radars`` has them. classes: those to take, default all. visible: of a table that tells, those that the radar sees alone.
+    boxes: table ``boxes`` of a dataset's item, or ``Frame.truth["boxes"]``. position_m, rotation_xyzw, velocity_mps: of the radar in the world, as a
+    frame or a row of the table ``radars`` has them. classes: those to take, default all. visible: of a table that tells, those that the radar sees
+    alone.
     """
     columns = _columns(boxes)
     wanted = np.asarray(columns["part"], object) == ""
@@ -543,8 +546,9 @@ def masks(
     azimuth: _Angles | None = None,
     **processing: Any,
 ) -> Masks:
-    """Classes of the cells over range and azimuth, Doppler and range, azimuth and Doppler, as those of CARRADA: the cells that the boxes of :func:`objects` fill, or those in which
-    points (``Frame.points``) stand. Nearer objects hide farther ones. Cells are those of the tensors: range with what the range rate adds to it, Doppler folded."""
+    """Classes of the cells over range and azimuth, Doppler and range, azimuth and Doppler, as those of CARRADA: the cells that the boxes of
+    :func:`objects` fill, or those in which points (``Frame.points``) stand. Nearer objects hide farther ones. Cells are those of the tensors: range
+    with what the range rate adds to it, Doppler folded."""
     numbers, rows = _bodies(objects, classes)
     return Masks(*_c.dsp_masks(numbers, rows, _changed(radar, processing), ramp, azimuth))
 
@@ -559,8 +563,9 @@ def confidence(
     azimuth: _Angles | None = None,
     **processing: Any,
 ) -> NDArray[np.float32]:
-    """Confidence maps, as those of RODNet: float32 [class, range, azimuth], of each class the largest of a Gaussian about each object, 1 in the cell of its middle. sigma_m: deviation on the
-    ground, for all or by class; default half the longer side of the object's box, at least 0.5 m. In cells it is at least 1."""
+    """Confidence maps, as those of RODNet: float32 [class, range, azimuth], of each class the largest of a Gaussian about each object, 1 in the cell
+    of its middle. sigma_m: deviation on the ground, for all or by class; default half the longer side of the object's box, at least 0.5 m. In cells
+    it is at least 1."""
     numbers, rows = _bodies(objects, classes)
     sigma: NDArray[np.float64] = np.maximum(0.5 * rows[:, 3:5].max(axis=1, initial=0.0), 0.5)
     if isinstance(sigma_m, Mapping):

@@ -654,8 +654,16 @@ pub fn dsp_chirp_amplitudes(
 /// int64 [cell]: places in the flat array of the strongest share of cells, strongest first.
 #[pyfunction]
 pub fn dsp_strongest(py: Python<'_>, tensor: &Bound<'_, PyAny>, share: f64) -> PyResult<Py<PyAny>> {
-    let g = given::<f64>("tensor", &["cell"], tensor)?;
-    let found = work::run(py, None, move |_| tensors::strongest(&g.data, share))?;
+    let found = match tensor.extract::<PyReadonlyArray1<'_, f32>>() {
+        Ok(narrow) => {
+            let data = narrow.as_array().to_vec();
+            work::run(py, None, move |_| tensors::strongest(&data, share))?
+        }
+        Err(_) => {
+            let data = given::<f64>("tensor", &["cell"], tensor)?.data;
+            work::run(py, None, move |_| tensors::strongest(&data, share))?
+        }
+    };
     let count = found.len();
     array::<i64>(py, found.into_iter().map(|i| i as i64).collect(), &[count])
 }

@@ -61,7 +61,7 @@ pub fn beamformer(radar: &Radar, grid: Grid) -> Result<Beamformer> {
         if axis.is_empty() {
             return Err(BadInput::new("no direction is named").key(key).allowed("one or more angles").into());
         }
-        if let Some(bad) = axis.iter().find(|a| !(a.abs() <= most)) {
+        if let Some(bad) = axis.iter().find(|a| a.is_nan() || a.abs() > most) {
             return Err(BadInput::new("no direction ahead")
                 .key(key)
                 .value(format!("{:.3} deg", bad.to_degrees()))
@@ -115,18 +115,24 @@ pub fn powers(
         cells *= size[axis];
     }
     let grid = beam.grid.len();
-    let first = if reduce == Reduce::Max { f64::NEG_INFINITY } else { 0.0 };
-    let mut out = vec![first; cells];
+    // Where each direction goes beside the place of its cell.
+    let places: Vec<usize> = (0..grid).map(|d| d / size[3] * stride[2] + d % size[3] * stride[3]).collect();
     let together = (BLOCK_BYTES / (8 * grid)).max(1);
+    let first = if reduce == Reduce::Max { f64::NEG_INFINITY } else { 0.0 };
+    let is_whole = keep == [true; 4];
+    let mut out = if is_whole { Vec::with_capacity(cells) } else { vec![first; cells] };
     for start in (0..rows * columns).step_by(together) {
         let end = (start + together).min(rows * columns);
         let looks = block(radar, spectrum, start..end);
         let found = engine.angular_power(beam, &looks, &vec![0.0; end - start])?;
+        if is_whole {
+            out.extend(found);
+            continue;
+        }
         for (i, powers) in (start..end).zip(found.chunks_exact(grid)) {
             let base = (i / columns) * stride[0] + (i % columns) * stride[1];
-            for (direction, p) in powers.iter().enumerate() {
-                let (e, a) = (direction / size[3], direction % size[3]);
-                let at = &mut out[base + e * stride[2] + a * stride[3]];
+            for (place, p) in places.iter().zip(powers) {
+                let at = &mut out[base + place];
                 *at = if reduce == Reduce::Max { at.max(*p) } else { *at + p };
             }
         }
@@ -212,8 +218,8 @@ pub fn chirp_amplitudes(
 /// The strongest cells of a tensor, strongest first, of equal ones the first: `share` of all of them, rounded up.
 ///
 /// # Errors
-/// Returns an error for a share that is not above 0 and at most 1.
-pub fn strongest(tensor: &[f64], share: f64) -> Result<Vec<usize>> {
+/// Returns an error for a share that is not above 0 and at most 1, and for a value that is not finite.
+pub fn strongest<T: Real>(tensor: &[T], share: f64) -> Result<Vec<usize>> {
     if !(share > 0.0 && share <= 1.0) {
         return Err(BadInput::new("not a share of cells")
             .key("share")
@@ -221,15 +227,29 @@ pub fn strongest(tensor: &[f64], share: f64) -> Result<Vec<usize>> {
             .allowed("above 0, at most 1")
             .into());
     }
-    let count = ((share * tensor.len() as f64).ceil() as usize).min(tensor.len());
-    let mut order: Vec<usize> = (0..tensor.len()).collect();
-    let before = |a: &usize, b: &usize| tensor[*b].total_cmp(&tensor[*a]).then(a.cmp(b));
-    if count < order.len() {
-        order.select_nth_unstable_by(count, before);
-        order.truncate(count);
+    if let Some(i) = tensor.iter().position(|p| !p.is_finite()) {
+        return Err(BadInput::new("a value is not a finite number").key(format!("tensor, cell {i}")).into());
     }
-    order.par_sort_unstable_by(before);
-    Ok(order)
+    let count = ((share * tensor.len() as f64).ceil() as usize).min(tensor.len());
+    let falling = |a: &T, b: &T| b.wide().total_cmp(&a.wide());
+    let mut picked: Vec<usize> = if count < tensor.len() {
+        // A copy of the values says which of them is the last that is taken; places take twice as much memory.
+        let mut values = tensor.to_vec();
+        let (above, last, _) = values.select_nth_unstable_by(count, falling);
+        // Of those that equal the first value left out as many as there is room for, in their order.
+        let mut room = count - above.iter().filter(|p| **p > *last).count();
+        let last = *last;
+        let takes = |(i, p): (usize, &T)| {
+            let equal = *p == last && room > 0;
+            room -= usize::from(equal);
+            (equal || *p > last).then_some(i)
+        };
+        tensor.iter().enumerate().filter_map(takes).collect()
+    } else {
+        (0..tensor.len()).collect()
+    };
+    picked.par_sort_unstable_by(|a, b| falling(&tensor[*a], &tensor[*b]).then(a.cmp(b)));
+    Ok(picked)
 }
 
 fn check(radar: &Radar, spectrum: &AnySpectrum) -> Result<[usize; 2]> {

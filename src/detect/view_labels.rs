@@ -347,7 +347,7 @@ mod tests {
         assert!(map[..ranges * azimuths].iter().all(|c| *c == 0.0));
         let along = (-0.5 * (3.0 * v.range[1] / 2.0f64).powi(2)).exp();
         assert!((f64::from(value(r0 + 3, a0)) - along).abs() < 1e-6);
-        let across = (-0.5 * (1.0 / (2.0 / 25.0 / (2.0 / 64.0)) as f64).powi(2)).exp();
+        let across = (-0.5 * (1.0f64 / (2.0 / 25.0 / (2.0 / 64.0))).powi(2)).exp();
         assert!((f64::from(value(r0, a0 - 1)) - across).abs() < 1e-6);
         assert_eq!(map.iter().filter(|c| **c == 1.0).count(), 1);
         for (classes, sigma) in [(1, vec![2.0]), (2, vec![0.0]), (2, vec![])] {

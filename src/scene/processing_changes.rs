@@ -128,9 +128,9 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named() {
         for (changes, part) in [
-            (serde_json::json!({ "range_windo": "hann" }), "range_windo"),
+            (serde_json::json!({ "range_windows": "hann" }), "range_windows"),
             (serde_json::json!({ "range_window": "hat" }), "range_window.kind"),
-            (serde_json::json!({ "angle": { "method": "musik" } }), "angle.method"),
+            (serde_json::json!({ "angle": { "method": "matched" } }), "angle.method"),
             (serde_json::json!({ "range_fft": 2 }), "range_fft"),
             (serde_json::json!({ "range_fft": null }), "range_fft"),
         ] {
