@@ -384,6 +384,9 @@ fn cells_of(ob: &Bound<'_, PyAny>, [rows, columns]: [usize; 2]) -> PyResult<Vec<
     Ok(cells)
 }
 
+/// Snapshots, noise, range rates and ambiguities of cells.
+type CellArrays = (Py<PyAny>, Py<PyAny>, Py<PyAny>, Vec<&'static str>);
+
 /// (snapshots complex128 [cell, virtual channel], noise_w [cell], range_rate_mps [cell], ambiguity list [cell]).
 #[pyfunction]
 #[pyo3(signature = (power, cells, noise_w, snapshots, radar, ramp = 0, velocity_mps = None))]
@@ -397,7 +400,7 @@ pub fn dsp_separate(
     radar: &Bound<'_, PyAny>,
     ramp: usize,
     velocity_mps: Option<[f64; 3]>,
-) -> PyResult<(Py<PyAny>, Py<PyAny>, Py<PyAny>, Vec<&'static str>)> {
+) -> PyResult<CellArrays> {
     let radar = part(radar, ramp)?;
     let map = map_of(power)?;
     let want = [radar.doppler_rows(), radar.range_bins()];
