@@ -6,6 +6,7 @@ pub mod devices;
 pub mod memory;
 pub mod reach;
 pub mod solver;
+pub mod stages;
 pub mod sweep;
 mod tracing;
 

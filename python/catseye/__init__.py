@@ -40,6 +40,7 @@ from ._catseye import (
     simulate,
     verify,
 )
+from . import dsp
 from ._reader import Dataset, TorchDataset
 
 __all__ = [
@@ -60,6 +61,7 @@ __all__ = [
     "dataset",
     "devices",
     "diff",
+    "dsp",
     "lane",
     "lane_compare",
     "lane_methods",

@@ -18,10 +18,31 @@ __all__ = [
     "Scenario",
     "Scene",
     "Store",
+    "Tracker",
     "__version__",
     "dataset",
     "devices",
     "diff",
+    "dsp_amplitudes",
+    "dsp_angle_spectrum",
+    "dsp_cfar",
+    "dsp_chirp_amplitudes",
+    "dsp_cluster",
+    "dsp_confidence",
+    "dsp_directions",
+    "dsp_doppler_transform",
+    "dsp_grid",
+    "dsp_masks",
+    "dsp_object_cells",
+    "dsp_plots",
+    "dsp_power",
+    "dsp_range_doppler",
+    "dsp_range_transform",
+    "dsp_seen",
+    "dsp_separate",
+    "dsp_strongest",
+    "dsp_tensor",
+    "dsp_threshold",
     "lane",
     "lane_compare",
     "lane_methods",
@@ -149,6 +170,10 @@ class Radar:
     @staticmethod
     def parse(text: str, *, folder: _Path = ...) -> Radar: ...
     def to_toml(self) -> str: ...
+    def with_processing(self, **changes: Any) -> Radar: ...
+    @property
+    def processing(self) -> dict[str, Any]: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
     @property
     def name(self) -> str: ...
     @property
@@ -313,6 +338,127 @@ class Store:
     ) -> dict[str, Any]: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
+@final
+class Tracker:
+    """Tracks of many bodies with constant velocity in the plane of the road."""
+
+    def __new__(
+        cls,
+        *,
+        acceleration_psd: float = 1.0,
+        across_std_mps: float = 8.0,
+        gate_probability: float = 0.99,
+        confirm_hits: int = 3,
+        confirm_scans: int = 5,
+        max_misses: int = 5,
+        max_coast_s: float = 1.0,
+    ) -> Tracker: ...
+    def step(
+        self,
+        time_s: float,
+        plots: Any,
+        *,
+        position_m: Sequence[float] = ...,
+        heading_deg: float = 0.0,
+        velocity_mps: Sequence[float] = ...,
+        max_range_m: float | None = None,
+        max_azimuth_deg: float | None = None,
+        tentative: bool = False,
+        frame: int = 0,
+    ) -> NDArray[np.void]: ...
+
+_Angles: TypeAlias = int | ArrayLike
+
+def dsp_range_transform(adc: ArrayLike, radar: Radar | _Path, ramp: int = 0, engine: _Engine | None = None) -> NDArray[Any]: ...
+def dsp_doppler_transform(
+    range_spectrum: ArrayLike, radar: Radar | _Path, ramp: int = 0, engine: _Engine | None = None
+) -> NDArray[Any]: ...
+def dsp_range_doppler(adc: ArrayLike, radar: Radar | _Path, ramp: int = 0, engine: _Engine | None = None) -> NDArray[Any]: ...
+def dsp_power(spectrum: ArrayLike, radar: Radar | _Path, ramp: int = 0, engine: _Engine | None = None) -> NDArray[Any]: ...
+def dsp_cfar(
+    power: ArrayLike, radar: Radar | _Path | None, detector: tuple[Any, ...], engine: _Engine | None = None
+) -> tuple[NDArray[np.bool_], NDArray[np.int64], NDArray[Any]]: ...
+def dsp_threshold(
+    power: ArrayLike, radar: Radar | _Path | None, detector: tuple[Any, ...], engine: _Engine | None = None
+) -> NDArray[Any]: ...
+def dsp_separate(
+    power: ArrayLike,
+    cells: ArrayLike,
+    noise_w: ArrayLike,
+    snapshots: ArrayLike,
+    radar: Radar | _Path,
+    ramp: int = 0,
+    velocity_mps: Sequence[float] | None = None,
+) -> tuple[NDArray[np.complex128], _Floats, _Floats, list[str]]: ...
+def dsp_directions(
+    snapshots: ArrayLike | None,
+    covariance: ArrayLike | None,
+    noise_w: ArrayLike | None,
+    radar: Radar | _Path,
+    engine: _Engine | None = None,
+) -> NDArray[np.void]: ...
+def dsp_angle_spectrum(
+    snapshots: ArrayLike | None,
+    covariance: ArrayLike | None,
+    noise_w: ArrayLike | None,
+    radar: Radar | _Path,
+    engine: _Engine | None = None,
+) -> tuple[_Floats, _Floats, _Floats]: ...
+def dsp_grid(
+    radar: Radar | _Path, azimuth: _Angles | None = None, elevation: ArrayLike | None = None
+) -> tuple[_Floats, _Floats]: ...
+def dsp_tensor(
+    spectrum: ArrayLike,
+    radar: Radar | _Path,
+    keep: Sequence[bool],
+    reduce: str,
+    ramp: int = 0,
+    azimuth: _Angles | None = None,
+    elevation: ArrayLike | None = None,
+    engine: _Engine | None = None,
+) -> NDArray[Any]: ...
+def dsp_amplitudes(
+    spectrum: ArrayLike,
+    radar: Radar | _Path,
+    ramp: int = 0,
+    azimuth: _Angles | None = None,
+    elevation: ArrayLike | None = None,
+    engine: _Engine | None = None,
+) -> NDArray[Any]: ...
+def dsp_chirp_amplitudes(
+    range_spectrum: ArrayLike,
+    radar: Radar | _Path,
+    chirps: Sequence[int],
+    ramp: int = 0,
+    azimuth: _Angles | None = None,
+    elevation: ArrayLike | None = None,
+    engine: _Engine | None = None,
+) -> NDArray[Any]: ...
+def dsp_strongest(tensor: ArrayLike, share: float) -> NDArray[np.int64]: ...
+def dsp_seen(
+    classes: NDArray[np.int64],
+    rows: ArrayLike,
+    position_m: Sequence[float],
+    rotation_xyzw: Sequence[float],
+    velocity_mps: Sequence[float],
+) -> _Floats: ...
+def dsp_masks(
+    classes: NDArray[np.int64], rows: ArrayLike, radar: Radar | _Path, ramp: int = 0, azimuth: _Angles | None = None
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8], NDArray[np.uint8]]: ...
+def dsp_confidence(
+    classes: NDArray[np.int64],
+    rows: ArrayLike,
+    count: int,
+    sigma_m: ArrayLike,
+    radar: Radar | _Path,
+    ramp: int = 0,
+    azimuth: _Angles | None = None,
+) -> NDArray[np.float32]: ...
+def dsp_object_cells(
+    classes: NDArray[np.int64], rows: ArrayLike, radar: Radar | _Path, ramp: int = 0, azimuth: _Angles | None = None
+) -> NDArray[np.int64]: ...
+def dsp_cluster(points: Any, position_m: float, range_rate_mps: float, min_points: int) -> NDArray[np.int64]: ...
+def dsp_plots(points: Any, labels: Sequence[int] | None = None) -> NDArray[np.void]: ...
 def devices() -> dict[str, Any]: ...
 def presets() -> list[str]: ...
 def materials() -> list[str]: ...

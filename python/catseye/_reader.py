@@ -11,7 +11,8 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ._catseye import Store
+from ._catseye import Engine, Radar, Store
+from ._tensors import Tensors
 
 Sample = dict[str, Any]
 
@@ -19,14 +20,18 @@ Sample = dict[str, Any]
 class Dataset(Sequence[Sample]):
     """The frames of a dataset that :func:`catseye.dataset` or ``catseye dataset`` wrote, whatever its format.
 
-    ``dataset[i]`` is a dictionary: ``"frame"`` (number of the frame), each array by its name (``"adc"``: complex64
-    [chirp, rx_virtual, sample] in sqrt(W); ``"range_doppler"``: float32 [doppler, range] in W) and each table by its name
-    (``"points"``, ``"boxes"``, ...) as a structured array with the frame's rows, whose units are in the column names.
-    ``dataset[a:b]`` is a dataset of fewer frames. Nothing is read before it is asked for. Instances can be pickled, and sent to
-    processes that were forked or spawned.
+    ``dataset[i]`` is a dictionary: ``"frame"`` (number of the frame), each array by its name (``"adc"``: complex64 [chirp, rx_virtual, sample] in
+    sqrt(W); ``"range_doppler"``: float32 [doppler, range] in W) and each table by its name (``"points"``, ``"boxes"``, ...) as a structured array
+    with the frame's rows, whose units are in the column names. ``dataset[a:b]`` is a dataset of fewer frames. Nothing is read before it is asked for.
+    Instances can be pickled, and sent to processes that were forked or spawned.
 
-    folder: of the dataset. split: "train", "validation" or "test", default all frames. arrays, tables: names of those to read,
-    default all.
+    folder: of the dataset. split: "train", "validation" or "test", default all frames. arrays, tables: names of those to read, default all.
+
+    tensors: names of tensors that are computed of the stored samples when a frame is read, and added to its dictionary: "range_doppler",
+    "range_azimuth", "angle_doppler", "rad", "chirps_azimuth", "tensor4d", "sparse" ("sparse_indices", "sparse_power_w"), and labels of them, "masks"
+    ("mask_range_azimuth", "mask_range_doppler", "mask_angle_doppler"), "confidence" and "objects" (boxes as the radar sees them). A dictionary in
+    place of the list gives the options of each, as those of the functions of :mod:`catseye.dsp`. radar: the Radar, preset or path that the recipe
+    names; engine: to compute them with.
 
     Raises BadInput for a folder that is no dataset, and for a frame whose shard is missing or broken when it is read.
     """
@@ -38,6 +43,9 @@ class Dataset(Sequence[Sample]):
         split: str | None = None,
         arrays: Sequence[str] | None = None,
         tables: Sequence[str] | None = None,
+        tensors: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
+        radar: Radar | str | os.PathLike[str] | None = None,
+        engine: Engine | str | None = None,
     ) -> None:
         self._store = Store(folder)
         self._folder = os.fspath(folder)
@@ -49,6 +57,7 @@ class Dataset(Sequence[Sample]):
             for name in wanted or ():
                 if name not in known:
                     raise KeyError(f"the dataset has no {what[:-1]} {name!r}; it has {', '.join(known)}")
+        self._tensors = Tensors(tensors, radar, engine, layout) if tensors else None
         self._frames: NDArray[np.int64]
         if split is None:
             self._frames = np.arange(len(self._store), dtype=np.int64)
@@ -83,6 +92,10 @@ class Dataset(Sequence[Sample]):
     @property
     def tables(self) -> list[str]:
         """Names of the tables that the frames are read with."""
+        made = ["objects"] if self._tensors is not None and "objects" in self._tensors.options else []
+        return self._stored_tables() + made
+
+    def _stored_tables(self) -> list[str]:
         return [t["name"] for t in self.layout["tables"]] if self._tables is None else list(self._tables)
 
     def torch(
@@ -100,19 +113,22 @@ class Dataset(Sequence[Sample]):
         try:
             with open(os.path.join(self._folder, "statistics.json"), encoding="utf-8") as file:
                 statistics = json.load(file)
-            return dict(statistics["rows_a_frame_most"]), tuple(sorted(statistics["classes"]))
+            most = dict(statistics["rows_a_frame_most"])
+            # Objects are boxes, as many or fewer.
+            return {**most, "objects": most.get("boxes", 0)}, tuple(sorted(statistics["classes"]))
         except (OSError, KeyError):
             pass
         # A dataset that is not complete, or was made before statistics told it: every frame is asked.
-        most = dict.fromkeys(self.tables, 0)
+        asked = list(dict.fromkeys(self._stored_tables() + (["boxes"] if "objects" in self.tables else [])))
+        most = dict.fromkeys(asked, 0)
         classes: set[str] = set()
         for frame in range(len(self._store)):
-            for name, table in self._store.read(frame, arrays=[], tables=self.tables).items():
+            for name, table in self._store.read(frame, arrays=[], tables=asked).items():
                 if name != "frame":
                     most[name] = max(most[name], len(table))
                     if "class" in table.dtype.names:
                         classes.update(table["class"])
-        return most, tuple(sorted(classes))
+        return {**most, "objects": most.get("boxes", 0)}, tuple(sorted(classes))
 
     def __len__(self) -> int:
         return len(self._frames)
@@ -128,11 +144,22 @@ class Dataset(Sequence[Sample]):
             frame = int(self._frames[operator.index(index)])
         except IndexError:
             raise IndexError(f"frame {index} of {len(self)}") from None
-        return self._store.read(frame, arrays=self._arrays, tables=self._tables)
+        return self._read(frame)
+
+    def _read(self, frame: int) -> Sample:
+        tensors = self._tensors
+        if tensors is None:
+            return self._store.read(frame, arrays=self._arrays, tables=self._tables)
+        arrays = [a["name"] for a in self.layout["arrays"]] if self._arrays is None else self._arrays
+        tables = self._stored_tables()
+        asked = {"arrays": [*arrays, tensors.array], "tables": [*tables, *tensors.tables]}
+        sample = self._store.read(frame, **{key: list(dict.fromkeys(names)) for key, names in asked.items()})
+        wanted = {"frame", *arrays, *tables}
+        return {**{name: value for name, value in sample.items() if name in wanted}, **tensors.add(sample)}
 
     def __iter__(self) -> Iterator[Sample]:
         for frame in self._frames:
-            yield self._store.read(int(frame), arrays=self._arrays, tables=self._tables)
+            yield self._read(int(frame))
 
     def __repr__(self) -> str:
         return f"<catseye.Dataset {self._folder}: {len(self)} frames>"

@@ -5,6 +5,7 @@
 mod arrays;
 mod dataset;
 mod diff;
+mod dsp;
 mod engine;
 mod errors;
 mod lane;
@@ -13,6 +14,7 @@ mod radar;
 mod rcs;
 mod scene;
 mod simulate;
+mod tracking;
 mod work;
 
 use pyo3::prelude::*;
@@ -48,5 +50,26 @@ fn _catseye(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(radar::presets, m)?)?;
     m.add_function(wrap_pyfunction!(rcs::rcs, m)?)?;
     m.add_function(wrap_pyfunction!(simulate::simulate, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_range_transform, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_doppler_transform, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_range_doppler, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_power, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_cfar, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_threshold, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_separate, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_directions, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_angle_spectrum, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_grid, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_tensor, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_amplitudes, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_chirp_amplitudes, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_strongest, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_seen, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_masks, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_confidence, m)?)?;
+    m.add_function(wrap_pyfunction!(dsp::dsp_object_cells, m)?)?;
+    m.add_function(wrap_pyfunction!(tracking::dsp_cluster, m)?)?;
+    m.add_function(wrap_pyfunction!(tracking::dsp_plots, m)?)?;
+    m.add_class::<tracking::Tracker>()?;
     m.add_function(wrap_pyfunction!(process::process, m)?)
 }

@@ -1,11 +1,13 @@
 //! Radars.
 
-use crate::arrays::array;
-use crate::errors::OrRaise;
+use crate::arrays::{array, plain};
+use crate::errors::{Failed, OrRaise};
+use catseye::scene::processing_changes::with_processing;
 use catseye::scene::radar::{Antenna, Radar as Described};
 use catseye::scene::radar_toml;
 use catseye_io::manifest::Axes;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -48,6 +50,30 @@ impl Radar {
     /// The radar in full as TOML.
     fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
         radar_toml::to_toml(&self.radar).or_raise(py)
+    }
+
+    /// The radar with other settings of its processing: keywords are the keys of `[processing]` of a radar file. A window may be its name
+    /// alone; `angle` and `cfar` are dictionaries that change the keys they name.
+    ///
+    /// Raises BadInput for an unknown key, and for a value outside its range.
+    #[pyo3(signature = (**changes))]
+    fn with_processing(&self, py: Python<'_>, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Radar> {
+        let Some(changes) = changes else { return Ok(Radar { radar: self.radar.clone() }) };
+        let text: String = py.import("json")?.call_method1("dumps", (changes,))?.extract()?;
+        let changes = serde_json::from_str(&text).map_err(|e| Failed::new_err(format!("JSON: {e}")))?;
+        let radar = with_processing(&self.radar, &changes).or_raise(py)?;
+        Ok(Radar { radar: Arc::new(radar) })
+    }
+
+    /// Dictionary of the settings of the processing, angles in radians.
+    #[getter]
+    fn processing(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        plain(py, &self.radar.processing)
+    }
+
+    /// As the text of its TOML (angles to rounding).
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        Ok((py.get_type::<Radar>().getattr("parse")?, (self.to_toml(py)?,)))
     }
 
     #[getter]

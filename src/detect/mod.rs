@@ -2,6 +2,7 @@
 //!
 //! * [`points`]: range, range rate, angles, power, RCS; [`label`]: the object that each came from, and whether it is
 //!   there, by the radar's own response; [`accuracy`]: standard deviations from the SNR; [`grid`]: pictures of a scan for learning.
+//! * [`directions`]: angles of any snapshots; [`tensors`]: powers over range, Doppler and angle for learning, and [`view_labels`] theirs.
 //! * [`unmarked`]: why peaks over the threshold became no point.
 //! * [`ambiguity`]: range rates beyond one burst's, by several bursts or by the array of a radar whose
 //!   transmitters take turns; [`slope_pairs`]: FM-CW slopes up and down; [`same_slope`]: ramps of one slope.
@@ -46,6 +47,7 @@ pub mod ambiguity;
 pub mod assignment;
 pub mod cluster;
 pub mod columns;
+pub mod directions;
 pub mod ego_motion;
 pub mod files;
 pub mod grid;
@@ -58,9 +60,11 @@ mod response;
 pub mod same_slope;
 pub mod slope_pairs;
 pub mod spectra;
+pub mod tensors;
 pub mod track_table;
 pub mod tracker;
 pub mod unmarked;
+pub mod view_labels;
 
 pub use label::{Bodies, Labeller};
 pub use points::{Detected, Point};

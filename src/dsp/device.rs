@@ -5,8 +5,8 @@ use super::device_spectrum::DeviceSpectrum;
 use super::peaks;
 use super::transform::Transform;
 use super::{
-    Cell, Detection, PowerMap, RangeDoppler, Snapshots, cfar, cfar_noise, cfar_window, power, snapshot,
-    spectrum,
+    Cell, Detection, PowerMap, RangeDoppler, Snapshots, Spectrum, cfar, cfar_noise, cfar_window, power,
+    snapshot, spectrum,
 };
 
 use crate::adc::{Cube, DeviceCube};
@@ -64,6 +64,19 @@ pub fn noise(
     let noise = cfar_noise::record(&mut recorder, &buffer, size, cfar, &columns, &list);
     let noise = recorder.read(&noise);
     Ok(recorder.submit()?.take(noise))
+}
+
+/// The power map of a spectrum from the host, to the bit as [`process`] makes it of its own.
+///
+/// # Errors
+/// Returns an error for a spectrum that is not of the transform's shape, or if the adapter fails.
+pub fn power(gpu: &Gpu, spectrum: &Spectrum<f32>, t: &Transform) -> Result<PowerMap<f32>> {
+    let mut recorder = gpu.recorder("power");
+    let on_device = DeviceSpectrum::upload(&mut recorder, gpu, spectrum, t)?;
+    let map = power::record(&mut recorder, &on_device);
+    let map = recorder.read(&map);
+    let data = recorder.submit()?.take(map);
+    Ok(PowerMap { doppler_bins: spectrum.doppler_bins, range_bins: spectrum.range_bins, data })
 }
 
 /// Room for this many detected cells; a frame with more costs a second, small submission.

@@ -1,8 +1,9 @@
 //! The spectrum on the device, in as many buffers as the adapter asks for.
 
 use super::Spectrum;
-use crate::base::error::Result;
-use crate::gpu::{Buffer, Gpu};
+use super::transform::Transform;
+use crate::base::error::{BadInput, Result};
+use crate::gpu::{Buffer, Gpu, Recorder};
 use num_complex::Complex32;
 
 /// Some channels of the receiver and range columns of the spectrum, `[band, doppler, channel, range]`. Bands (eq. 19a) lie
@@ -33,6 +34,53 @@ pub struct DeviceSpectrum {
 }
 
 impl DeviceSpectrum {
+    /// Uploads a spectrum with as many Doppler bands as `t` has, in chunks of channels that the adapter can bind.
+    ///
+    /// # Errors
+    /// Returns an error for a spectrum of another shape than that of `t`, or of which not one channel fits a buffer of the adapter.
+    pub(crate) fn upload(
+        recorder: &mut Recorder<'_>,
+        gpu: &Gpu,
+        of: &Spectrum<f32>,
+        t: &Transform,
+    ) -> Result<DeviceSpectrum> {
+        t.check_spectrum([of.doppler_bins, of.channels, of.range_bins])?;
+        let (rows, ranges, bands) = (of.doppler_bins, of.range_bins, t.bands);
+        let own = of.channels / bands;
+        let fits = gpu.max_binding_bytes() as usize / size_of::<Complex32>();
+        let together = (fits / (bands * rows * ranges)).min(own);
+        if together == 0 {
+            return Err(BadInput::new("not one channel of the spectrum fits into a buffer of this adapter")
+                .key("spectrum")
+                .value(format!("{rows} x {} x {ranges}", of.channels))
+                .allowed(format!("{} bytes a buffer", gpu.max_binding_bytes()))
+                .remedy("choose the device cpu")
+                .into());
+        }
+        let mut chunks = Vec::new();
+        for first_channel in (0..own).step_by(together) {
+            let channels = together.min(own - first_channel);
+            let mut part = Vec::with_capacity(bands * rows * channels * ranges);
+            // As the transform leaves them: the first band, then from the last down.
+            for band in (0..bands).map(|stored| (bands - stored) % bands) {
+                for row in 0..rows {
+                    let at = (row * of.channels + band * own + first_channel) * ranges;
+                    part.extend_from_slice(&of.data[at..at + channels * ranges]);
+                }
+            }
+            let spectrum = recorder.upload("spectrum", &part);
+            chunks.push(Chunk { spectrum, first_channel, channels, first_range: 0, ranges });
+        }
+        Ok(DeviceSpectrum {
+            chunks,
+            doppler_bins: rows,
+            bands,
+            map_scale: t.map_scale,
+            channels: of.channels,
+            range_bins: ranges,
+        })
+    }
+
     /// Number of buffers that the spectrum fills.
     pub fn chunks(&self) -> usize {
         self.chunks.len()

@@ -1,5 +1,6 @@
 //! The two transforms of a cube on the device, cut so that no buffer passes the adapter's limit.
 
+use super::Spectrum;
 use super::device_spectrum::{Chunk, DeviceSpectrum};
 use super::fft::{Axis, LONGEST_IN_WORKGROUP, Method, Piece, fits_workgroup};
 use super::fft_pass::{PassLayout, Scratch, work_length};
@@ -125,17 +126,30 @@ impl<'a> Plan<'a> {
                 self.record_range(recorder, &piece, (0, chirps), range, channels, &spectrum);
             }
             if let Slow::Doppler(_) = self.slow {
-                let between = recorder.buffer::<Complex32>("range spectrum", t.chirps * columns);
-                for piece in pieces {
-                    for first in (0..piece.chirps).step_by(self.cut.chirps) {
-                        let chirps = (first, self.cut.chirps.min(piece.chirps - first));
-                        self.record_range(recorder, piece, chirps, range, channels, &between);
-                    }
-                }
+                let between = self.record_ranges(recorder, pieces, range, channels);
                 self.record_doppler(recorder, columns, &between, &spectrum);
             }
             chunks.push(Chunk { spectrum, first_channel, channels, first_range, ranges });
         }
+    }
+
+    /// The range spectrum of all pieces, `[chirp, channel, range]`.
+    fn record_ranges(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        pieces: &[Piece<'_>],
+        range: (usize, usize),
+        channels: usize,
+    ) -> Buffer<Complex32> {
+        let count = self.t.chirps * channels * range.1;
+        let between = recorder.buffer::<Complex32>("range spectrum", count);
+        for piece in pieces {
+            for first in (0..piece.chirps).step_by(self.cut.chirps) {
+                let chirps = (first, self.cut.chirps.min(piece.chirps - first));
+                self.record_range(recorder, piece, chirps, range, channels, &between);
+            }
+        }
+        between
     }
 
     fn record_doppler(
@@ -205,6 +219,112 @@ fn spectrum(t: &Transform, chunks: Vec<Chunk>) -> DeviceSpectrum {
     }
 }
 
+/// Uploads some channels of a cube, `chirps` of them together: the first chirp of each piece and its samples.
+fn uploaded(
+    recorder: &mut Recorder<'_>,
+    cube: &Cube<f32>,
+    chirps: usize,
+    (first_channel, channels): (usize, usize),
+) -> Vec<(usize, Buffer<Complex32>)> {
+    (0..cube.chirps)
+        .step_by(chirps)
+        .map(|first| {
+            let chirps = first..(first + chirps).min(cube.chirps);
+            let data = if channels == cube.channels {
+                let row = channels * cube.samples;
+                recorder.upload("cube", &cube.data[chirps.start * row..chirps.end * row])
+            } else {
+                let mut part = Vec::with_capacity(chirps.len() * channels * cube.samples);
+                for m in chirps {
+                    let at = (m * cube.channels + first_channel) * cube.samples;
+                    part.extend_from_slice(&cube.data[at..at + channels * cube.samples]);
+                }
+                recorder.upload("cube", &part)
+            };
+            (first, data)
+        })
+        .collect()
+}
+
+/// What [`uploaded`] put on the device, as the transforms take it.
+fn pieces_of(buffers: &[(usize, Buffer<Complex32>)], channels: usize, samples: usize) -> Vec<Piece<'_>> {
+    buffers
+        .iter()
+        .map(|(first_chirp, data)| Piece {
+            first_chirp: *first_chirp,
+            chirps: data.len() / (channels * samples),
+            channels,
+            first_channel: 0,
+            data,
+        })
+        .collect()
+}
+
+/// The range transform alone, `[chirp, channel, range]`: to the bit what [`record`] hands to the Doppler transform.
+///
+/// # Errors
+/// Returns an error for a keystone transform, which comes before that of range, for a single column too large for the adapter, or if the
+/// adapter fails.
+pub fn range_alone(gpu: &Gpu, cube: &Cube<f32>, t: &Transform) -> Result<Cube<f32>> {
+    t.check_shape([cube.chirps, cube.channels, cube.samples])?;
+    t.check_apart()?;
+    let mut recorder = gpu.recorder("range spectrum");
+    let mut plan = Plan::new(&mut recorder, gpu, t, None)?;
+    let mut pending = Vec::new();
+    for first_channel in (0..t.channels).step_by(plan.cut.channels) {
+        let channels = plan.cut.channels.min(t.channels - first_channel);
+        let buffers = uploaded(&mut recorder, cube, plan.cut.chirps, (first_channel, channels));
+        let pieces = pieces_of(&buffers, channels, t.samples);
+        for first_range in (0..t.range_bins).step_by(plan.cut.ranges) {
+            let ranges = plan.cut.ranges.min(t.range_bins - first_range);
+            let range = (first_range, ranges);
+            let between = plan.record_ranges(&mut recorder, &pieces, range, channels);
+            pending.push(((first_channel, channels), range, recorder.read(&between)));
+        }
+    }
+    let mut done = recorder.submit()?;
+    let mut out = Cube::zeros(t.chirps, t.channels, t.range_bins);
+    for ((first_channel, channels), (first_range, ranges), part) in pending {
+        for (line, from) in done.take(part).chunks_exact(ranges).enumerate() {
+            let row = line / channels * t.channels + first_channel + line % channels;
+            let at = row * t.range_bins + first_range;
+            out.data[at..at + ranges].copy_from_slice(from);
+        }
+    }
+    Ok(out)
+}
+
+/// The Doppler transform alone, of what [`range_alone`] gives.
+///
+/// # Errors
+/// Returns an error for spectra of another shape, and the errors of [`range_alone`].
+pub fn doppler_alone(gpu: &Gpu, ranges: &Cube<f32>, t: &Transform) -> Result<Spectrum<f32>> {
+    t.check_ranges([ranges.chirps, ranges.channels, ranges.samples])?;
+    t.check_apart()?;
+    let mut recorder = gpu.recorder("Doppler spectrum");
+    let mut plan = Plan::new(&mut recorder, gpu, t, None)?;
+    let mut chunks = Vec::new();
+    for first_channel in (0..t.channels).step_by(plan.cut.channels) {
+        let channels = plan.cut.channels.min(t.channels - first_channel);
+        for first_range in (0..t.range_bins).step_by(plan.cut.ranges) {
+            let count = plan.cut.ranges.min(t.range_bins - first_range);
+            let mut part = Vec::with_capacity(t.chirps * channels * count);
+            for row in 0..t.chirps * channels {
+                let row = row / channels * t.channels + first_channel + row % channels;
+                let at = row * t.range_bins + first_range;
+                part.extend_from_slice(&ranges.data[at..at + count]);
+            }
+            let columns = channels * count;
+            let between = recorder.upload("range spectrum", &part);
+            let out = recorder.buffer::<Complex32>("spectrum", t.doppler_fft * columns);
+            plan.record_doppler(&mut recorder, columns, &between, &out);
+            chunks.push(Chunk { spectrum: out, first_channel, channels, first_range, ranges: count });
+        }
+    }
+    recorder.submit()?;
+    spectrum(t, chunks).read(gpu)
+}
+
 /// Records both transforms of a cube, which is uploaded here, in chunks that the adapter can bind. Nothing runs before
 /// the recorder is submitted.
 ///
@@ -234,34 +354,8 @@ pub fn record_by(
     let mut chunks = Vec::new();
     for first_channel in (0..t.channels).step_by(plan.cut.channels) {
         let channels = plan.cut.channels.min(t.channels - first_channel);
-        let buffers: Vec<(usize, Buffer<Complex32>)> = (0..t.chirps)
-            .step_by(plan.cut.chirps)
-            .map(|first| {
-                let chirps = first..(first + plan.cut.chirps).min(t.chirps);
-                let data = if channels == t.channels {
-                    let row = channels * t.samples;
-                    recorder.upload("cube", &cube.data[chirps.start * row..chirps.end * row])
-                } else {
-                    let mut part = Vec::with_capacity(chirps.len() * channels * t.samples);
-                    for m in chirps {
-                        let at = (m * t.channels + first_channel) * t.samples;
-                        part.extend_from_slice(&cube.data[at..at + channels * t.samples]);
-                    }
-                    recorder.upload("cube", &part)
-                };
-                (first, data)
-            })
-            .collect();
-        let pieces: Vec<Piece<'_>> = buffers
-            .iter()
-            .map(|(first_chirp, data)| Piece {
-                first_chirp: *first_chirp,
-                chirps: data.len() / (channels * t.samples),
-                channels,
-                first_channel: 0,
-                data,
-            })
-            .collect();
+        let buffers = uploaded(recorder, cube, plan.cut.chirps, (first_channel, channels));
+        let pieces = pieces_of(&buffers, channels, t.samples);
         plan.record(recorder, &pieces, (first_channel, channels), &mut chunks);
     }
     Ok(spectrum(t, chunks))

@@ -155,6 +155,58 @@ impl Transform {
             .into())
     }
 
+    /// Checks that a shape `[chirps, channels, range bins]` is that of this transform's range spectra.
+    ///
+    /// # Errors
+    /// Returns an error for a shape that is not the one expected.
+    pub fn check_ranges(&self, shape: [usize; 3]) -> Result<()> {
+        let want = [self.chirps, self.channels, self.range_bins];
+        if shape == want {
+            return Ok(());
+        }
+        Err(BadInput::new("the array is no range spectrum of this radar, [chirp, channel, range]")
+            .key("range_spectrum")
+            .value(format!("{shape:?}"))
+            .allowed(format!("{want:?}"))
+            .remedy("give what the range transform made with the same radar")
+            .into())
+    }
+
+    /// Checks that a shape `[doppler, channels and bands, range bins]` is that of this transform's spectra.
+    ///
+    /// # Errors
+    /// Returns an error for a shape that is not the one expected.
+    pub fn check_spectrum(&self, shape: [usize; 3]) -> Result<()> {
+        let want = [self.doppler_rows(), self.channels * self.bands, self.range_bins];
+        if shape == want {
+            return Ok(());
+        }
+        Err(BadInput::new("the array is no range-Doppler spectrum of this radar, [doppler, channel, range]")
+            .key("spectrum")
+            .value(format!("{shape:?}"))
+            .allowed(format!("{want:?}"))
+            .remedy("give what the transforms made with the same radar")
+            .into())
+    }
+
+    /// Checks that the two transforms can be done one after the other.
+    ///
+    /// # Errors
+    /// Returns an error for a keystone transform, which goes before that of range.
+    pub fn check_apart(&self) -> Result<()> {
+        if self.keystone.is_none() {
+            return Ok(());
+        }
+        Err(BadInput::new(
+            "the keystone transform goes before the range transform, so that the two do not come apart",
+        )
+        .key("processing.range_migration")
+        .value("keystone")
+        .allowed("none")
+        .remedy("ask for the range-Doppler spectrum, or leave the keystone transform out")
+        .into())
+    }
+
     /// Number of columns of the spectrum: channels x range bins.
     pub fn columns(&self) -> usize {
         self.channels * self.range_bins

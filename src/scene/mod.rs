@@ -10,6 +10,7 @@ pub mod material;
 pub mod mesh_file;
 pub mod motion;
 mod place_reader;
+pub mod processing_changes;
 pub mod radar;
 pub mod radar_toml;
 pub mod scatterer;

@@ -40,16 +40,22 @@ pub fn process_by<T: Real>(
     cfar: &Cfar,
 ) -> Result<(Spectrum<T>, RangeDoppler<T>)> {
     let spectrum = spectrum(cube, transform)?;
-    let mut map = power::power(&spectrum);
-    if transform.bands > 1 {
-        let share = T::of(transform.map_scale);
-        map.data.iter_mut().for_each(|p| *p = *p * share);
-    }
+    let map = scaled_power(&spectrum, transform);
     let detection = detect(&map, cfar, spectrum.channels)?;
     let cells = peaks::peaks(&map, &detection.mask);
     let noise = noise(&map, cfar, spectrum.channels, &cells)?;
     let snapshots = snapshot::snapshots(&spectrum, &cells);
     Ok((spectrum, RangeDoppler { map, detection, cells, noise, snapshots }))
+}
+
+/// The power map of a spectrum, W: of Doppler bands as if none of them were empty (CONVENTIONS eq. 19a).
+pub fn scaled_power<T: Real>(spectrum: &Spectrum<T>, transform: &Transform) -> PowerMap<T> {
+    let mut map = power::power(spectrum);
+    if transform.bands > 1 {
+        let share = T::of(transform.map_scale);
+        map.data.iter_mut().for_each(|p| *p = *p * share);
+    }
+    map
 }
 
 /// Computes both transforms of a cube whose shape is theirs, without range migration if they ask for that.
