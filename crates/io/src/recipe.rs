@@ -141,8 +141,7 @@ pub struct Keep {
     pub echoes: bool,
     /// Whether boxes, lanes, lines and markers are kept; default true.
     pub truth: bool,
-    /// Whether the points on the grids before the radar and the class of each cell are kept, as networks learn from them; default
-    /// false.
+    /// Whether the grids before the radar are kept, with their points and the class of each cell; default false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub masks: bool,
 }
