@@ -108,7 +108,9 @@ fn module(device: &wgpu::Device, kernel: &Kernel) -> Result<wgpu::ShaderModule, 
             source: wgpu::ShaderSource::Wgsl(kernel.source().into()),
         }));
     }
-    let words = spirv::uncontracted(kernel)?;
+    let first = u32::from(kernel.params.is_none());
+    let bindings = first..kernel.storage.len() as u32 + 1;
+    let words = spirv::uncontracted(kernel.stem, &kernel.source(), bindings)?;
     let (name, [x, y, z]) = ("main".into(), kernel.workgroup);
     let entry_points = [wgpu::PassthroughShaderEntryPoint { name, workgroup_size: (x, y, z) }];
     let described = wgpu::ShaderModuleDescriptorPassthrough {

@@ -1,6 +1,7 @@
 //! Rust structs that a shader reads, and the check that both sides lay them out alike.
 
 use super::kernel::{Access, Kernel, StructLayout};
+pub use super::wgsl::module_from_wgsl;
 use naga::{AddressSpace, StorageAccess, TypeInner};
 
 /// Declares a plain-data struct for the GPU, with `LAYOUT` to be listed in a kernel's row. Give vec3
@@ -26,25 +27,6 @@ macro_rules! gpu_struct {
             };
         }
     };
-}
-
-/// Parses and validates WGSL. `label` begins the message.
-///
-/// # Errors
-/// Returns a text that says where and why the source is not valid.
-pub fn module_from_wgsl(
-    label: &str,
-    source: &str,
-) -> Result<(naga::Module, naga::valid::ModuleInfo), String> {
-    let module = naga::front::wgsl::parse_str(source)
-        .map_err(|e| format!("{label}: {}", e.emit_to_string_with_path(source, label)))?;
-    let info = naga::valid::Validator::new(
-        naga::valid::ValidationFlags::all(),
-        naga::valid::Capabilities::default(),
-    )
-    .validate(&module)
-    .map_err(|e| format!("{label}: {}", e.emit_to_string_with_path(source, label)))?;
-    Ok((module, info))
 }
 
 /// Checks everything that a kernel's row says against its assembled WGSL: it is valid, its entry

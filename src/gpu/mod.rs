@@ -16,6 +16,7 @@ pub mod recorder;
 pub mod selftest;
 mod spirv;
 mod validation;
+mod wgsl;
 
 pub use crate::gpu_struct;
 pub use arena::GpuCounts;

@@ -1,6 +1,6 @@
 //! Pictures that are moved before they are learned: points and truth together, so that a few scenes teach more.
 
-use crate::data::{Input, Scan, ScanCell};
+use crate::scan::{Input, Scan, ScanCell};
 use catseye::base::rng::Draws;
 use catseye::road::mask::{CellClass, Grid};
 use glam::{DMat2, DVec2};

@@ -10,105 +10,14 @@
 //! ```
 
 use crate::augment::Move;
+pub use crate::scan::{GridKind, Input, Scan, ScanCell};
 use crate::source::{Source, sources};
 use catseye::base::error::{BadInput, Result, nearest};
 use catseye::base::rng::Draws;
-use catseye::detect::grid::PointGrid;
 use catseye::road::mask::{CellClass, Grid};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
-
-/// Which planes of a grid a network sees.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Input {
-    /// 1 where there is a point, else 0.
-    B,
-    /// Normalised amplitude.
-    A,
-    /// Count and amplitude.
-    C2,
-    /// Count, amplitude, range and azimuth.
-    C4,
-}
-
-impl Input {
-    /// Number of planes.
-    pub fn planes(self) -> usize {
-        match self {
-            Input::B | Input::A => 1,
-            Input::C2 => 2,
-            Input::C4 => 4,
-        }
-    }
-}
-
-/// Which of a frame's grids is learned.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum GridKind {
-    /// `grid_road.npy` with `mask_road.npy`, 450 x 300 cells over 60 x 40 m.
-    Road,
-    /// `grid_markers.npy` with `mask_markers.npy`, 227 x 227 cells over 40 x 40 m.
-    Markers,
-}
-
-impl GridKind {
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            GridKind::Road => "road",
-            GridKind::Markers => "markers",
-        }
-    }
-
-    /// The cells.
-    pub fn grid(self) -> Grid {
-        match self {
-            GridKind::Road => Grid::ROAD,
-            GridKind::Markers => Grid::MARKERS,
-        }
-    }
-}
-
-/// What the points of a scan tell of one cell.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ScanCell {
-    /// Place of the cell in the grid, `[row, column]`.
-    pub cell: u32,
-    /// Number of points.
-    pub count: f32,
-    /// The largest amplitude over that of the scan, 0 to 1.
-    pub amplitude: f32,
-    /// Mean range, m.
-    pub range_m: f32,
-    /// Mean azimuth, rad.
-    pub azimuth_rad: f32,
-}
-
-/// The cells of a grid that hold points, in their order.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Scan {
-    /// The grid.
-    pub grid: Grid,
-    /// Cells with points.
-    pub cells: Vec<ScanCell>,
-}
-
-impl Scan {
-    /// The cells with points of a grid.
-    pub fn new(points: &PointGrid) -> Scan {
-        let of = |cell: usize| ScanCell {
-            cell: cell as u32,
-            count: points.count[cell],
-            amplitude: points.amplitude[cell],
-            range_m: points.range_m[cell],
-            azimuth_rad: points.azimuth_rad[cell],
-        };
-        let held = (0..points.grid.cells()).filter(|c| points.count[*c] != 0.0);
-        Scan { grid: points.grid, cells: held.map(of).collect() }
-    }
-}
 
 /// What a network sees of one frame, `[plane, row, column]`, each value from -1 to 1. It is made of measured points alone.
 #[derive(Debug, Clone, PartialEq)]
@@ -258,10 +167,11 @@ impl Labels {
     }
 }
 
-fn check_classes(mask: &[u8]) -> std::result::Result<(), BadInput> {
+fn check_classes(mask: &[u8]) -> Result<()> {
     let Some(wrong) = mask.iter().find(|c| usize::from(**c) >= CellClass::ALL.len()) else { return Ok(()) };
     let bad = BadInput::new("is the number of no class").key("class").value(wrong);
-    Err(bad.allowed(format!("0 to {}", CellClass::ALL.len() - 1)).remedy("simulate again with this version"))
+    let allowed = format!("0 to {}", CellClass::ALL.len() - 1);
+    Err(bad.allowed(allowed).remedy("simulate again with this version").into())
 }
 
 /// The class of a square of cells, from how many of each class it holds.
@@ -296,7 +206,7 @@ impl Example {
     pub fn read(source: &Source, kind: GridKind) -> Result<Example> {
         let scan = Scan::new(&source.points(kind)?);
         let (mask, path) = source.mask(kind)?;
-        check_classes(&mask).map_err(|e| e.file(path))?;
+        check_classes(&mask).map_err(|e| e.in_file(&path))?;
         Ok(Example { scene: source.scene, split: source.split.clone(), scan, mask })
     }
 
@@ -428,6 +338,7 @@ pub fn shuffle<T>(list: &mut [T], draws: &mut Draws) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use catseye::detect::grid::PointGrid;
     use catseye::formats::npy;
 
     const SMALL: Grid = Grid { rows: 3, columns: 5, ahead_m: 30.0, across_m: 50.0 };

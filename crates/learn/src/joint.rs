@@ -22,7 +22,7 @@ impl Place {
         self.at_m + self.ahead * p.x + self.ahead.perp() * p.y
     }
 
-    fn from_world(self, p: DVec2) -> DVec2 {
+    fn seen_from(self, p: DVec2) -> DVec2 {
         let d = p - self.at_m;
         DVec2::new(self.ahead.dot(d), self.ahead.perp_dot(d))
     }
@@ -64,8 +64,7 @@ impl ScaledGrid {
 
     fn cell(&self, p: DVec2) -> Option<usize> {
         let (row, column) = (p.x / self.cell_m.x, (self.left_m - p.y) / self.cell_m.y);
-        let inside =
-            (0.0..self.rows as f64).contains(&row) && (0.0..self.columns as f64).contains(&column);
+        let inside = (0.0..self.rows as f64).contains(&row) && (0.0..self.columns as f64).contains(&column);
         inside.then(|| row as usize * self.columns + column as usize)
     }
 }
@@ -102,7 +101,7 @@ impl Joint {
         let mut sums = logs.clone();
         for (from, said) in &self.scans {
             for cell in 0..cells {
-                let there = from.from_world(place.to_world(self.grid.middle_m(cell)));
+                let there = from.seen_from(place.to_world(self.grid.middle_m(cell)));
                 if let Some(at) = self.grid.cell(there) {
                     (0..self.classes).for_each(|k| sums[k * cells + cell] += said[k * cells + at]);
                 }

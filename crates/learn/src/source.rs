@@ -1,6 +1,6 @@
 //! Where frames to learn from lie: folders of runs, and datasets in any format.
 
-use crate::data::GridKind;
+use crate::scan::GridKind;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::detect::grid::PointGrid;
 use catseye::formats::npy;

@@ -126,7 +126,8 @@ fn a_dataset_is_learned_with_its_own_split_or_by_scenes() {
 fn wrong_datasets_are_refused_in_one_line() {
     let t = tempfile::tempdir().unwrap();
     let dir = t.path().join("d");
-    let cases: [(&dyn Fn(&mut Vec<Array>), &str); 4] = [
+    type Spoil<'a> = &'a dyn Fn(&mut Vec<Array>);
+    let cases: [(Spoil<'_>, &str); 4] = [
         (
             &|a| a.iter_mut().for_each(|a| a.name = a.name.replace("road", "markers")),
             "keep.masks = false: the dataset has no masks",

@@ -1,0 +1,20 @@
+//! WGSL as a module of naga.
+
+/// Parses and validates WGSL. `label` begins the message.
+///
+/// # Errors
+/// Returns a text that says where and why the source is not valid.
+pub fn module_from_wgsl(
+    label: &str,
+    source: &str,
+) -> Result<(naga::Module, naga::valid::ModuleInfo), String> {
+    let module = naga::front::wgsl::parse_str(source)
+        .map_err(|e| format!("{label}: {}", e.emit_to_string_with_path(source, label)))?;
+    let info = naga::valid::Validator::new(
+        naga::valid::ValidationFlags::all(),
+        naga::valid::Capabilities::default(),
+    )
+    .validate(&module)
+    .map_err(|e| format!("{label}: {}", e.emit_to_string_with_path(source, label)))?;
+    Ok((module, info))
+}
