@@ -10,14 +10,13 @@
 //! ```
 
 use crate::augment::Move;
-use crate::source::{Source, sources};
+use crate::source::Source;
 use catseye::base::error::{BadInput, Result, nearest};
 use catseye::base::rng::Draws;
 use catseye::detect::grid::PointGrid;
 use catseye::road::mask::{CellClass, Grid};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
-use std::path::PathBuf;
 
 /// Which planes of a grid a network sees.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,6 +39,12 @@ impl Input {
             Input::C2 => 2,
             Input::C4 => 4,
         }
+    }
+
+    /// What may be turned and shifted with the points, where something of the input depends on their places.
+    pub fn fixed(self) -> Option<&'static str> {
+        (self != Input::B)
+            .then_some("0, unless network.input is B, because amplitudes would not move with the points")
     }
 }
 
@@ -168,33 +173,52 @@ impl Features {
     }
 }
 
-/// The classes that a network tells apart, in the order of its outputs. The first is "undefined", to which all others belong.
+/// The name that points have which are of no other class.
+pub const OTHERS: &str = "others";
+
+/// The classes that a network tells apart, in the order of its outputs. The first is "undefined", to which all others belong; of points
+/// it is called "others".
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Classes(Vec<CellClass>);
+pub struct Classes(Vec<(CellClass, &'static str)>);
 
 impl Classes {
-    /// Classes by their names in files.
+    /// Classes of cells by their names in files.
     ///
     /// # Errors
     /// Returns `BadInput` if a name is unknown or given twice, if fewer than two are given or if the first is not "undefined".
     pub fn named(names: &[String]) -> Result<Classes> {
-        let known: Vec<&str> = CellClass::ALL.iter().map(|c| c.name()).collect();
+        Classes::of(names, &CellClass::ALL.map(|c| (c, c.name())))
+    }
+
+    /// Classes of points by their names in files: "others", "vehicle", "guard rail" and "marker". No point is of a lane, which no radar
+    /// sees.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Classes::named`], with "others" in place of "undefined".
+    pub fn of_points(names: &[String]) -> Result<Classes> {
+        let objects = [CellClass::Vehicle, CellClass::GuardRail, CellClass::Marker].map(|c| (c, c.name()));
+        Classes::of(names, &[&[(CellClass::Undefined, OTHERS)][..], &objects].concat())
+    }
+
+    /// Classes of a list of known ones, whose first is the one to which all others belong.
+    fn of(names: &[String], all: &[(CellClass, &'static str)]) -> Result<Classes> {
+        let known: Vec<&str> = all.iter().map(|c| c.1).collect();
         let bad = |problem: &str| BadInput::new(problem).allowed(known.join(", "));
         let mut classes = Vec::new();
         for name in names {
-            let Some(class) = CellClass::ALL.into_iter().find(|c| c.name() == name) else {
+            let Some(class) = all.iter().find(|c| c.1 == name) else {
                 let near = nearest(name, known.iter().copied());
                 let remedy = near.map_or("take the name out".into(), |n| format!("did you mean '{n}'?"));
                 return Err(bad("is no class").value(format!("\"{name}\"")).remedy(remedy).into());
             };
-            if classes.contains(&class) {
+            if classes.contains(class) {
                 let twice = bad("is given twice").value(format!("\"{name}\""));
                 return Err(twice.remedy("take one of them out").into());
             }
-            classes.push(class);
+            classes.push(*class);
         }
-        if classes.len() < 2 || classes[0] != CellClass::Undefined {
-            let remedy = "begin with \"undefined\" and add one class at least";
+        if classes.len() < 2 || classes.first() != all.first() {
+            let remedy = format!("begin with \"{}\" and add one class at least", known[0]);
             return Err(bad("is no list of classes to tell apart").remedy(remedy).into());
         }
         Ok(Classes(classes))
@@ -207,20 +231,21 @@ impl Classes {
 
     /// The class at a place.
     pub fn class(&self, place: usize) -> CellClass {
-        self.0[place]
+        self.0[place].0
     }
 
     /// Names in order.
     pub fn names(&self) -> Vec<String> {
-        self.0.iter().map(|c| c.name().to_string()).collect()
+        self.0.iter().map(|c| c.1.to_string()).collect()
     }
 
     fn place(&self, class: CellClass) -> u8 {
-        self.0.iter().position(|c| *c == class).unwrap_or(0) as u8
+        self.0.iter().position(|c| c.0 == class).unwrap_or(0) as u8
     }
 }
 
-/// The true class of each cell, `[row, column]`, as places in the list of classes. Networks are judged by it and never see it.
+/// The true class of each cell, `[row, column]`, or of each point, as places in the list of classes. Networks are judged by it and
+/// never see it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Labels {
     places: Vec<u8>,
@@ -252,7 +277,12 @@ impl Labels {
         Labels { places: tallies.iter().map(|t| classes.place(class_of(t))).collect() }
     }
 
-    /// Places of the cells' classes in the list, `[row, column]`.
+    /// The labels of points, in their order.
+    pub fn of_points(classes: &Classes, truth: impl IntoIterator<Item = CellClass>) -> Labels {
+        Labels { places: truth.into_iter().map(|class| classes.place(class)).collect() }
+    }
+
+    /// Places of the classes in the list: of cells `[row, column]`, of points in their order.
     pub fn places(&self) -> &[u8] {
         &self.places
     }
@@ -278,10 +308,6 @@ fn class_of(tally: &[u32; CellClass::ALL.len()]) -> CellClass {
 /// One frame of one radar.
 #[derive(Debug, Clone)]
 pub struct Example {
-    /// Number of its scene.
-    pub scene: usize,
-    /// Which set its dataset puts it into; None in a run.
-    pub split: Option<String>,
     /// What the radar measured.
     scan: Scan,
     /// What the simulation knows: the number of each cell's class.
@@ -297,7 +323,7 @@ impl Example {
         let scan = Scan::new(&source.points(kind)?);
         let (mask, path) = source.mask(kind)?;
         check_classes(&mask).map_err(|e| e.file(path))?;
-        Ok(Example { scene: source.scene, split: source.split.clone(), scan, mask })
+        Ok(Example { scan, mask })
     }
 
     /// What a network sees of it, moved.
@@ -310,14 +336,6 @@ impl Example {
         let mask = moved.mask(&self.scan.grid, &self.mask);
         Labels::of(classes, &self.scan.grid, &mask, scale)
     }
-}
-
-/// Reads all frames of some folders of runs and datasets.
-///
-/// # Errors
-/// Returns the errors of [`sources`] and [`Example::read`].
-pub fn load(folders: &[PathBuf], kind: GridKind) -> Result<Vec<Example>> {
-    sources(folders, kind)?.iter().map(|s| Example::read(s, kind)).collect()
 }
 
 /// What is shared out among training, validation and test.
@@ -354,22 +372,22 @@ pub struct Sets {
     pub test: Vec<usize>,
 }
 
-/// Shares examples out 64 : 16 : 20, as the seed says, or as their dataset says; `block` is the number of frames of a block.
+/// Shares frames out 64 : 16 : 20, as the seed says, or as their dataset says; `block` is the number of frames of a block.
 ///
 /// # Errors
 /// Returns `BadInput` if there are fewer than three scenes or blocks, or if a dataset leaves a set without frames.
-pub fn split(examples: &[Example], how: Split, block: usize, seed: u32) -> Result<Sets> {
+pub fn split(frames: &[Source], how: Split, block: usize, seed: u32) -> Result<Sets> {
     if how == Split::Dataset {
-        return as_the_dataset_says(examples);
+        return as_the_dataset_says(frames);
     }
-    let scenes: Vec<usize> = examples.iter().map(|e| e.scene).collect();
+    let scenes: Vec<usize> = frames.iter().map(|f| f.scene).collect();
     shared_out(&scenes, how, block, seed)
 }
 
-fn as_the_dataset_says(examples: &[Example]) -> Result<Sets> {
+fn as_the_dataset_says(frames: &[Source]) -> Result<Sets> {
     let set = |name: &str| -> Result<Vec<usize>> {
-        let held = |(place, e): (usize, &Example)| (e.split.as_deref() == Some(name)).then_some(place);
-        let places: Vec<usize> = examples.iter().enumerate().filter_map(held).collect();
+        let held = |(place, f): (usize, &Source)| (f.split.as_deref() == Some(name)).then_some(place);
+        let places: Vec<usize> = frames.iter().enumerate().filter_map(held).collect();
         if places.is_empty() {
             let bad = BadInput::new(format!("no frame belongs to the set {name}"))
                 .key("data.split")
@@ -428,7 +446,13 @@ pub fn shuffle<T>(list: &mut [T], draws: &mut Draws) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::sources;
     use catseye::formats::npy;
+    use std::path::PathBuf;
+
+    fn load(folders: &[PathBuf], kind: GridKind) -> Result<Vec<Example>> {
+        sources(folders, kind)?.iter().map(|s| Example::read(s, kind)).collect()
+    }
 
     const SMALL: Grid = Grid { rows: 3, columns: 5, ahead_m: 30.0, across_m: 50.0 };
 
@@ -545,6 +569,15 @@ mod tests {
             assert!(text.contains(words) && text.contains("guard rail"), "{text}");
         }
         assert!(classes(&["undefined", "lanes"]).unwrap_err().to_string().contains("did you mean 'lane'?"));
+        let points =
+            |names: &[&str]| Classes::of_points(&names.iter().map(|n| n.to_string()).collect::<Vec<_>>());
+        assert_eq!(points(&["others", "marker"]).unwrap().class(1), CellClass::Marker);
+        let lane = points(&["others", "lane"]).unwrap_err().to_string();
+        assert!(
+            lane.contains("\"lane\": is no class; allowed: others, vehicle, guard rail, marker"),
+            "{lane}"
+        );
+        assert!(points(&["vehicle", "others"]).unwrap_err().to_string().contains("begin with \"others\""));
     }
 
     #[test]
