@@ -1,8 +1,10 @@
 //! Grids as a task: SegNet gives each cell before the radar a class.
 
 use crate::augment::Move;
-use crate::config::{Config, GridNetwork};
-use crate::data::{Classes, Example, Features, GridKind, Input, Labels, Scan};
+use crate::classes::Classes;
+use crate::config::Config;
+use crate::data::{Example, Features, GridKind, Input, Labels, Scan};
+use crate::network::GridNetwork;
 use crate::segnet::{SegNet, Shape};
 use crate::source::{Source, sources};
 use crate::task::Task;

@@ -11,6 +11,7 @@
 
 pub mod augment;
 mod card;
+pub mod classes;
 pub mod cloud;
 pub mod config;
 pub mod curve;
@@ -20,6 +21,7 @@ pub mod grid_task;
 pub mod groups;
 mod layers;
 pub mod model;
+pub mod network;
 pub mod picture;
 pub mod point_task;
 pub mod pointnet;

@@ -1,10 +1,11 @@
 //! A trained network with its classes: scores of runs, and predictions.
 
 use crate::augment::Move;
-use crate::config::{Config, Network};
+use crate::config::Config;
 use crate::curve::Curves;
 use crate::data::Labels;
 use crate::grid_task::GridTask;
+use crate::network::Network;
 use crate::point_task::PointTask;
 use crate::pointnet::PointNet;
 use crate::score::{Confusion, cell};

@@ -1,10 +1,12 @@
 //! Points as a task: PointNet and PointNet++ give each point of a frame a class.
 
 use crate::augment::Move;
+use crate::classes::Classes;
 use crate::cloud::{Cloud, MeasuredPoint, PointFeatures, Sight};
-use crate::config::{Config, PointNetwork};
-use crate::data::{Classes, Labels};
+use crate::config::Config;
+use crate::data::Labels;
 use crate::frame_points::{read_cloud, read_truth};
+use crate::network::PointNetwork;
 use crate::pointnet::{PointNet, PointShape};
 use crate::source::{Source, point_sources};
 use crate::task::Task;

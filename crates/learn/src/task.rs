@@ -1,7 +1,8 @@
 //! What one kind of network learns, as far as a training has to know it.
 
 use crate::augment::Move;
-use crate::data::{Classes, Labels};
+use crate::classes::Classes;
+use crate::data::Labels;
 use crate::source::Source;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};

@@ -5,10 +5,11 @@
 
 use crate::augment::{Augment, Move};
 use crate::card::card;
-use crate::config::{Config, Network};
+use crate::config::Config;
 use crate::data::{Labels, Sets, shuffle, split};
 use crate::grid_task::GridTask;
 use crate::model::{CONFIG, Judged, WEIGHTS, foreign, judge, load_weights};
+use crate::network::Network;
 use crate::picture::{confusion_picture, curve_picture};
 use crate::point_task::PointTask;
 use crate::score::{cell, column_name};
@@ -193,11 +194,15 @@ impl<'a, T: Task> Trainer<'a, T> {
                 progress(((done + 1) * t.batch.value).min(order.len()) as u64, order.len() as u64);
             }
         }
+        if learned == 0 {
+            let bad = BadInput::new("no frame of the training set holds a point").key("data.runs");
+            return Err(bad.remedy("give runs whose radar detects something").into());
+        }
         let fixed = self.net.valid();
         let Judged { confusion, .. } = self.judged(&fixed, &self.sets.validation);
         let row = EpochRow {
             epoch: self.state.rows.len() + 1,
-            loss: sum / learned.max(1) as f64,
+            loss: sum / learned as f64,
             f1: (0..confusion.classes().len()).map(|k| confusion.f1(k)).collect(),
             mean_f1: confusion.mean_f1(),
         };
@@ -389,7 +394,7 @@ mod tests {
 
     #[test]
     fn rare_classes_weigh_more() {
-        use crate::data::Classes;
+        use crate::classes::Classes;
         use catseye::road::mask::Grid;
         let classes = Classes::named(&["undefined", "lane"].map(String::from)).unwrap();
         let grid = Grid { rows: 2, columns: 5, ahead_m: 1.0, across_m: 1.0 };

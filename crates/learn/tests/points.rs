@@ -314,6 +314,16 @@ fn wrong_points_are_refused_in_one_line() {
             }),
             "points = false: the run has no points; allowed: true",
         ),
+        (
+            ask(&|frame| {
+                let runs = frame.ancestors().nth(2).unwrap();
+                for (run, k) in (0..9).map(|k| (k / 3, k % 3)) {
+                    let at = runs.join(format!("run_{run}/frame_{k:06}/points.csv"));
+                    fs::write(at, format!("{HEADER}\n")).unwrap();
+                }
+            }),
+            "data.runs: no frame of the training set holds a point",
+        ),
     ] {
         assert!(said.contains(words), "{words}: {said}");
     }
