@@ -111,8 +111,8 @@ impl CellClass {
         }
     }
 
-    /// The class of the cells of an object of this class; None for what masks do not show.
-    fn of(class: &str) -> Option<CellClass> {
+    /// The class of the cells of an object of this class, such as `car` or `car.wheel`; None for what masks do not show.
+    pub fn of(class: &str) -> Option<CellClass> {
         match base_class(class) {
             "guard_rail" | "post" | "wall" => Some(CellClass::GuardRail),
             "marker" => Some(CellClass::Marker),

@@ -1,11 +1,11 @@
-//! `catseye learn`: networks that learn from runs with masks.
+//! `catseye learn`: networks that learn from runs and datasets.
 
 use super::global::Global;
 use catseye::base::error::Result;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
-/// Train a network on runs or datasets with masks, score it, or let it predict (needs a build with `--features learn`)
+/// Train a network on runs or datasets, score it, or let it predict (needs a build with `--features learn`)
 #[derive(Debug, Args)]
 pub struct Learn {
     #[command(subcommand)]
@@ -22,7 +22,7 @@ pub enum What {
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
-    /// Score a trained network on runs or datasets with masks: precision, recall and F1 of each class
+    /// Score a trained network on runs or datasets with truth: precision, recall and F1 of each class
     Eval {
         /// Folder that `catseye learn train` wrote
         dir: PathBuf,
@@ -30,13 +30,13 @@ pub enum What {
         #[arg(required = true, value_name = "RUN")]
         runs: Vec<PathBuf>,
     },
-    /// Write the classes that a trained network gives to the cells of a run
+    /// Write the classes that a trained network gives to the cells or the points of a run
     Predict {
         /// Folder that `catseye learn train` wrote
         dir: PathBuf,
-        /// Folder that `catseye simulate` or `catseye dataset` wrote; masks are not looked at
+        /// Folder that `catseye simulate` or `catseye dataset` wrote; its truth is not looked at
         run: PathBuf,
-        /// Array to write (.npy), uint8 by frame, row and column
+        /// File to write: of grids an array (.npy), uint8 by frame, row and column; of points a table (.csv)
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
     },
@@ -153,7 +153,7 @@ mod with_networks {
     }
 
     pub fn predict(global: &Global, dir: &Path, run: &Path, output: &Path, device: &Device) -> Result<()> {
-        check_extension(output, &["npy"])?;
+        check_extension(output, &["npy", "csv"])?;
         let frames = Model::load(dir, device)?.predict(run, output, global.force)?;
         let answer = serde_json::json!({ "file": output.display().to_string(), "frames": frames });
         global.answer(&answer, || format!("wrote {} ({frames} frames)", output.display()))

@@ -1,6 +1,6 @@
 //! Pictures that are moved before they are learned: points and truth together, so that a few scenes teach more.
 
-use crate::scan::{Input, Scan, ScanCell};
+use crate::scan::{Scan, ScanCell};
 use catseye::base::rng::Draws;
 use catseye::road::mask::{CellClass, Grid};
 use glam::{DMat2, DVec2};
@@ -35,8 +35,9 @@ impl Augment {
         self.turn_deg > 0.0 || self.shift_m > 0.0
     }
 
-    /// Why the numbers cannot be used with an input, or are out of their ranges: key, value and the range.
-    pub fn wrong(&self, input: Input) -> Option<(&'static str, String, &'static str)> {
+    /// Why the numbers cannot be used with a network, or are out of their ranges: key, value and the range. `fixed` says what is
+    /// allowed where a network sees what depends on the places of points and would not move with them.
+    pub fn wrong(&self, fixed: Option<&'static str>) -> Option<(&'static str, String, &'static str)> {
         let out = |x: f64, most: f64| !(0.0..=most).contains(&x);
         if out(self.turn_deg, 180.0) {
             return Some(("turn_deg", self.turn_deg.to_string(), "0 to 180"));
@@ -51,14 +52,10 @@ impl Augment {
             return Some(("drop", self.drop.to_string(), "0 to 0.9"));
         }
         // How strong a point is depends on where it stands.
-        (self.moves() && input != Input::B).then(|| {
+        fixed.filter(|_| self.moves()).map(|allowed| {
             let key = if self.turn_deg > 0.0 { "turn_deg" } else { "shift_m" };
             let value = if self.turn_deg > 0.0 { self.turn_deg } else { self.shift_m };
-            (
-                key,
-                value.to_string(),
-                "0, unless network.input is B, because amplitudes would not move with the points",
-            )
+            (key, value.to_string(), allowed)
         })
     }
 
@@ -141,6 +138,22 @@ impl Move {
         Scan { grid: g, cells }
     }
 
+    /// The points of a list that stay, by their numbers, and where they come to lie; places are in level axes, m.
+    pub fn places(&self, at_m: impl IntoIterator<Item = DVec2>) -> Vec<(usize, DVec2)> {
+        let turn = DMat2::from_angle(self.turn_rad);
+        let mut draws = Draws::new(self.seed, 0);
+        let mut kept = Vec::new();
+        for (k, at) in at_m.into_iter().enumerate() {
+            let dropped = self.keep < 1.0 && draws.uniform() >= self.keep;
+            if dropped || at.length() < self.near_m {
+                continue;
+            }
+            let at = if self.mirror { DVec2::new(at.x, -at.y) } else { at };
+            kept.push((k, turn * at + self.shift_m));
+        }
+        kept
+    }
+
     /// The classes of a moved mask: each cell has the class of the cell from which its middle came, and none where that lies outside.
     pub fn mask(&self, grid: &Grid, mask: &[u8]) -> Vec<u8> {
         if self.stays() && !self.mirror {
@@ -169,6 +182,7 @@ impl Move {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::Input;
 
     /// 10 x 10 cells of 1 m.
     const SMALL: Grid = Grid { rows: 10, columns: 10, ahead_m: 10.0, across_m: 10.0 };
@@ -247,7 +261,7 @@ mod tests {
 
     #[test]
     fn wrong_numbers_are_named() {
-        let wrong = |a: Augment, input| a.wrong(input).map(|w| w.0);
+        let wrong = |a: Augment, input: Input| a.wrong(input.fixed()).map(|w| w.0);
         let turn = Augment { turn_deg: 5.0, ..Augment::default() };
         assert_eq!(wrong(turn, Input::B), None);
         assert_eq!(wrong(turn, Input::A), Some("turn_deg"));
@@ -255,5 +269,23 @@ mod tests {
         assert_eq!(wrong(Augment { drop: 1.0, ..turn }, Input::B), Some("drop"));
         assert_eq!(wrong(Augment { shift_m: f64::NAN, ..turn }, Input::B), Some("shift_m"));
         assert_eq!(wrong(Augment { mirror: true, ..Augment::default() }, Input::C4), None);
+    }
+
+    /// A mirrored point at (4, 3) lies at (4, -3), a quarter turn to the left puts it to (3, 4), and a shift carries it on.
+    #[test]
+    fn points_of_a_list_move() {
+        let moved = Move {
+            mirror: true,
+            turn_rad: std::f64::consts::FRAC_PI_2,
+            shift_m: DVec2::new(1.0, -2.0),
+            near_m: 2.0,
+            ..Move::NONE
+        };
+        let kept = moved.places([DVec2::new(1.0, 0.5), DVec2::new(4.0, 3.0)]);
+        assert_eq!((kept.len(), kept[0].0), (1, 1));
+        assert!((kept[0].1 - DVec2::new(4.0, 2.0)).length() < 1e-12, "{kept:?}");
+        let places: Vec<DVec2> = (0..400).map(|k| DVec2::new(k as f64, 1.0)).collect();
+        let half = Move { keep: 0.5, seed: 3, ..Move::NONE }.places(places.iter().copied());
+        assert!((150..250).contains(&half.len()) && half.iter().all(|(k, at)| *at == places[*k]));
     }
 }

@@ -1,19 +1,17 @@
 //! A training as its TOML file says it.
 
 use crate::augment::Augment;
-use crate::data::{Classes, GridKind, Input, Split};
-use crate::segnet::Shape;
-use catseye::base::error::{Error, Result};
+use crate::classes::Classes;
+use crate::data::{GridKind, Split};
+use crate::network::{Network, NetworkTable, within};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage::sha256_of_bytes;
-use catseye::scene::toml_file::{At, Document, RangeText, read_text};
+use catseye::scene::toml_file::{At, Document, read_text};
 use serde::Deserialize;
-use std::fmt::Display;
-use std::ops::RangeBounds;
 use std::path::{Path, PathBuf};
 
 /// A training: the network, how it learns and from what.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// The network.
     pub network: Network,
@@ -22,32 +20,16 @@ pub struct Config {
     /// What it learns from.
     pub data: Data,
     /// The text of the file.
-    #[serde(skip)]
     pub text: String,
 }
 
-/// Kinds of networks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    /// Encoders and decoders with unpooling.
-    Segnet,
-}
-
-/// The table `[network]`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// The tables of a file.
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Network {
-    /// Kind of the network.
-    pub kind: Kind,
-    /// Number of encoders and of decoders, 1 to 6.
-    pub layers: At<usize>,
-    /// Channels between them, 1 to 512.
-    pub channels: At<usize>,
-    /// Width of the square kernels, cells, odd, 1 to 15.
-    pub kernel: At<usize>,
-    /// Planes of the grid that it sees.
-    pub input: Input,
+struct Tables {
+    network: NetworkTable,
+    training: Training,
+    data: Data,
 }
 
 /// The table `[training]`.
@@ -56,7 +38,7 @@ pub struct Network {
 pub struct Training {
     /// Largest number of passes over the training set.
     pub epochs: At<usize>,
-    /// Number of grids in a batch.
+    /// Number of frames in a batch.
     pub batch: At<usize>,
     /// Learning rate of Adam.
     #[serde(default = "rate")]
@@ -78,14 +60,13 @@ pub struct Training {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Data {
-    /// Which grid is learned.
-    pub grid: GridKind,
+    /// Which grid is learned; a network of grids needs it, and one of points has none.
+    pub grid: Option<At<GridKind>>,
     /// Folders of runs and datasets, relative to that of the file; once read, as they can be opened.
     pub runs: Vec<At<String>>,
-    /// So many rows and columns become one.
-    #[serde(default = "one")]
-    pub scale: At<usize>,
-    /// Names of the classes, "undefined" first.
+    /// So many rows and columns become one; only for grids, where it is 1 unless given.
+    pub scale: Option<At<usize>>,
+    /// Names of the classes, "undefined" first; of points "others" first.
     pub classes: At<Vec<String>>,
     /// What is shared out among the sets.
     #[serde(default = "runs")]
@@ -107,10 +88,6 @@ fn balance() -> At<f64> {
     0.5.into()
 }
 
-fn one() -> At<usize> {
-    1.into()
-}
-
 fn runs() -> Split {
     Split::Runs
 }
@@ -127,7 +104,8 @@ impl Config {
     pub fn read(path: &Path) -> Result<Config> {
         let text = read_text(path)?;
         let doc = Document::parse(path, &text)?;
-        let mut config: Config = doc.read()?;
+        let Tables { network, training, data } = doc.read()?;
+        let mut config = Config { network: Network::of(&doc, network)?, training, data, text: String::new() };
         config.check(&doc)?;
         for run in &mut config.data.runs {
             run.value = path.parent().unwrap_or(Path::new("")).join(&run.value).display().to_string();
@@ -137,13 +115,22 @@ impl Config {
     }
 
     fn check(&self, doc: &Document<'_>) -> Result<()> {
-        let Config { network: n, training: t, data: d, .. } = self;
-        within(doc, &n.layers, 1..=6)?;
-        within(doc, &n.channels, 1..=512)?;
-        within(doc, &n.kernel, 1..=15)?;
-        if n.kernel.value.is_multiple_of(2) {
-            let bad = doc.bad(&n.kernel.span, "is even, and such a kernel has no middle");
-            return Err(bad.allowed("1, 3, 5 and so on to 15").remedy("give an odd number").into());
+        let Config { network, training: t, data: d, .. } = self;
+        network.check(doc)?;
+        let spans = [d.grid.as_ref().map(|g| &g.span), d.scale.as_ref().map(|s| &s.span)];
+        match (network, spans.into_iter().flatten().next()) {
+            (Network::Points(_), Some(span)) => {
+                let bad = doc.bad(span, "belongs to networks of grids, and this one learns points");
+                return Err(bad.remedy("take it out").into());
+            }
+            (Network::Grids(_), _) if d.grid.is_none() => {
+                let bad = doc.bad(&(0..0), "is missing").key("data.grid").allowed("road, markers");
+                return Err(bad.remedy("say which grid a network of grids learns").into());
+            }
+            _ => {}
+        }
+        if let Some(scale) = &d.scale {
+            within(doc, scale, 1..=64)?;
         }
         within(doc, &t.epochs, 1..=100_000)?;
         within(doc, &t.batch, 1..=4_096)?;
@@ -151,13 +138,12 @@ impl Config {
         within(doc, &t.rate, 1e-8..=1.0)?;
         within(doc, &t.balance, 0.0..=1.0)?;
         if let Some(a) = &t.augment
-            && let Some((key, value, allowed)) = a.value.wrong(n.input)
+            && let Some((key, value, allowed)) = a.value.wrong(network.fixed())
         {
             let mut bad = doc.bad(&a.span, format!("training.augment.{key} cannot be used"));
             bad.value = Some(format!("{key} = {value}"));
             return Err(bad.allowed(allowed).remedy("change it or take it out").into());
         }
-        within(doc, &d.scale, 1..=64)?;
         within(doc, &d.block_frames, 1..=100_000)?;
         self.classes().map(|_| ()).map_err(|e| match e {
             Error::Input(b) => {
@@ -174,26 +160,26 @@ impl Config {
     /// The classes.
     ///
     /// # Errors
-    /// Returns the errors of [`Classes::named`].
+    /// Returns the errors of [`Classes::named`] or [`Classes::of_points`].
     pub fn classes(&self) -> Result<Classes> {
-        Classes::named(&self.data.classes.value)
+        match self.network {
+            Network::Grids(_) => Classes::named(&self.data.classes.value),
+            Network::Points(_) => Classes::of_points(&self.data.classes.value),
+        }
+    }
+
+    /// Which grid a network of grids learns.
+    ///
+    /// # Errors
+    /// Returns `BadInput` if none is given.
+    pub fn grid(&self) -> Result<GridKind> {
+        let missing = || BadInput::new("is missing").key("data.grid").allowed("road, markers");
+        self.data.grid.as_ref().map(|g| g.value).ok_or_else(|| missing().into())
     }
 
     /// Folders of the runs.
     pub fn runs(&self) -> Vec<PathBuf> {
         self.data.runs.iter().map(|r| PathBuf::from(&r.value)).collect()
-    }
-
-    /// The size of the network.
-    pub fn shape(&self) -> Shape {
-        let n = &self.network;
-        Shape {
-            layers: n.layers.value,
-            channels: n.channels.value,
-            kernel: n.kernel.value,
-            planes: n.input.planes(),
-            classes: self.data.classes.value.len(),
-        }
     }
 
     /// What tells one training from another: the text and where its runs lie.
@@ -202,17 +188,11 @@ impl Config {
     }
 }
 
-fn within<T, R>(doc: &Document<'_>, at: &At<T>, range: R) -> Result<()>
-where
-    T: PartialOrd + Copy + Display,
-    R: RangeBounds<T> + RangeText,
-{
-    doc.in_range(at, range, "give a value in this range").map(|_| ())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cloud::Step;
+    use crate::segnet::Shape;
 
     const TEXT: &str = r#"
 [network]
@@ -242,9 +222,13 @@ classes = ["undefined", "lane"]
     #[test]
     fn a_file_is_read_and_wrong_values_are_placed() {
         let c = read(TEXT).unwrap();
-        assert_eq!((c.training.rate.value, c.training.patience.value, c.data.scale.value), (1e-3, 10, 1));
+        assert_eq!(
+            (c.training.rate.value, c.training.patience.value, c.data.scale.is_none()),
+            (1e-3, 10, true)
+        );
         assert!(c.runs()[1].is_absolute() && c.runs()[1].ends_with("b"));
-        assert_eq!(c.shape(), Shape { layers: 2, channels: 8, kernel: 7, planes: 1, classes: 2 });
+        let Network::Grids(n) = &c.network else { panic!("{:?}", c.network) };
+        assert_eq!(n.shape(2), Shape { layers: 2, channels: 8, kernel: 7, planes: 1, classes: 2 });
         for (from, to, words) in [
             (
                 "layers = 2",
@@ -257,10 +241,84 @@ classes = ["undefined", "lane"]
             ("\"lane\"", "\"lan\"", "data.classes = \"lan\": is no class"),
             ("\"road\"", "\"rode\"", "allowed: road, markers"),
             ("kind = \"segnet\"\n", "", "network.kind: is missing"),
+            ("kernel = 7\n", "", "training.toml:3: network.kernel: is missing for a segnet"),
+            ("grid = \"road\"\n", "", "data.grid: is missing; allowed: road, markers"),
+            (
+                "kernel = 7",
+                "kernel = 7\nsamples = 3",
+                "training.toml:7: network.samples = 3: is no key of a segnet; take it out",
+            ),
         ] {
             let e = read(&TEXT.replace(from, to)).unwrap_err();
             let text = e.to_string();
             assert!(e.exit_code() == 2 && text.contains(words), "{text}");
         }
+    }
+
+    const POINTS: &str = r#"
+[network]
+kind = "pointnet++"
+channels = 8
+radii_m = [8, 16]
+features = ["counts", "r_min"]
+circles_m = [1.0, 2.0]
+
+[training]
+epochs = 3
+batch = 4
+
+[data]
+runs = ["a"]
+classes = ["others", "guard rail"]
+"#;
+
+    #[test]
+    fn networks_of_points_are_read_and_wrong_values_are_placed() {
+        let c = read(POINTS).unwrap();
+        let Network::Points(n) = &c.network else { panic!("{:?}", c.network) };
+        let sight = n.sight();
+        assert_eq!((sight.samples, sight.threshold_m, sight.width()), (32, 0.5, 5));
+        let step = |radius_m, centroids| Step { radius_m, centroids };
+        assert_eq!(sight.steps, [step(8.0, 256), step(16.0, 64)]);
+        let turned = POINTS.replace("batch = 4", "batch = 4\naugment = { turn_deg = 5 }");
+        assert!(read(&turned).is_ok());
+        let flat = POINTS.replace("pointnet++", "pointnet");
+        let bare = flat.replace("radii_m = [8, 16]\n", "");
+        assert!(matches!(read(&bare).unwrap().network, Network::Points(n) if n.sight().steps.is_empty()));
+        for (from, to, words) in [
+            ("pointnet++", "pointnets", "network.kind = \"pointnets\": is not one of the choices"),
+            ("pointnet++", "pointnet", "network.radii_m = [8, 16]: is no key of a pointnet; take it out"),
+            ("channels = 8", "channels = 8\nkernel = 3", "network.kernel = 3: is no key of a pointnet++"),
+            ("radii_m = [8, 16]\n", "", "network.radii_m: is missing"),
+            ("radii_m = [8, 16]\n", "radii_m = [8, 0]\n", "allowed: 1 to 5 numbers, each larger than 0"),
+            ("radii_m = [8, 16]\n", "radii_m = []\n", "network.radii_m = []: is no list"),
+            ("radii_m = [8, 16]\n", "radii_m = [8, nan]\n", "is no list of such numbers"),
+            (
+                "radii_m = [8, 16]",
+                "radii_m = [8, 16]\ncentroids = [9]",
+                "network.centroids = [9]: has another length than radii_m; allowed: 2 numbers",
+            ),
+            ("radii_m = [8, 16]", "radii_m = [8, 16]\nsamples = 0", "allowed: 1..=512"),
+            ("\"r_min\"", "\"r_mid\"", "did you mean 'r_min'?"),
+            ("\"r_min\"", "\"counts\"", "names counts twice"),
+            ("circles_m = [1.0, 2.0]\n", "", "needs the radii of the circles"),
+            ("[\"counts\", \"r_min\"]", "[\"r_min\"]", "network.features has no counts or covariance"),
+            (
+                "[\"counts\", \"r_min\"]",
+                "[\"counts\"]\nr_threshold_m = 1.0",
+                "network.r_threshold_m = 1.0: is not used",
+            ),
+            ("channels = 8", "channels = 0", "network.channels = 0: is out of range; allowed: 1..=512"),
+            ("runs = ", "grid = \"road\"\nruns = ", "data.grid = \"road\": belongs to networks of grids"),
+            ("\"others\"", "\"undefined\"", "\"undefined\": is no class; allowed: others, vehicle"),
+            ("\"guard rail\"", "\"lane\"", "\"lane\": is no class"),
+        ] {
+            let e = read(&POINTS.replace(from, to)).unwrap_err();
+            let text = e.to_string();
+            assert!(e.exit_code() == 2 && text.contains(words), "{to}: {text}");
+        }
+        let strength = turned.replace("\"r_min\"", "\"amplitude\"");
+        let text = read(&strength).unwrap_err().to_string();
+        assert!(text.contains("turn_deg = 5") && text.contains("neither amplitude nor range_rate"), "{text}");
     }
 }

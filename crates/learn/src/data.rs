@@ -10,14 +10,14 @@
 //! ```
 
 use crate::augment::Move;
+use crate::classes::Classes;
 pub use crate::scan::{GridKind, Input, Scan, ScanCell};
-use crate::source::{Source, sources};
-use catseye::base::error::{BadInput, Result, nearest};
+use crate::source::Source;
+use catseye::base::error::{BadInput, Result};
 use catseye::base::rng::Draws;
 use catseye::road::mask::{CellClass, Grid};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
-use std::path::PathBuf;
 
 /// What a network sees of one frame, `[plane, row, column]`, each value from -1 to 1. It is made of measured points alone.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,59 +77,8 @@ impl Features {
     }
 }
 
-/// The classes that a network tells apart, in the order of its outputs. The first is "undefined", to which all others belong.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Classes(Vec<CellClass>);
-
-impl Classes {
-    /// Classes by their names in files.
-    ///
-    /// # Errors
-    /// Returns `BadInput` if a name is unknown or given twice, if fewer than two are given or if the first is not "undefined".
-    pub fn named(names: &[String]) -> Result<Classes> {
-        let known: Vec<&str> = CellClass::ALL.iter().map(|c| c.name()).collect();
-        let bad = |problem: &str| BadInput::new(problem).allowed(known.join(", "));
-        let mut classes = Vec::new();
-        for name in names {
-            let Some(class) = CellClass::ALL.into_iter().find(|c| c.name() == name) else {
-                let near = nearest(name, known.iter().copied());
-                let remedy = near.map_or("take the name out".into(), |n| format!("did you mean '{n}'?"));
-                return Err(bad("is no class").value(format!("\"{name}\"")).remedy(remedy).into());
-            };
-            if classes.contains(&class) {
-                let twice = bad("is given twice").value(format!("\"{name}\""));
-                return Err(twice.remedy("take one of them out").into());
-            }
-            classes.push(class);
-        }
-        if classes.len() < 2 || classes[0] != CellClass::Undefined {
-            let remedy = "begin with \"undefined\" and add one class at least";
-            return Err(bad("is no list of classes to tell apart").remedy(remedy).into());
-        }
-        Ok(Classes(classes))
-    }
-
-    /// Number of classes.
-    pub fn count(&self) -> usize {
-        self.0.len()
-    }
-
-    /// The class at a place.
-    pub fn class(&self, place: usize) -> CellClass {
-        self.0[place]
-    }
-
-    /// Names in order.
-    pub fn names(&self) -> Vec<String> {
-        self.0.iter().map(|c| c.name().to_string()).collect()
-    }
-
-    fn place(&self, class: CellClass) -> u8 {
-        self.0.iter().position(|c| *c == class).unwrap_or(0) as u8
-    }
-}
-
-/// The true class of each cell, `[row, column]`, as places in the list of classes. Networks are judged by it and never see it.
+/// The true class of each cell, `[row, column]`, or of each point, as places in the list of classes. Networks are judged by it and
+/// never see it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Labels {
     places: Vec<u8>,
@@ -161,7 +110,12 @@ impl Labels {
         Labels { places: tallies.iter().map(|t| classes.place(class_of(t))).collect() }
     }
 
-    /// Places of the cells' classes in the list, `[row, column]`.
+    /// The labels of points, in their order.
+    pub fn of_points(classes: &Classes, truth: impl IntoIterator<Item = CellClass>) -> Labels {
+        Labels { places: truth.into_iter().map(|class| classes.place(class)).collect() }
+    }
+
+    /// Places of the classes in the list: of cells `[row, column]`, of points in their order.
     pub fn places(&self) -> &[u8] {
         &self.places
     }
@@ -188,10 +142,6 @@ fn class_of(tally: &[u32; CellClass::ALL.len()]) -> CellClass {
 /// One frame of one radar.
 #[derive(Debug, Clone)]
 pub struct Example {
-    /// Number of its scene.
-    pub scene: usize,
-    /// Which set its dataset puts it into; None in a run.
-    pub split: Option<String>,
     /// What the radar measured.
     scan: Scan,
     /// What the simulation knows: the number of each cell's class.
@@ -207,7 +157,7 @@ impl Example {
         let scan = Scan::new(&source.points(kind)?);
         let (mask, path) = source.mask(kind)?;
         check_classes(&mask).map_err(|e| e.in_file(&path))?;
-        Ok(Example { scene: source.scene, split: source.split.clone(), scan, mask })
+        Ok(Example { scan, mask })
     }
 
     /// What a network sees of it, moved.
@@ -220,14 +170,6 @@ impl Example {
         let mask = moved.mask(&self.scan.grid, &self.mask);
         Labels::of(classes, &self.scan.grid, &mask, scale)
     }
-}
-
-/// Reads all frames of some folders of runs and datasets.
-///
-/// # Errors
-/// Returns the errors of [`sources`] and [`Example::read`].
-pub fn load(folders: &[PathBuf], kind: GridKind) -> Result<Vec<Example>> {
-    sources(folders, kind)?.iter().map(|s| Example::read(s, kind)).collect()
 }
 
 /// What is shared out among training, validation and test.
@@ -264,22 +206,22 @@ pub struct Sets {
     pub test: Vec<usize>,
 }
 
-/// Shares examples out 64 : 16 : 20, as the seed says, or as their dataset says; `block` is the number of frames of a block.
+/// Shares frames out 64 : 16 : 20, as the seed says, or as their dataset says; `block` is the number of frames of a block.
 ///
 /// # Errors
 /// Returns `BadInput` if there are fewer than three scenes or blocks, or if a dataset leaves a set without frames.
-pub fn split(examples: &[Example], how: Split, block: usize, seed: u32) -> Result<Sets> {
+pub fn split(frames: &[Source], how: Split, block: usize, seed: u32) -> Result<Sets> {
     if how == Split::Dataset {
-        return as_the_dataset_says(examples);
+        return as_the_dataset_says(frames);
     }
-    let scenes: Vec<usize> = examples.iter().map(|e| e.scene).collect();
+    let scenes: Vec<usize> = frames.iter().map(|f| f.scene).collect();
     shared_out(&scenes, how, block, seed)
 }
 
-fn as_the_dataset_says(examples: &[Example]) -> Result<Sets> {
+fn as_the_dataset_says(frames: &[Source]) -> Result<Sets> {
     let set = |name: &str| -> Result<Vec<usize>> {
-        let held = |(place, e): (usize, &Example)| (e.split.as_deref() == Some(name)).then_some(place);
-        let places: Vec<usize> = examples.iter().enumerate().filter_map(held).collect();
+        let held = |(place, f): (usize, &Source)| (f.split.as_deref() == Some(name)).then_some(place);
+        let places: Vec<usize> = frames.iter().enumerate().filter_map(held).collect();
         if places.is_empty() {
             let bad = BadInput::new(format!("no frame belongs to the set {name}"))
                 .key("data.split")
@@ -338,8 +280,14 @@ pub fn shuffle<T>(list: &mut [T], draws: &mut Draws) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::sources;
     use catseye::detect::grid::PointGrid;
     use catseye::formats::npy;
+    use std::path::PathBuf;
+
+    fn load(folders: &[PathBuf], kind: GridKind) -> Result<Vec<Example>> {
+        sources(folders, kind)?.iter().map(|s| Example::read(s, kind)).collect()
+    }
 
     const SMALL: Grid = Grid { rows: 3, columns: 5, ahead_m: 30.0, across_m: 50.0 };
 
@@ -442,20 +390,6 @@ mod tests {
         }
         let gone = load(&["nowhere".into()], GridKind::Road).unwrap_err().to_string();
         assert!(gone.contains("nowhere: is no folder of a run or a dataset"), "{gone}");
-    }
-
-    #[test]
-    fn wrong_classes_are_refused() {
-        for (names, words) in [
-            (&["undefined", "lanes"][..], "\"lanes\": is no class"),
-            (&["lane", "undefined"], "begin with \"undefined\""),
-            (&["undefined"], "add one class"),
-            (&["undefined", "lane", "lane"], "given twice"),
-        ] {
-            let text = classes(names).unwrap_err().to_string();
-            assert!(text.contains(words) && text.contains("guard rail"), "{text}");
-        }
-        assert!(classes(&["undefined", "lanes"]).unwrap_err().to_string().contains("did you mean 'lane'?"));
     }
 
     #[test]

@@ -1,23 +1,36 @@
-//! Networks that learn from what catseye simulates: each cell of a grid before the radar gets a class (lane, vehicle, guard rail,
-//! marker), learned from runs with `[output] masks = true` and datasets with
+//! Networks that learn from what catseye simulates: each cell of a grid before the radar, or each point, gets a class
+//! (lane, vehicle, guard rail, marker), learned from runs with `[output] masks = true` and datasets with
 //! `[keep] masks = true`.
 //!
-//! Two types keep what a radar measures apart from what only a simulation knows: [`data::Features`] is all that a network sees,
-//! [`data::Labels`] is what it is judged by, and no function makes the first from the second.
+//! Grids are learned by [`segnet`]; [`pointnet`] learns the points themselves, each of which gets a class.
+//!
+//! Types keep what a radar measures apart from what only a simulation knows: [`data::Features`] and [`cloud::PointFeatures`] are all
+//! that networks see, [`data::Labels`] is what they are judged by, and no function makes the first from the second.
 
 #![forbid(unsafe_code)]
 
 pub mod augment;
+mod card;
+pub mod classes;
+pub mod cloud;
 pub mod config;
 pub mod curve;
 pub mod data;
+pub mod frame_points;
+pub mod grid_task;
+pub mod groups;
 pub mod joint;
+mod layers;
 pub mod model;
+pub mod network;
 pub mod picture;
+pub mod point_task;
+pub mod pointnet;
 pub mod scan;
 pub mod score;
 pub mod segnet;
 pub mod source;
+pub mod task;
 pub mod train;
 
 pub use burn::tensor::Device;

@@ -3,16 +3,24 @@
 use crate::augment::Move;
 use crate::config::Config;
 use crate::curve::Curves;
-use crate::data::{Classes, Example, Features, Labels, Scan};
-use crate::score::Confusion;
+use crate::data::Labels;
+use crate::grid_task::GridTask;
+use crate::network::Network;
+use crate::point_task::PointTask;
+use crate::pointnet::PointNet;
+use crate::score::{Confusion, cell};
 use crate::segnet::SegNet;
-use crate::source::{Source, sources};
+use crate::source::Source;
+use crate::task::Task;
 use burn::module::Module;
 use burn::store::{ModuleRecord, RecordError};
 use burn::tensor::activation::softmax;
-use burn::tensor::{Device, Tensor, TensorData};
+use burn::tensor::{Device, Tensor};
 use catseye::base::error::{BadInput, Error, Result};
-use catseye::formats::{input, npy, stage};
+use catseye::formats::{check_extension, csv, input, npy, stage};
+use std::fmt::Display;
+use std::fs::File;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 /// Files of a trained network's folder.
@@ -26,39 +34,32 @@ const MOST_BYTES: u64 = 1 << 32;
 pub struct Model {
     /// The training from which it comes.
     pub config: Config,
-    classes: Classes,
-    net: SegNet,
+    trained: Trained,
     device: Device,
 }
 
-/// Joins grids of one size into one tensor, `[picture, plane, row, column]`.
-///
-/// # Panics
-/// Panics if the list is empty or the grids are of different sizes, which one model never gives.
-pub fn stacked(features: &[&Features], device: &Device) -> Tensor<4> {
-    let [planes, rows, columns] = features[0].shape();
-    let values: Vec<f32> = features.iter().flat_map(|f| f.values()).copied().collect();
-    Tensor::from_data(TensorData::new(values, [features.len(), planes, rows, columns]), device)
+enum Trained {
+    Grids(GridTask, SegNet),
+    Points(PointTask, Box<PointNet>),
 }
 
-/// The probability of each class in each cell, `[picture, class, row, column]`.
-pub fn probabilities(scores: Tensor<4>) -> Vec<f32> {
+/// The probability of each class of each item, `[item, class]`.
+pub fn probabilities(scores: Tensor<2>) -> Vec<f32> {
     softmax(scores, 1).into_data().try_to_vec::<f32>().unwrap_or_default()
 }
 
-/// The likeliest class of each cell of one picture, the first of equal ones, of probabilities `[class, cell]`.
-pub fn likeliest(probabilities: &[f32], classes: usize) -> impl Iterator<Item = usize> {
-    let cells = probabilities.len() / classes.max(1);
-    (0..cells).map(move |cell| {
-        let of = |class: usize| probabilities[class * cells + cell];
-        (1..classes).fold(0, |best, k| if of(k) > of(best) { k } else { best })
+/// The likeliest class of each item, the first of equal ones, and its probability, of probabilities `[item, class]`.
+pub fn likeliest(probabilities: &[f32], classes: usize) -> impl Iterator<Item = (usize, f32)> {
+    probabilities.chunks_exact(classes.max(1)).map(|of| {
+        let best = (1..of.len()).fold(0, |best, k| if of[k] > of[best] { k } else { best });
+        (best, of[best])
     })
 }
 
 /// How well a network tells the classes apart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judged {
-    /// Cells by their true and their likeliest class.
+    /// Cells or points by their true and their likeliest class.
     pub confusion: Confusion,
     /// Precision over recall.
     pub curves: Curves,
@@ -70,26 +71,29 @@ impl Judged {
         Judged { confusion: Confusion::new(classes), curves: Curves::new(classes) }
     }
 
-    /// Counts the cells of one picture: their true classes, and the probabilities `[class, cell]`.
+    /// Counts the items of one frame: their true classes, and the probabilities `[item, class]`.
     pub fn add(&mut self, labels: &Labels, probabilities: &[f32]) {
-        let cells = labels.places().len();
-        for (cell, truth) in labels.places().iter().enumerate() {
-            self.curves.add((*truth).into(), probabilities.iter().skip(cell).step_by(cells).copied());
+        let classes = self.curves.classes().len();
+        for (truth, of) in labels.places().iter().zip(probabilities.chunks_exact(classes)) {
+            self.curves.add((*truth).into(), of.iter().copied());
         }
-        let found = likeliest(probabilities, probabilities.len() / cells);
-        labels.places().iter().zip(found).for_each(|(t, p)| self.confusion.add((*t).into(), p));
+        let found = likeliest(probabilities, classes);
+        labels.places().iter().zip(found).for_each(|(t, p)| self.confusion.add((*t).into(), p.0));
     }
 }
 
-/// Judges what a network says of grids whose labels are known. The network is one without gradients.
-pub fn judge(
-    net: &SegNet,
+/// Judges what a network says of frames whose labels are known. The network is one without gradients.
+pub fn judge<T: Task>(
+    task: &T,
+    net: &T::Net,
     device: &Device,
-    given: impl IntoIterator<Item = (Features, Labels)>,
+    given: impl IntoIterator<Item = (T::Seen, Labels)>,
     judged: &mut Judged,
 ) {
-    for (features, labels) in given {
-        judged.add(&labels, &probabilities(net.forward(stacked(&[&features], device))));
+    for (seen, labels) in given {
+        if !labels.places().is_empty() {
+            judged.add(&labels, &probabilities(task.scores(net, &[&seen], device)));
+        }
     }
 }
 
@@ -97,7 +101,7 @@ pub fn judge(
 ///
 /// # Errors
 /// Returns an error if the file cannot be read, and `BadInput` if it holds the weights of another network.
-pub fn load_weights(net: SegNet, path: &Path) -> Result<SegNet> {
+pub fn load_weights<N: Module>(net: N, path: &Path) -> Result<N> {
     let bytes = input::read(path, "a file of weights", MOST_BYTES)?;
     let record = ModuleRecord::from_bytes(burn::tensor::Bytes::from_bytes_vec(bytes));
     record.and_then(|r| net.try_load_record(r)).map_err(|e| foreign(path, &e))
@@ -121,51 +125,107 @@ impl Model {
         }
         let config = Config::read(&dir.join(CONFIG))?;
         let device = device.clone().without_autodiff();
-        let net = SegNet::new(config.shape(), config.training.seed, &device).valid();
-        let net = load_weights(net, &dir.join(WEIGHTS))?;
-        Ok(Model { classes: config.classes()?, config, net, device })
+        let weights = dir.join(WEIGHTS);
+        let trained = match &config.network {
+            Network::Grids(network) => {
+                let task = GridTask::new(&config, network, config.grid()?)?;
+                let net = opened(&task, &weights, &device)?;
+                Trained::Grids(task, net)
+            }
+            Network::Points(network) => {
+                let task = PointTask::new(&config, network)?;
+                let net = opened(&task, &weights, &device)?;
+                Trained::Points(task, Box::new(net))
+            }
+        };
+        Ok(Model { config, trained, device })
     }
 
-    /// Scores what the network says of runs and datasets with masks.
+    /// Scores what the network says of runs and datasets with truth: masks for grids, labels of points for points.
     ///
     /// # Errors
-    /// Returns the errors of [`sources`] and [`Example::read`].
+    /// Returns the errors of [`Task::find`] and [`Task::read`].
     pub fn evaluate(&self, runs: &[PathBuf]) -> Result<Judged> {
-        let d = &self.config.data;
-        let mut judged = Judged::new(&self.classes.names());
-        for source in sources(runs, d.grid)? {
-            let example = Example::read(&source, d.grid)?;
-            let features = example.features(self.config.network.input, d.scale.value, &Move::NONE);
-            let labels = example.labels(&self.classes, d.scale.value, &Move::NONE);
-            judge(&self.net, &self.device, [(features, labels)], &mut judged);
+        match &self.trained {
+            Trained::Grids(task, net) => evaluate(task, net, &self.device, runs),
+            Trained::Points(task, net) => evaluate(task, net, &self.device, runs),
         }
-        Ok(judged)
     }
 
-    /// Writes what the network says of a run, whose masks it does not look at: uint8 `[frame, row, column]`, the numbers of
-    /// [`CellClass`](catseye::road::mask::CellClass), at the scale of the training. Returns the number of frames.
+    /// Writes what the network says of a run or a dataset, whose truth it does not look at, and returns the number of frames.
+    ///
+    /// Of grids a `.npy` file, uint8 `[frame, row, column]`, the numbers of [`CellClass`](catseye::road::mask::CellClass), at the
+    /// scale of the training. Of points a `.csv` table with a row for each point: `frame`, `radar` (empty where a frame has one),
+    /// `point` (its row in the frame's table, from 0), `class` and the `probability` of this class.
     ///
     /// # Errors
-    /// Returns `BadInput` if the run holds no grids or the file exists and `force` is false, and an error if it cannot be written.
+    /// Returns `BadInput` if the run holds no grids or points, the file is of the wrong kind, or it exists and `force` is false, and an
+    /// error if it cannot be written.
     pub fn predict(&self, run: &Path, out: &Path, force: bool) -> Result<usize> {
-        let staged = stage::StagedFile::new(out, force)?;
-        let frames = sources(&[run.to_path_buf()], self.config.data.grid)?;
-        let (mut cells, mut size) = (Vec::new(), [0, 0]);
-        for frame in &frames {
-            let features = self.features(frame)?;
-            let [_, rows, columns] = features.shape();
-            size = [rows, columns];
-            let p = probabilities(self.net.forward(stacked(&[&features], &self.device)));
-            cells.extend(likeliest(&p, self.classes.count()).map(|place| self.classes.class(place) as u8));
+        let runs = [run.to_path_buf()];
+        match &self.trained {
+            Trained::Grids(task, net) => {
+                check_extension(out, &["npy"])?;
+                let staged = stage::StagedFile::new(out, force)?;
+                let frames = task.find(&runs)?;
+                let (mut cells, mut size) = (Vec::new(), [0, 0]);
+                for frame in &frames {
+                    let seen = task.seen(frame)?;
+                    let [_, rows, columns] = seen.shape();
+                    size = [rows, columns];
+                    let p = probabilities(task.scores(net, &[&seen], &self.device));
+                    let found = likeliest(&p, task.classes().count());
+                    cells.extend(found.map(|(place, _)| task.classes().class(place) as u8));
+                }
+                npy::write(staged.path(), &[frames.len(), size[0], size[1]], &cells)?;
+                staged.commit()?;
+                Ok(frames.len())
+            }
+            Trained::Points(task, net) => {
+                check_extension(out, &["csv"])?;
+                let staged = stage::StagedFile::new(out, force)?;
+                let frames = task.find(&runs)?;
+                self.write_points(task, net, &frames, staged.path())?;
+                staged.commit()?;
+                Ok(frames.len())
+            }
         }
-        npy::write(staged.path(), &[frames.len(), size[0], size[1]], &cells)?;
-        staged.commit()?;
-        Ok(frames.len())
     }
 
-    fn features(&self, frame: &Source) -> Result<Features> {
-        let d = &self.config.data;
-        let scan = Scan::new(&frame.points(d.grid)?);
-        Ok(Features::new(self.config.network.input, &scan, d.scale.value))
+    fn write_points(&self, task: &PointTask, net: &PointNet, frames: &[Source], path: &Path) -> Result<()> {
+        let io = |e| Error::io(path, e);
+        let file = BufWriter::new(File::create(path).map_err(io)?);
+        let header = ["frame", "radar", "point", "class", "probability"];
+        let mut table = csv::Writer::new(file, &[], &header).map_err(io)?;
+        let names = task.classes().names();
+        for frame in frames {
+            let seen = task.seen(frame)?;
+            if seen.points() == 0 {
+                continue;
+            }
+            let p = probabilities(task.scores(net, &[&seen], &self.device));
+            let (number, radar) = frame.name();
+            for (point, (place, share)) in likeliest(&p, names.len()).enumerate() {
+                let row: [&dyn Display; 5] =
+                    [&number, &radar, &point, &names[place], &cell(Some(share.into()))];
+                table.row(row).map_err(io)?;
+            }
+        }
+        table.finish().map_err(io)?;
+        Ok(())
     }
+}
+
+/// The network of a task with the weights of a file, without gradients.
+fn opened<T: Task>(task: &T, weights: &Path, device: &Device) -> Result<T::Net> {
+    load_weights(task.net(0, device).valid(), weights)
+}
+
+fn evaluate<T: Task>(task: &T, net: &T::Net, device: &Device, runs: &[PathBuf]) -> Result<Judged> {
+    let mut judged = Judged::new(&task.classes().names());
+    for source in task.find(runs)? {
+        let given = task.given(&task.read(&source)?, &Move::NONE);
+        judge(task, net, device, [given], &mut judged);
+    }
+    Ok(judged)
 }

@@ -26,6 +26,12 @@ impl Input {
             Input::C4 => 4,
         }
     }
+
+    /// What may be turned and shifted with the points, where something of the input depends on their places.
+    pub fn fixed(self) -> Option<&'static str> {
+        (self != Input::B)
+            .then_some("0, unless network.input is B, because amplitudes would not move with the points")
+    }
 }
 
 /// Which of a frame's grids is learned.

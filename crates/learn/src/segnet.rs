@@ -1,17 +1,12 @@
 //! SegNet (Badrinarayanan, Kendall and Cipolla, IEEE PAMI 39, 2017): an encoder halves the grid step by step and keeps where each
 //! maximum was, a decoder puts the values back to these places.
 
-use burn::module::{Module, Param, ParamId, RunningState};
+use crate::layers::{Maker, normalised};
+use burn::module::{Module, Param, RunningState};
 use burn::tensor::activation::relu;
-use burn::tensor::module::{batch_norm, batch_norm_train, conv2d, max_pool2d_with_indices};
+use burn::tensor::module::{conv2d, max_pool2d_with_indices};
 use burn::tensor::ops::{ConvOptions, MaxPoolOptions, PadMode};
-use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor, TensorData};
-use catseye::base::rng::Draws;
-
-/// Added to a variance before its root is taken.
-const EPSILON: f64 = 1e-5;
-/// Share of the newest batch in the running mean and variance.
-const MOMENTUM: f64 = 0.1;
+use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor};
 
 /// How large a network is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,60 +44,18 @@ pub struct SegNet {
     bias: Param<Tensor<1>>,
 }
 
-/// Makes parameters one after the other: their identities are their numbers, and their first values follow from seed and number alone.
-struct Maker<'a> {
-    seed: u32,
-    next: u32,
-    device: &'a Device,
-}
-
-impl Maker<'_> {
-    fn id(&mut self) -> ParamId {
-        self.next += 1;
-        ParamId::from(u64::from(self.next))
-    }
-
-    fn param<const D: usize>(&mut self, tensor: Tensor<D>) -> Param<Tensor<D>> {
-        let tensor = if self.device.is_autodiff() { tensor.require_grad() } else { tensor };
-        Param::initialized(self.id(), tensor)
-    }
-
-    /// Uniform within ±√(6/n) for n inputs of a value (He et al., ICCV 2015).
-    fn kernel(&mut self, shape: [usize; 4]) -> Param<Tensor<4>> {
-        let bound = (6.0 / (shape[1] * shape[2] * shape[3]) as f64).sqrt();
-        let mut draws = Draws::new(self.seed, self.next);
-        let count = shape.iter().product();
-        let values: Vec<f32> = (0..count).map(|_| (bound * (2.0 * draws.uniform() - 1.0)) as f32).collect();
-        let tensor = Tensor::from_data(TensorData::new(values, shape), self.device);
-        self.param(tensor)
-    }
-
-    fn block(&mut self, input: usize, output: usize, kernel: usize) -> Block {
-        let (zeros, ones) = (Tensor::zeros([output], self.device), Tensor::ones([output], self.device));
-        Block {
-            weight: self.kernel([output, input, kernel, kernel]),
-            gamma: self.param(ones.clone()),
-            beta: self.param(zeros.clone()),
-            mean: RunningState::with_id(self.id(), zeros),
-            variance: RunningState::with_id(self.id(), ones),
-        }
-    }
-}
-
 impl Block {
+    fn new(make: &mut Maker<'_>, input: usize, output: usize, kernel: usize) -> Block {
+        let weight = make.kernel([output, input, kernel, kernel]);
+        let (gamma, beta) = (make.ones(output), make.zeros(output));
+        let [mean, variance] = make.running(output);
+        Block { weight, gamma, beta, mean, variance }
+    }
+
     fn forward(&self, x: Tensor<4>) -> Tensor<4> {
         let half = self.weight.dims()[2] / 2;
         let x = conv2d(x, self.weight.val(), None, ConvOptions::new([1, 1], [half, half], [1, 1], 1));
-        if !x.device().is_autodiff() {
-            let (mean, variance) = (self.mean.value(), self.variance.value());
-            return batch_norm(x, self.gamma.val(), self.beta.val(), mean, variance, EPSILON);
-        }
-        let normal = batch_norm_train(x, self.gamma.val(), self.beta.val(), EPSILON);
-        for (state, new) in [(&self.mean, normal.mean), (&self.variance, normal.variance)] {
-            let old = state.value_sync().mul_scalar(1.0 - MOMENTUM);
-            state.update(old.add(new.detach().mul_scalar(MOMENTUM)).detach());
-        }
-        normal.output
+        normalised(x, &self.gamma, &self.beta, &self.mean, &self.variance)
     }
 }
 
@@ -120,14 +73,14 @@ pub fn unpool(x: Tensor<4>, indices: Tensor<4, Int>, size: [usize; 2]) -> Tensor
 impl SegNet {
     /// A network whose weights follow from the seed.
     pub fn new(shape: Shape, seed: u32, device: &Device) -> SegNet {
-        let mut make = Maker { seed, next: 0, device };
+        let mut make = Maker::new(seed, device);
         let Shape { layers, channels, kernel, planes, classes } = shape;
         let input = |layer: usize| if layer == 0 { planes } else { channels };
         SegNet {
-            encoders: (0..layers).map(|k| make.block(input(k), channels, kernel)).collect(),
-            decoders: (0..layers).map(|_| make.block(channels, channels, kernel)).collect(),
+            encoders: (0..layers).map(|k| Block::new(&mut make, input(k), channels, kernel)).collect(),
+            decoders: (0..layers).map(|_| Block::new(&mut make, channels, channels, kernel)).collect(),
             classify: make.kernel([classes, channels, 1, 1]),
-            bias: make.param(Tensor::zeros([classes], device)),
+            bias: make.zeros(classes),
         }
     }
 

@@ -10,6 +10,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// The file of a frame's points.
+pub(crate) const POINTS: &str = "points.csv";
+
 /// One frame of one radar, not read yet.
 #[derive(Debug, Clone)]
 pub struct Source {
@@ -17,24 +20,39 @@ pub struct Source {
     pub scene: usize,
     /// Which set the dataset puts it into, `train`, `validation` or `test`; None in a run.
     pub split: Option<String>,
-    at: Place,
+    pub(crate) at: Place,
 }
 
 #[derive(Debug, Clone)]
-enum Place {
+pub(crate) enum Place {
     /// A frame's folder.
     Folder(PathBuf),
-    /// A frame of a dataset, of the radar whose arrays end with `suffix`.
+    /// A frame of a dataset: of grids, of the radar whose arrays end with `suffix`; of points, of the radar of this name.
     Stored { store: Arc<Store>, frame: u64, suffix: String },
 }
 
 #[derive(Debug)]
-struct Store {
-    dir: PathBuf,
-    layout: DatasetLayout,
+pub(crate) struct Store {
+    pub(crate) dir: PathBuf,
+    pub(crate) layout: DatasetLayout,
 }
 
 impl Source {
+    /// Number of its frame, and the name of its radar; the latter is empty where the frame has one radar only.
+    pub fn name(&self) -> (u64, String) {
+        match &self.at {
+            Place::Stored { frame, suffix, .. } => (*frame, suffix.clone()),
+            Place::Folder(folder) => {
+                let name = |f: &Path| f.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                let number = |f: &Path| name(f).strip_prefix("frame_").and_then(|n| n.parse().ok());
+                match number(folder) {
+                    Some(frame) => (frame, String::new()),
+                    None => (folder.parent().and_then(number).unwrap_or(0), name(folder)),
+                }
+            }
+        }
+    }
+
     /// What the radar measured in each cell of a grid.
     ///
     /// # Errors
@@ -117,9 +135,22 @@ fn without_masks(path: &Path) -> BadInput {
 /// # Errors
 /// Returns `BadInput` if a folder is missing, holds no frames, or its frames have no grids.
 pub fn sources(folders: &[PathBuf], kind: GridKind) -> Result<Vec<Source>> {
+    all_of(folders, Some(kind))
+}
+
+/// All frames of some folders that hold points, each of a run or a dataset, in order: one for each radar of a frame.
+///
+/// # Errors
+/// Returns `BadInput` if a folder is missing, holds no frames, or its frames have no points.
+pub fn point_sources(folders: &[PathBuf]) -> Result<Vec<Source>> {
+    all_of(folders, None)
+}
+
+/// Frames with grids of a kind, or with points.
+fn all_of(folders: &[PathBuf], grids: Option<GridKind>) -> Result<Vec<Source>> {
     let (mut all, mut scenes) = (Vec::new(), 0);
     for folder in folders {
-        let found = of_folder(folder, kind)?;
+        let found = of_folder(folder, grids)?;
         let next = found.iter().map(|s| s.scene + 1).max().unwrap_or(0);
         all.extend(found.into_iter().map(|s| Source { scene: scenes + s.scene, ..s }));
         scenes += next;
@@ -127,20 +158,24 @@ pub fn sources(folders: &[PathBuf], kind: GridKind) -> Result<Vec<Source>> {
     Ok(all)
 }
 
-fn of_folder(folder: &Path, kind: GridKind) -> Result<Vec<Source>> {
+fn of_folder(folder: &Path, grids: Option<GridKind>) -> Result<Vec<Source>> {
     if !folder.is_dir() {
         let bad = BadInput::new("is no folder of a run or a dataset").file(folder);
         return Err(bad.remedy("give a folder that catseye simulate or catseye dataset wrote").into());
     }
-    if folder.join(DATASET).is_file() { of_dataset(folder, kind) } else { of_run(folder, kind) }
+    match (folder.join(DATASET).is_file(), grids) {
+        (false, _) => of_run(folder, grids),
+        (true, Some(kind)) => grids_of_dataset(folder, kind),
+        (true, None) => points_of_dataset(folder),
+    }
 }
 
-fn of_run(run: &Path, kind: GridKind) -> Result<Vec<Source>> {
+fn of_run(run: &Path, grids: Option<GridKind>) -> Result<Vec<Source>> {
     let frames: Vec<PathBuf> = folders(run)?
         .into_iter()
         .filter(|f| f.file_name().is_some_and(|n| n.to_string_lossy().starts_with("frame_")))
         .collect();
-    let name = format!("grid_{}.npy", kind.name());
+    let name = grids.map_or_else(|| POINTS.to_string(), |kind| format!("grid_{}.npy", kind.name()));
     let mut found = Vec::new();
     for frame in &frames {
         // With several radars each has a folder in that of the frame.
@@ -152,13 +187,19 @@ fn of_run(run: &Path, kind: GridKind) -> Result<Vec<Source>> {
             let bad = BadInput::new("holds no frames").file(run);
             Err(bad.remedy("give a folder that catseye simulate or catseye dataset wrote").into())
         }
-        (Some(first), true) => Err(without_masks(&first.join(name)).into()),
+        (Some(first), true) if grids.is_some() => Err(without_masks(&first.join(name)).into()),
+        (Some(first), true) => {
+            let bad =
+                BadInput::new("the run has no points").file(first.join(name)).key("points").value("false");
+            let remedy = "put points = true under [output] of the scenario and simulate it again";
+            Err(bad.allowed("true").remedy(remedy).into())
+        }
         _ => Ok(found.into_iter().map(|f| Source { scene: 0, split: None, at: Place::Folder(f) }).collect()),
     }
 }
 
-/// Frames of a dataset's complete shards.
-fn of_dataset(dir: &Path, kind: GridKind) -> Result<Vec<Source>> {
+/// Frames with grids of a dataset's complete shards.
+fn grids_of_dataset(dir: &Path, kind: GridKind) -> Result<Vec<Source>> {
     let layout = DatasetLayout::open(dir)?;
     let base = format!("grid_{}", kind.name());
     let suffixes: Vec<String> =
@@ -168,6 +209,35 @@ fn of_dataset(dir: &Path, kind: GridKind) -> Result<Vec<Source>> {
         let remedy = "put masks = true under [keep] of the recipe and make it again";
         return Err(bad.allowed("true").remedy(remedy).into());
     }
+    of_dataset(dir, layout, &|_, _| Ok(suffixes.clone()))
+}
+
+/// Frames with points of a dataset's complete shards.
+fn points_of_dataset(dir: &Path) -> Result<Vec<Source>> {
+    let layout = DatasetLayout::open(dir)?;
+    if !layout.tables.iter().any(|t| t.name == "points") {
+        let bad = BadInput::new("the dataset has no points").file(dir).key("keep.points").value("false");
+        let remedy = "put points = true under [keep] of the recipe and make it again";
+        return Err(bad.allowed("true").remedy(remedy).into());
+    }
+    of_dataset(dir, layout, &|store, frame| {
+        let radars = store.layout.read_table(&store.dir, "radars", frame)?;
+        match radars.columns.into_iter().find(|(name, _)| name == "radar") {
+            Some((_, Column::Text(names))) => Ok(names),
+            _ => {
+                let bad = BadInput::new("the table does not name its radars").file(dir).key("radars");
+                Err(bad.remedy("make the dataset with this version of catseye").into())
+            }
+        }
+    })
+}
+
+/// One source for each radar of each frame.
+fn of_dataset(
+    dir: &Path,
+    layout: DatasetLayout,
+    radars: &dyn Fn(&Store, u64) -> Result<Vec<String>>,
+) -> Result<Vec<Source>> {
     let store = Arc::new(Store { dir: dir.to_path_buf(), layout });
     let mut scenes: BTreeMap<u32, usize> = BTreeMap::new();
     let mut found = Vec::new();
@@ -184,10 +254,10 @@ fn of_dataset(dir: &Path, kind: GridKind) -> Result<Vec<Source>> {
         };
         let next = scenes.len();
         let scene = *scenes.entry(*scene).or_insert(next);
-        found.extend(suffixes.iter().map(|suffix| Source {
+        found.extend(radars(&store, frame)?.into_iter().map(|suffix| Source {
             scene,
             split: Some(split.clone()),
-            at: Place::Stored { store: store.clone(), frame, suffix: suffix.clone() },
+            at: Place::Stored { store: store.clone(), frame, suffix },
         }));
     }
     Ok(found)

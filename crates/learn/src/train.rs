@@ -4,12 +4,16 @@
 //! training that was killed and goes on ends with the bytes of one that was not.
 
 use crate::augment::{Augment, Move};
+use crate::card::card;
 use crate::config::Config;
-use crate::data::{Classes, Example, Features, Labels, Sets, load, shuffle, split};
-use crate::model::{CONFIG, Judged, WEIGHTS, foreign, judge, load_weights, stacked};
+use crate::data::{Labels, Sets, shuffle, split};
+use crate::grid_task::GridTask;
+use crate::model::{CONFIG, Judged, WEIGHTS, foreign, judge, load_weights};
+use crate::network::Network;
 use crate::picture::{confusion_picture, curve_picture};
-use crate::score::{cell, column_name, figure};
-use crate::segnet::SegNet;
+use crate::point_task::PointTask;
+use crate::score::{cell, column_name};
+use crate::task::Task;
 use burn::module::Module;
 use burn::nn::loss::{CrossEntropyLoss, CrossEntropyLossConfig};
 use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
@@ -86,13 +90,13 @@ struct State {
 }
 
 /// A network while it learns.
-struct Trainer<'a> {
+struct Trainer<'a, T: Task> {
     config: &'a Config,
-    classes: &'a Classes,
+    task: &'a T,
     device: Device,
-    examples: &'a [Example],
+    examples: &'a [T::Example],
     sets: &'a Sets,
-    net: SegNet,
+    net: T::Net,
     optimiser: ModuleOptimizer,
     loss: CrossEntropyLoss,
     /// Weights of the best epoch as bytes of a file.
@@ -105,7 +109,7 @@ fn failed(e: &RecordError) -> Error {
 }
 
 /// Weights and running means as the bytes of a file. The network is one without gradients, whose running means are up to date.
-fn weights(net: SegNet) -> Result<Vec<u8>> {
+fn weights(net: impl Module) -> Result<Vec<u8>> {
     net.into_record().into_bytes().map(|b| b.to_vec()).map_err(|e| failed(&e))
 }
 
@@ -121,26 +125,25 @@ fn class_weights(labels: impl Iterator<Item = Labels>, classes: usize, balance: 
     raw.iter().map(|w| (w / mean.max(f64::MIN_POSITIVE)) as f32).collect()
 }
 
-impl<'a> Trainer<'a> {
+impl<'a, T: Task> Trainer<'a, T> {
     fn new(
         config: &'a Config,
-        classes: &'a Classes,
-        examples: &'a [Example],
+        task: &'a T,
+        examples: &'a [T::Example],
         sets: &'a Sets,
         device: &Device,
-    ) -> Trainer<'a> {
+    ) -> Trainer<'a, T> {
         let device = device.clone().autodiff();
-        let scale = config.data.scale.value;
-        let labels = sets.training.iter().map(|p| examples[*p].labels(classes, scale, &Move::NONE));
-        let weights = class_weights(labels, config.shape().classes, config.training.balance.value);
+        let labels = sets.training.iter().map(|p| task.given(&examples[*p], &Move::NONE).1);
+        let weights = class_weights(labels, task.classes().count(), config.training.balance.value);
         Trainer {
-            net: SegNet::new(config.shape(), config.training.seed, &device),
+            net: task.net(config.training.seed, &device),
             optimiser: AdamConfig::new().with_epsilon(1e-8).init(),
             loss: CrossEntropyLossConfig::new().with_weights(Some(weights)).init(&device),
             best: Vec::new(),
             state: State { next_stream: ORDER_STREAM, ..State::default() },
             config,
-            classes,
+            task,
             device,
             examples,
             sets,
@@ -155,22 +158,27 @@ impl<'a> Trainer<'a> {
         shuffle(&mut order, &mut draws);
         let augment = t.augment.as_ref().map_or_else(Augment::default, |a| a.value);
         self.state.next_stream += 1;
-        let mut sum = 0.0;
+        let (mut sum, mut learned) = (0.0, 0);
         for (done, batch) in order.chunks(t.batch.value).enumerate() {
             if control.cancel.is_some_and(|c| c.load(Relaxed)) {
                 return Err(interrupted(self.state.rows.len()));
             }
             let moves: Vec<Move> = batch.iter().map(|_| augment.draw(&mut draws)).collect();
-            let given: Vec<(Features, Labels)> =
-                batch.iter().zip(&moves).map(|(place, moved)| self.given(*place, moved)).collect();
-            let features: Vec<&Features> = given.iter().map(|g| &g.0).collect();
+            // A frame without a point teaches nothing.
+            let mut given: Vec<(T::Seen, Labels)> = batch
+                .iter()
+                .zip(&moves)
+                .map(|(place, moved)| self.task.given(&self.examples[*place], moved))
+                .collect();
+            given.retain(|g| !g.1.places().is_empty());
+            if given.is_empty() {
+                continue;
+            }
+            let seen: Vec<&T::Seen> = given.iter().map(|g| &g.0).collect();
             let truth: Vec<i32> =
                 given.iter().flat_map(|g| g.1.places()).map(|place| i32::from(*place)).collect();
             let truth = Tensor::<1, Int>::from_data(TensorData::from(truth.as_slice()), &self.device);
-            let scores = self.net.forward(stacked(&features, &self.device));
-            let [pictures, classes, rows, columns] = scores.dims();
-            let scores = scores.permute([0, 2, 3, 1]).reshape([pictures * rows * columns, classes]);
-            let loss = self.loss.forward(scores, truth);
+            let loss = self.loss.forward(self.task.scores(&self.net, &seen, &self.device), truth);
             let value = f64::from(loss.clone().into_scalar::<f32>());
             if !value.is_finite() {
                 let epoch = self.state.rows.len() + 1;
@@ -178,18 +186,23 @@ impl<'a> Trainer<'a> {
                     format!("the loss of epoch {epoch} is not finite: give a smaller training.rate");
                 return Err(Error::Failed(problem));
             }
-            sum += value * pictures as f64;
+            sum += value * given.len() as f64;
+            learned += given.len();
             let grads = GradientsParams::from_grads(loss.backward(), &self.net);
             self.net = self.optimiser.step(t.rate.value, self.net.clone(), grads);
             if let Some(progress) = control.progress {
                 progress(((done + 1) * t.batch.value).min(order.len()) as u64, order.len() as u64);
             }
         }
+        if learned == 0 {
+            let bad = BadInput::new("no frame of the training set holds a point").key("data.runs");
+            return Err(bad.remedy("give runs whose radar detects something").into());
+        }
         let fixed = self.net.valid();
         let Judged { confusion, .. } = self.judged(&fixed, &self.sets.validation);
         let row = EpochRow {
             epoch: self.state.rows.len() + 1,
-            loss: sum / order.len() as f64,
+            loss: sum / learned as f64,
             f1: (0..confusion.classes().len()).map(|k| confusion.f1(k)).collect(),
             mean_f1: confusion.mean_f1(),
         };
@@ -202,19 +215,10 @@ impl<'a> Trainer<'a> {
         Ok(())
     }
 
-    /// What the network sees of an example, and what it is judged by.
-    fn given(&self, place: usize, moved: &Move) -> (Features, Labels) {
-        let (example, scale) = (&self.examples[place], self.config.data.scale.value);
-        (
-            example.features(self.config.network.input, scale, moved),
-            example.labels(self.classes, scale, moved),
-        )
-    }
-
-    fn judged(&self, fixed: &SegNet, places: &[usize]) -> Judged {
-        let mut judged = Judged::new(&self.config.data.classes.value);
-        let given = places.iter().map(|p| self.given(*p, &Move::NONE));
-        judge(fixed, &self.device.clone().without_autodiff(), given, &mut judged);
+    fn judged(&self, fixed: &T::Net, places: &[usize]) -> Judged {
+        let mut judged = Judged::new(&self.task.classes().names());
+        let given = places.iter().map(|p| self.task.given(&self.examples[*p], &Move::NONE));
+        judge(self.task, fixed, &self.device.clone().without_autodiff(), given, &mut judged);
         judged
     }
 
@@ -289,7 +293,7 @@ fn interrupted(epochs: usize) -> Error {
 /// `control.progress` counts the frames of an epoch; `tell` gets each epoch when its checkpoint stands.
 ///
 /// # Errors
-/// Returns the errors of [`load`] and [`split`], an error if a file cannot be written or the loss is not finite, and
+/// Returns the errors of [`Task::find`], [`Task::read`] and [`split`], an error if a file cannot be written or the loss is not finite, and
 /// [`Error::Interrupted`] when `control.cancel` is set.
 pub fn train(
     config: &Config,
@@ -299,16 +303,37 @@ pub fn train(
     control: Control<'_>,
     tell: &dyn Fn(&EpochRow),
 ) -> Result<Report> {
+    match &config.network {
+        Network::Grids(network) => {
+            let task = GridTask::new(config, network, config.grid()?)?;
+            train_task(config, &task, out, force, device, &control, tell)
+        }
+        Network::Points(network) => {
+            let task = PointTask::new(config, network)?;
+            train_task(config, &task, out, force, device, &control, tell)
+        }
+    }
+}
+
+fn train_task<T: Task>(
+    config: &Config,
+    task: &T,
+    out: &Path,
+    force: bool,
+    device: &Device,
+    control: &Control<'_>,
+    tell: &dyn Fn(&EpochRow),
+) -> Result<Report> {
     let d = &config.data;
     let (staged, notes) = StagedDir::resumable(out, force, "learn", &config.identity())?;
-    let classes = config.classes()?;
-    let examples = load(&config.runs(), d.grid)?;
-    let sets = split(&examples, d.split, d.block_frames.value, config.training.seed)?;
-    let mut trainer = Trainer::new(config, &classes, &examples, &sets, device);
+    let sources = task.find(&config.runs())?;
+    let examples = sources.iter().map(|s| task.read(s)).collect::<Result<Vec<T::Example>>>()?;
+    let sets = split(&sources, d.split, d.block_frames.value, config.training.seed)?;
+    let mut trainer = Trainer::new(config, task, &examples, &sets, device);
     trainer.resume(&notes)?;
     trainer.state.rows.iter().for_each(tell);
     while !trainer.is_over() {
-        trainer.epoch(&control)?;
+        trainer.epoch(control)?;
         trainer.save(&notes)?;
         if let Some(row) = trainer.state.rows.last() {
             tell(row);
@@ -322,7 +347,7 @@ pub fn train(
     write(WEIGHTS, &trainer.best)?;
     write(CONFIG, config.text.as_bytes())?;
     let plain = device.clone().without_autodiff();
-    let best = load_weights(SegNet::new(config.shape(), 0, &plain).valid(), &at(WEIGHTS))?;
+    let best = load_weights(task.net(0, &plain).valid(), &at(WEIGHTS))?;
     let judged = trainer.judged(&best, &sets.test);
     judged.curves.write_csv(&at(CURVES))?;
     confusion_picture(&judged.confusion)?.write(at("confusion.png"), true)?;
@@ -332,12 +357,14 @@ pub fn train(
     let State { rows, best_epoch, .. } = &trainer.state;
     write_scores(&at(SCORES), confusion.classes(), rows)?;
     let frames = [sets.training.len(), sets.validation.len(), sets.test.len()];
-    write(CARD, card(config, &judged, rows, *best_epoch, &sets, &examples).as_bytes())?;
+    let best = (*best_epoch, rows.get(best_epoch.wrapping_sub(1)).map(|r| r.mean_f1));
+    let text = card(config, &task.words(), &judged, rows.len(), best, &sets, &sources);
+    write(CARD, text.as_bytes())?;
     let report = Report {
         epochs: rows.clone(),
         best_epoch: *best_epoch,
-        classes: classes.names(),
-        test_f1: (0..classes.count()).map(|k| confusion.f1(k)).collect(),
+        classes: task.classes().names(),
+        test_f1: (0..task.classes().count()).map(|k| confusion.f1(k)).collect(),
         frames,
         folder: PathBuf::new(),
     };
@@ -361,75 +388,13 @@ fn write_scores(path: &Path, classes: &[String], rows: &[EpochRow]) -> Result<()
     Ok(())
 }
 
-/// The model card: what the network is, from what it learned, and what it reached.
-fn card(
-    config: &Config,
-    judged: &Judged,
-    rows: &[EpochRow],
-    best: usize,
-    sets: &Sets,
-    examples: &[Example],
-) -> String {
-    let test = &judged.confusion;
-    let sets = [("training", &sets.training), ("validation", &sets.validation), ("test", &sets.test)];
-    let shape = config.shape();
-    let d = &config.data;
-    let mut text = format!(
-        "# Model card\n\nA SegNet of {} layers, {} channels and {} x {} kernels that gives each cell of the {} grid a class. It sees \
-         the input {:?}, at a scale of {}.\n\n",
-        shape.layers,
-        shape.channels,
-        shape.kernel,
-        shape.kernel,
-        d.grid.name(),
-        config.network.input,
-        d.scale.value
-    );
-    text += &format!(
-        "It learned from simulated frames alone: {} for training, {} for validation and {} for the test, shared out by {}, from \
-         these runs:\n\n",
-        sets[0].1.len(),
-        sets[1].1.len(),
-        sets[2].1.len(),
-        d.split.words()
-    );
-    for run in &config.runs() {
-        // The name alone: the folder is one of whoever trained it.
-        text += &format!("* {}\n", run.file_name().unwrap_or(run.as_os_str()).to_string_lossy());
-    }
-    let scenes = |places: &[usize]| -> String {
-        let mut all: Vec<usize> = places.iter().map(|p| examples[*p].scene).collect();
-        all.dedup();
-        all.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
-    };
-    text += "\nScenes, counted through these folders in their order:\n\n";
-    for (name, places) in &sets {
-        text += &format!("* {name}: {}\n", scenes(places));
-    }
-    text += &format!(
-        "\nThe seed is {}. {} epochs were trained; the weights are those of epoch {best}, which had the best mean F1 of the \
-         validation set, {}.\n\nOn the test set (`confusion.png`, `precision_recall.png`):\n\n| class | precision | recall | F1 | average precision |\n\
-         |---|---:|---:|---:|---:|\n",
-        config.training.seed,
-        rows.len(),
-        figure(rows.get(best.wrapping_sub(1)).map(|r| r.mean_f1)),
-    );
-    for (k, class) in test.classes().iter().enumerate() {
-        let [p, r, f] = [test.precision(k), test.recall(k), test.f1(k)].map(figure);
-        let average = figure(judged.curves.average_precision(k));
-        text += &format!("| {class} | {p} | {r} | {f} | {average} |\n");
-    }
-    text += "\nIt was not tested on recorded data.\n";
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn rare_classes_weigh_more() {
-        use crate::data::Classes;
+        use crate::classes::Classes;
         use catseye::road::mask::Grid;
         let classes = Classes::named(&["undefined", "lane"].map(String::from)).unwrap();
         let grid = Grid { rows: 2, columns: 5, ahead_m: 1.0, across_m: 1.0 };

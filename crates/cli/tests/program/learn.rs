@@ -18,6 +18,6 @@ fn wrong_input_is_refused_in_one_line() {
     let dir = tempfile::tempdir().unwrap();
     refused(dir.path(), &["learn", "train", "t.toml", "-o", "net"], &["t.toml", "no such file"]);
     refused(dir.path(), &["learn", "eval", "net", "run"], &["net", "holds no trained network"]);
-    refused(dir.path(), &["learn", "predict", "net", "run", "-o", "x.csv"], &["x.csv"]);
+    refused(dir.path(), &["learn", "predict", "net", "run", "-o", "x.txt"], &["x.txt"]);
     refused(dir.path(), &["learn", "eval", "net", "run", "--device", "abacus"], &["allowed: auto, cpu, gpu"]);
 }

@@ -1,0 +1,300 @@
+//! The table `[network]` of a training: which network learns, how large it is and what it sees.
+
+use crate::cloud::{Feature, Sight, Step};
+use crate::scan::Input;
+use crate::segnet::Shape;
+use catseye::base::error::{Error, Result};
+use catseye::scene::toml_file::{At, Document, RangeText};
+use serde::Deserialize;
+use std::fmt::Display;
+use std::ops::{Range, RangeBounds};
+
+/// Kinds of networks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+pub enum Kind {
+    /// Encoders and decoders with unpooling, for grids.
+    #[serde(rename = "segnet")]
+    Segnet,
+    /// Perceptrons for each point and a maximum over the frame.
+    #[serde(rename = "pointnet")]
+    Pointnet,
+    /// The same in groups around centroids, step by step.
+    #[serde(rename = "pointnet++")]
+    PointnetPlus,
+}
+
+impl Kind {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Segnet => "segnet",
+            Kind::Pointnet => "pointnet",
+            Kind::PointnetPlus => "pointnet++",
+        }
+    }
+}
+
+/// The table `[network]`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Network {
+    /// `kind = "segnet"`.
+    Grids(GridNetwork),
+    /// `kind = "pointnet"` or `kind = "pointnet++"`.
+    Points(PointNetwork),
+}
+
+/// A network of grids.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GridNetwork {
+    /// Number of encoders and of decoders, 1 to 6.
+    pub layers: At<usize>,
+    /// Channels between them, 1 to 512.
+    pub channels: At<usize>,
+    /// Width of the square kernels, cells, odd, 1 to 15.
+    pub kernel: At<usize>,
+    /// Planes of the grid that it sees.
+    pub input: Input,
+}
+
+impl GridNetwork {
+    /// The size of the network for so many classes.
+    pub fn shape(&self, classes: usize) -> Shape {
+        Shape {
+            layers: self.layers.value,
+            channels: self.channels.value,
+            kernel: self.kernel.value,
+            planes: self.input.planes(),
+            classes,
+        }
+    }
+}
+
+/// A network of points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointNetwork {
+    /// Channels between layers, 1 to 512.
+    pub channels: At<usize>,
+    /// What it is told of a point beside its place, each at most once.
+    pub features: At<Vec<Feature>>,
+    /// Radii of the circles in which neighbours are counted, m, 1 to 8 of them.
+    pub circles_m: Option<At<Vec<f64>>>,
+    /// Points nearer than this are of the same lobe for r_min, m, 0 to 64.
+    pub threshold_m: Option<At<f64>>,
+    /// Groups of PointNet++; None is PointNet.
+    pub groups: Option<Groups>,
+}
+
+/// How PointNet++ groups points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Groups {
+    /// Radius of the groups of each level, m, 1 to 5 of them.
+    pub radii_m: At<Vec<f64>>,
+    /// Largest number of centroids of a frame at each level.
+    pub centroids: At<Vec<usize>>,
+    /// Points of a group, 1 to 512.
+    pub samples: At<usize>,
+}
+
+impl PointNetwork {
+    /// What the network sees.
+    pub fn sight(&self) -> Sight {
+        let pair =
+            |(radius_m, centroids): (&f64, &usize)| Step { radius_m: *radius_m, centroids: *centroids };
+        let steps = |g: &Groups| g.radii_m.value.iter().zip(&g.centroids.value).map(pair).collect();
+        Sight {
+            features: self.features.value.clone(),
+            circles_m: self.circles_m.as_ref().map(|c| c.value.clone()).unwrap_or_default(),
+            threshold_m: self.threshold_m.as_ref().map_or(LOBE_M, |t| t.value),
+            steps: self.groups.as_ref().map(steps).unwrap_or_default(),
+            samples: self.groups.as_ref().map_or(1, |g| g.samples.value),
+        }
+    }
+
+    /// What may be turned and shifted with the points, where a feature depends on their places.
+    fn fixed(&self) -> Option<&'static str> {
+        let fixed = [Feature::Amplitude, Feature::RangeRate];
+        self.features.value.iter().any(|f| fixed.contains(f)).then_some(
+            "0, unless network.features has neither amplitude nor range_rate, which would not move with the points",
+        )
+    }
+}
+
+/// Points so near to each other are of one lobe, where the file does not say it, m.
+const LOBE_M: f64 = 0.5;
+/// Centroids of the levels where the file does not say them.
+const CENTROIDS: [usize; 5] = [256, 64, 16, 8, 4];
+/// Points of a group where the file does not say it.
+const SAMPLES: usize = 32;
+
+/// The table `[network]` as it stands in the file, with the keys of all kinds.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct NetworkTable {
+    kind: At<Kind>,
+    channels: At<usize>,
+    layers: Option<At<usize>>,
+    kernel: Option<At<usize>>,
+    input: Option<At<Input>>,
+    features: Option<At<Vec<Feature>>>,
+    circles_m: Option<At<Vec<f64>>>,
+    r_threshold_m: Option<At<f64>>,
+    radii_m: Option<At<Vec<f64>>>,
+    centroids: Option<At<Vec<usize>>>,
+    samples: Option<At<usize>>,
+}
+
+impl Network {
+    /// Checks the values of all keys.
+    pub(crate) fn check(&self, doc: &Document<'_>) -> Result<()> {
+        match self {
+            Network::Grids(n) => check_grids(doc, n),
+            Network::Points(n) => check_points(doc, n),
+        }
+    }
+
+    /// What may be turned and shifted with the points, where something that the network sees depends on their places.
+    pub(crate) fn fixed(&self) -> Option<&'static str> {
+        match self {
+            Network::Grids(n) => n.input.fixed(),
+            Network::Points(n) => n.fixed(),
+        }
+    }
+
+    /// The network of a table whose keys all belong to its kind.
+    pub(crate) fn of(doc: &Document<'_>, t: NetworkTable) -> Result<Network> {
+        let kind = t.kind.value;
+        let groups = [
+            t.radii_m.as_ref().map(|k| &k.span),
+            t.centroids.as_ref().map(|k| &k.span),
+            t.samples.as_ref().map(|k| &k.span),
+        ];
+        let grids = [
+            t.layers.as_ref().map(|k| &k.span),
+            t.kernel.as_ref().map(|k| &k.span),
+            t.input.as_ref().map(|k| &k.span),
+        ];
+        let points = [
+            t.features.as_ref().map(|k| &k.span),
+            t.circles_m.as_ref().map(|k| &k.span),
+            t.r_threshold_m.as_ref().map(|k| &k.span),
+        ];
+        let foreign = match kind {
+            Kind::Segnet => [groups, points].concat(),
+            Kind::Pointnet => [groups, grids].concat(),
+            Kind::PointnetPlus => grids.to_vec(),
+        };
+        if let Some(span) = foreign.into_iter().flatten().next() {
+            let bad = doc.bad(span, format!("is no key of a {}", kind.name()));
+            return Err(bad.remedy("take it out").into());
+        }
+        let missing = |key: &str| {
+            let mut bad = doc.bad(&t.kind.span, format!("is missing for a {}", kind.name()));
+            bad.value = None;
+            bad.key(format!("network.{key}")).remedy("add it")
+        };
+        if kind == Kind::Segnet {
+            return Ok(Network::Grids(GridNetwork {
+                layers: t.layers.ok_or_else(|| missing("layers"))?,
+                channels: t.channels,
+                kernel: t.kernel.ok_or_else(|| missing("kernel"))?,
+                input: t.input.ok_or_else(|| missing("input"))?.value,
+            }));
+        }
+        let groups = match kind {
+            Kind::PointnetPlus => {
+                let radii_m = t.radii_m.ok_or_else(|| missing("radii_m"))?;
+                let usual = || CENTROIDS.iter().copied().take(radii_m.value.len()).collect::<Vec<_>>().into();
+                Some(Groups {
+                    centroids: t.centroids.unwrap_or_else(usual),
+                    samples: t.samples.unwrap_or_else(|| SAMPLES.into()),
+                    radii_m,
+                })
+            }
+            _ => None,
+        };
+        Ok(Network::Points(PointNetwork {
+            channels: t.channels,
+            features: t.features.unwrap_or_else(|| Vec::new().into()),
+            circles_m: t.circles_m,
+            threshold_m: t.r_threshold_m,
+            groups,
+        }))
+    }
+}
+
+fn check_grids(doc: &Document<'_>, n: &GridNetwork) -> Result<()> {
+    within(doc, &n.layers, 1..=6)?;
+    within(doc, &n.channels, 1..=512)?;
+    within(doc, &n.kernel, 1..=15)?;
+    if n.kernel.value.is_multiple_of(2) {
+        let bad = doc.bad(&n.kernel.span, "is even, and such a kernel has no middle");
+        return Err(bad.allowed("1, 3, 5 and so on to 15").remedy("give an odd number").into());
+    }
+    Ok(())
+}
+
+fn check_points(doc: &Document<'_>, n: &PointNetwork) -> Result<()> {
+    within(doc, &n.channels, 1..=512)?;
+    let features = &n.features.value;
+    if let Some(twice) = (1..features.len()).find(|k| features[..*k].contains(&features[*k])) {
+        let bad = doc.bad(&n.features.span, format!("names {} twice", features[twice].name()));
+        return Err(bad.remedy("name it once").into());
+    }
+    let has = |wanted: &[Feature]| wanted.iter().any(|f| features.contains(f));
+    match (&n.circles_m, has(&[Feature::Counts, Feature::Covariance])) {
+        (None, true) => {
+            let bad = doc.bad(&n.features.span, "needs the radii of the circles");
+            return Err(bad.remedy("add circles_m, as in circles_m = [1.0, 2.0, 4.0]").into());
+        }
+        (Some(c), false) => return Err(unread(doc, &c.span, "counts or covariance")),
+        (Some(c), true) => list(doc, c, 8, "larger than 0 and at most 1000", |r| *r > 0.0 && *r <= 1e3)?,
+        (None, false) => {}
+    }
+    match &n.threshold_m {
+        Some(t) if !has(&[Feature::RMin]) => return Err(unread(doc, &t.span, "r_min")),
+        Some(t) => within(doc, t, 0.0..=64.0)?,
+        None => {}
+    }
+    let Some(g) = &n.groups else { return Ok(()) };
+    list(doc, &g.radii_m, 5, "larger than 0 and at most 1000", |r| *r > 0.0 && *r <= 1e3)?;
+    list(doc, &g.centroids, 5, "1 to 4096", |c| (1..=4096).contains(c))?;
+    if g.centroids.value.len() != g.radii_m.value.len() {
+        let bad = doc.bad(&g.centroids.span, "has another length than radii_m");
+        let allowed = format!("{} numbers", g.radii_m.value.len());
+        return Err(bad.allowed(allowed).remedy("give one number for each level").into());
+    }
+    within(doc, &g.samples, 1..=512)
+}
+
+/// A key of a feature that is not asked for.
+fn unread(doc: &Document<'_>, span: &Range<usize>, feature: &str) -> Error {
+    let bad = doc.bad(span, format!("is not used, because network.features has no {feature}"));
+    bad.remedy("take it out, or add the feature").into()
+}
+
+/// Checks the length and the values of a list.
+fn list<T>(
+    doc: &Document<'_>,
+    at: &At<Vec<T>>,
+    most: usize,
+    range: &str,
+    fits: impl Fn(&T) -> bool,
+) -> Result<()> {
+    if (1..=most).contains(&at.value.len()) && at.value.iter().all(fits) {
+        return Ok(());
+    }
+    let bad = doc.bad(&at.span, "is no list of such numbers");
+    Err(bad.allowed(format!("1 to {most} numbers, each {range}")).remedy("change the list").into())
+}
+
+/// Checks that a value lies in a range.
+///
+/// # Errors
+/// Returns `BadInput` with the place of the value.
+pub(crate) fn within<T, R>(doc: &Document<'_>, at: &At<T>, range: R) -> Result<()>
+where
+    T: PartialOrd + Copy + Display,
+    R: RangeBounds<T> + RangeText,
+{
+    doc.in_range(at, range, "give a value in this range").map(|_| ())
+}
