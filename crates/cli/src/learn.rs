@@ -29,6 +29,9 @@ pub enum What {
         /// Folders that `catseye simulate` or `catseye dataset` wrote
         #[arg(required = true, value_name = "RUN")]
         runs: Vec<PathBuf>,
+        /// Take so many scans in a row together (networks of grids)
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        scans: usize,
     },
     /// Write the classes that a trained network gives to the cells or the points of a run
     Predict {
@@ -39,6 +42,9 @@ pub enum What {
         /// File to write: of grids an array (.npy), uint8 by frame, row and column; of points a table (.csv)
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
+        /// Take so many scans in a row together (networks of grids)
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        scans: usize,
     },
 }
 
@@ -58,8 +64,10 @@ impl Learn {
         let device = with_networks::device_of(global)?;
         match &self.what {
             What::Train { config, output } => with_networks::train(global, config, output, &device),
-            What::Eval { dir, runs } => with_networks::eval(global, dir, runs, &device),
-            What::Predict { dir, run, output } => with_networks::predict(global, dir, run, output, &device),
+            What::Eval { dir, runs, scans } => with_networks::eval(global, dir, runs, *scans, &device),
+            What::Predict { dir, run, output, scans } => {
+                with_networks::predict(global, dir, run, output, *scans, &device)
+            }
         }
     }
 }
@@ -123,8 +131,8 @@ mod with_networks {
         })
     }
 
-    pub fn eval(global: &Global, dir: &Path, runs: &[PathBuf], device: &Device) -> Result<()> {
-        let judged = Model::load(dir, device)?.evaluate(runs)?;
+    pub fn eval(global: &Global, dir: &Path, runs: &[PathBuf], scans: usize, device: &Device) -> Result<()> {
+        let judged = Model::load(dir, device)?.with_scans(scans)?.evaluate(runs)?;
         let found = &judged.confusion;
         let rows: Vec<serde_json::Value> = (0..found.classes().len()).map(|k| row(&judged, k)).collect();
         global.answer(&serde_json::json!({ "mean_f1": found.mean_f1(), "classes": rows }), || {
@@ -152,9 +160,16 @@ mod with_networks {
         })
     }
 
-    pub fn predict(global: &Global, dir: &Path, run: &Path, output: &Path, device: &Device) -> Result<()> {
+    pub fn predict(
+        global: &Global,
+        dir: &Path,
+        run: &Path,
+        output: &Path,
+        scans: usize,
+        device: &Device,
+    ) -> Result<()> {
         check_extension(output, &["npy", "csv"])?;
-        let frames = Model::load(dir, device)?.predict(run, output, global.force)?;
+        let frames = Model::load(dir, device)?.with_scans(scans)?.predict(run, output, global.force)?;
         let answer = serde_json::json!({ "file": output.display().to_string(), "frames": frames });
         global.answer(&answer, || format!("wrote {} ({frames} frames)", output.display()))
     }

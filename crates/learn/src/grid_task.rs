@@ -4,6 +4,7 @@ use crate::augment::Move;
 use crate::classes::Classes;
 use crate::config::Config;
 use crate::data::{Example, Features, GridKind, Input, Labels, Scan};
+use crate::joint::ScaledGrid;
 use crate::network::GridNetwork;
 use crate::segnet::{SegNet, Shape};
 use crate::source::{Source, sources};
@@ -41,6 +42,11 @@ impl GridTask {
         let scale = config.data.scale.as_ref().map_or(1, |s| s.value);
         let (input, shape) = (network.input, network.shape(classes.count()));
         Ok(GridTask { kind, scale, input, shape, classes })
+    }
+
+    /// The cells that get a class.
+    pub fn cells(&self) -> ScaledGrid {
+        ScaledGrid::new(&self.kind.grid(), self.scale)
     }
 
     /// What the network sees of a frame, whose mask is not looked at.

@@ -53,10 +53,6 @@ impl ScaledGrid {
         }
     }
 
-    fn cells(&self) -> usize {
-        self.rows * self.columns
-    }
-
     fn middle_m(&self, cell: usize) -> DVec2 {
         let (row, column) = ((cell / self.columns) as f64 + 0.5, (cell % self.columns) as f64 + 0.5);
         DVec2::new(row * self.cell_m.x, self.left_m - column * self.cell_m.y)
@@ -75,7 +71,7 @@ pub struct Joint {
     grid: ScaledGrid,
     classes: usize,
     most: usize,
-    /// Of each scan where it was made, and the logarithm of each class's probability less their mean, `[class, cell]`.
+    /// Of each scan where it was made, and the logarithm of each class's probability less their mean, `[cell, class]`.
     scans: VecDeque<(Place, Vec<f32>)>,
 }
 
@@ -85,44 +81,45 @@ impl Joint {
         Joint { grid, classes, most: most.max(1), scans: VecDeque::new() }
     }
 
-    /// Adds a scan and gives the joint probabilities in its cells, both `[class, cell]`. The logarithms of a class's probabilities add up
+    /// Adds a scan and gives the joint probabilities in its cells, both `[cell, class]`. The logarithms of a class's probabilities add up
     /// over the scans that saw the place; of two classes that is the sum of the logarithms of the odds. A cell takes from an earlier
     /// scan what the cell said in which its middle lies; where an earlier scan did not look, it says nothing.
     pub fn add(&mut self, place: Place, probabilities: &[f32]) -> Vec<f32> {
-        let cells = self.grid.cells();
+        let classes = self.classes;
         let mut logs: Vec<f32> = probabilities.iter().map(|p| p.max(LEAST).ln()).collect();
-        for cell in 0..cells {
-            let mean = (0..self.classes).map(|k| logs[k * cells + cell]).sum::<f32>() / self.classes as f32;
-            (0..self.classes).for_each(|k| logs[k * cells + cell] -= mean);
+        for of in logs.chunks_exact_mut(classes) {
+            let mean = of.iter().sum::<f32>() / classes as f32;
+            of.iter_mut().for_each(|l| *l -= mean);
         }
         if self.scans.len() == self.most {
             self.scans.pop_front();
         }
         let mut sums = logs.clone();
         for (from, said) in &self.scans {
-            for cell in 0..cells {
+            for (cell, sum) in sums.chunks_exact_mut(classes).enumerate() {
                 let there = from.seen_from(place.to_world(self.grid.middle_m(cell)));
                 if let Some(at) = self.grid.cell(there) {
-                    (0..self.classes).for_each(|k| sums[k * cells + cell] += said[k * cells + at]);
+                    sum.iter_mut().zip(&said[at * classes..]).for_each(|(s, l)| *s += l);
                 }
             }
         }
         self.scans.push_back((place, logs));
-        for cell in 0..cells {
-            let of = |k: usize| k * cells + cell;
-            let largest = (0..self.classes).map(|k| sums[of(k)]).fold(f32::NEG_INFINITY, f32::max);
-            (0..self.classes).for_each(|k| sums[of(k)] = (sums[of(k)] - largest).exp());
-            let all: f32 = (0..self.classes).map(|k| sums[of(k)]).sum();
-            (0..self.classes).for_each(|k| sums[of(k)] /= all);
+        for of in sums.chunks_exact_mut(classes) {
+            let largest = of.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+            of.iter_mut().for_each(|s| *s = (*s - largest).exp());
+            let all: f32 = of.iter().sum();
+            of.iter_mut().for_each(|s| *s /= all);
         }
         sums
     }
 }
 
-/// Closes gaps of one class in what is class 0, then takes away what of it is narrower than three cells: a closing and an opening with
-/// squares of 3 x 3 cells. Other classes stay as they are and count as neighbours that the class may reach.
-pub fn smoothed(places: &[u8], rows: usize, columns: usize, class: u8) -> Vec<u8> {
-    let around = |mask: &[bool], cell: usize, every: bool| -> bool {
+/// Cells around the grid that repeat its edge, so that what touches the edge counts as going on there.
+const RIM: usize = 4;
+
+/// Whether any cell of the 3 x 3 cells around each is set, or every one.
+fn around(mask: &[bool], rows: usize, columns: usize, every: bool) -> Vec<bool> {
+    let of = |cell: usize| {
         let (row, column) = (cell / columns, cell % columns);
         let rows = row.saturating_sub(1)..=(row + 1).min(rows - 1);
         let mut all = rows.flat_map(|r| {
@@ -130,23 +127,35 @@ pub fn smoothed(places: &[u8], rows: usize, columns: usize, class: u8) -> Vec<u8
         });
         if every { all.all(|at| mask[at]) } else { all.any(|at| mask[at]) }
     };
-    let step = |mask: &[bool], every: bool| -> Vec<bool> {
-        (0..mask.len()).map(|cell| around(mask, cell, every)).collect()
+    (0..mask.len()).map(of).collect()
+}
+
+/// Closes gaps of one class in what is class 0, then takes away what of it is narrower than three cells: a closing and an opening with
+/// squares of 3 x 3 cells. Other classes stay as they are and count as neighbours that the class may reach. At least one cell.
+pub fn smoothed(places: &[u8], rows: usize, columns: usize, class: u8) -> Vec<u8> {
+    let (high, wide) = (rows + 2 * RIM, columns + 2 * RIM);
+    // The cell of the grid that a cell of the larger one repeats.
+    let inner = |cell: usize| {
+        let (row, column) = ((cell / wide).saturating_sub(RIM), (cell % wide).saturating_sub(RIM));
+        row.min(rows - 1) * columns + column.min(columns - 1)
     };
-    let is: Vec<bool> = places.iter().map(|p| *p == class).collect();
-    let closed = step(&step(&is, false), true);
+    let larger =
+        |of: &dyn Fn(usize) -> bool| -> Vec<bool> { (0..high * wide).map(|c| of(inner(c))).collect() };
+    let is = larger(&|c| places[c] == class);
+    let closed = around(&around(&is, high, wide, false), high, wide, true);
     // A cell of another class neither breaks the class nor becomes it.
-    let joined: Vec<bool> = closed.iter().zip(places).map(|(c, p)| *c || (*p != 0 && *p != class)).collect();
-    let opened = step(&step(&joined, true), false);
-    places
-        .iter()
-        .enumerate()
-        .map(|(cell, place)| match (*place, closed[cell] && opened[cell]) {
+    let others = larger(&|c| places[c] != 0 && places[c] != class);
+    let joined: Vec<bool> = closed.iter().zip(&others).map(|(c, o)| *c || *o).collect();
+    let opened = around(&around(&joined, high, wide, true), high, wide, false);
+    let decide = |cell: usize| {
+        let at = (cell / columns + RIM) * wide + cell % columns + RIM;
+        match (places[cell], closed[at] && opened[at]) {
             (0, true) => class,
             (p, false) if p == class => 0,
             (p, _) => p,
-        })
-        .collect()
+        }
+    };
+    (0..places.len()).map(decide).collect()
 }
 
 #[cfg(test)]
@@ -162,7 +171,7 @@ mod tests {
     /// Probabilities of two classes: `p` of the second in one cell, one half elsewhere.
     fn said(cell: usize, p: f32) -> Vec<f32> {
         let mut all = vec![0.5; 200];
-        (all[cell], all[100 + cell]) = (1.0 - p, p);
+        (all[2 * cell], all[2 * cell + 1]) = (1.0 - p, p);
         all
     }
 
@@ -175,12 +184,12 @@ mod tests {
     fn odds_multiply() {
         let mut joint = Joint::new(ScaledGrid::new(&SMALL, 1), 2, 2);
         let here = place(3.0, 4.0, 0.7);
-        near(joint.add(here, &said(42, 0.6))[142], 0.6);
+        near(joint.add(here, &said(42, 0.6))[85], 0.6);
         let both = joint.add(here, &said(42, 0.8));
-        near(both[142], 6.0 / 7.0);
-        near(both[42], 1.0 / 7.0);
-        near(both[120], 0.5);
-        near(joint.add(here, &said(42, 0.5))[142], 0.8);
+        near(both[85], 6.0 / 7.0);
+        near(both[84], 1.0 / 7.0);
+        near(both[41], 0.5);
+        near(joint.add(here, &said(42, 0.5))[85], 0.8);
     }
 
     /// What lay in row 5 lies in row 3 after two metres ahead, and one column farther right after a metre to the left.
@@ -191,14 +200,14 @@ mod tests {
         joint.add(place(1.0, 1.0, heading), &said(54, 0.9));
         let to = DVec2::new(1.0, 1.0) + DVec2::from_angle(heading) * 2.0 + DVec2::from_angle(heading).perp();
         let now = joint.add(place(to.x, to.y, heading), &said(0, 0.5));
-        near(now[100 + 35], 0.9);
-        near(now[100 + 54], 0.5);
+        near(now[71], 0.9);
+        near(now[109], 0.5);
         // A quarter turn to the left on the spot: what lay ahead lies to the right.
         let mut joint = Joint::new(ScaledGrid::new(&SMALL, 1), 2, 5);
         joint.add(place(0.0, 0.0, 0.0), &said(40, 0.9));
         // (4.5, 4.5) m ahead and left comes to lie at (4.5, -4.5).
         let now = joint.add(place(0.0, 0.0, std::f64::consts::FRAC_PI_2), &said(0, 0.5));
-        near(now[100 + 49], 0.9);
+        near(now[99], 0.9);
     }
 
     /// Odd sizes keep the left edge where it is.
@@ -224,6 +233,9 @@ mod tests {
         places[3 * columns + 3] = 0;
         places[7 * columns + 8] = 1;
         assert_eq!(smoothed(&places, rows, columns, 1), whole);
+        // What touches the edge stays, and nothing grows to it.
+        let edge: Vec<u8> = (0..rows * columns).map(|c| u8::from(c % columns < 4)).collect();
+        assert_eq!(smoothed(&edge, rows, columns, 1), edge);
         // A vehicle in the lane stays one.
         places[3 * columns + 3] = 2;
         let mut with = whole.clone();

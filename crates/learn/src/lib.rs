@@ -30,6 +30,7 @@ pub mod scan;
 pub mod score;
 pub mod segnet;
 pub mod source;
+pub mod standing;
 pub mod task;
 pub mod train;
 

@@ -5,12 +5,14 @@ use crate::config::Config;
 use crate::curve::Curves;
 use crate::data::Labels;
 use crate::grid_task::GridTask;
+use crate::joint::{Joint, smoothed};
 use crate::network::Network;
 use crate::point_task::PointTask;
 use crate::pointnet::PointNet;
 use crate::score::{Confusion, cell};
 use crate::segnet::SegNet;
 use crate::source::Source;
+use crate::standing::place_of;
 use crate::task::Task;
 use burn::module::Module;
 use burn::store::{ModuleRecord, RecordError};
@@ -18,6 +20,8 @@ use burn::tensor::activation::softmax;
 use burn::tensor::{Device, Tensor};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::{check_extension, csv, input, npy, stage};
+use catseye::road::mask::CellClass;
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::fs::File;
 use std::io::BufWriter;
@@ -36,6 +40,8 @@ pub struct Model {
     pub config: Config,
     trained: Trained,
     device: Device,
+    /// Number of scans that are taken together.
+    scans: usize,
 }
 
 enum Trained {
@@ -73,12 +79,22 @@ impl Judged {
 
     /// Counts the items of one frame: their true classes, and the probabilities `[item, class]`.
     pub fn add(&mut self, labels: &Labels, probabilities: &[f32]) {
+        let found = likeliest(probabilities, self.curves.classes().len());
+        self.add_decided(labels, probabilities, found.map(|f| f.0));
+    }
+
+    /// The same where the classes were decided otherwise than by the largest probability.
+    fn add_decided(
+        &mut self,
+        labels: &Labels,
+        probabilities: &[f32],
+        found: impl IntoIterator<Item = usize>,
+    ) {
         let classes = self.curves.classes().len();
         for (truth, of) in labels.places().iter().zip(probabilities.chunks_exact(classes)) {
             self.curves.add((*truth).into(), of.iter().copied());
         }
-        let found = likeliest(probabilities, classes);
-        labels.places().iter().zip(found).for_each(|(t, p)| self.confusion.add((*t).into(), p.0));
+        labels.places().iter().zip(found).for_each(|(t, p)| self.confusion.add((*t).into(), p));
     }
 }
 
@@ -138,7 +154,26 @@ impl Model {
                 Trained::Points(task, Box::new(net))
             }
         };
-        Ok(Model { config, trained, device })
+        Ok(Model { config, trained, device, scans: 1 })
+    }
+
+    /// Takes so many scans of a radar together, 1 to 100: the joint probability of the last ones in each cell, after which gaps of lanes
+    /// are closed and their outliers taken away. The frames of a scene must follow each other.
+    ///
+    /// # Errors
+    /// Returns `BadInput` for another number, and for a network of points, which a later scan does not see again.
+    pub fn with_scans(mut self, scans: usize) -> Result<Model> {
+        let bad = |problem: &str, allowed: &str| {
+            BadInput::new(problem).key("--scans").value(scans).allowed(allowed.to_string())
+        };
+        if !(1..=100).contains(&scans) {
+            return Err(bad("is out of range", "1 to 100").into());
+        }
+        if scans > 1 && matches!(self.trained, Trained::Points(..)) {
+            return Err(bad("a network of points looks at one scan", "1").remedy("leave it out").into());
+        }
+        self.scans = scans;
+        Ok(self)
     }
 
     /// Scores what the network says of runs and datasets with truth: masks for grids, labels of points for points.
@@ -147,7 +182,18 @@ impl Model {
     /// Returns the errors of [`Task::find`] and [`Task::read`].
     pub fn evaluate(&self, runs: &[PathBuf]) -> Result<Judged> {
         match &self.trained {
-            Trained::Grids(task, net) => evaluate(task, net, &self.device, runs),
+            Trained::Grids(task, net) if self.scans == 1 => evaluate(task, net, &self.device, runs),
+            Trained::Grids(task, net) => {
+                let mut judged = Judged::new(&task.classes().names());
+                let mut joined = Joined::new(task, self.scans);
+                for source in task.find(runs)? {
+                    let (seen, labels) = task.given(&task.read(&source)?, &Move::NONE);
+                    let single = probabilities(task.scores(net, &[&seen], &self.device));
+                    let (p, found) = joined.say(&source, &single)?;
+                    judged.add_decided(&labels, &p, found.into_iter().map(usize::from));
+                }
+                Ok(judged)
+            }
             Trained::Points(task, net) => evaluate(task, net, &self.device, runs),
         }
     }
@@ -169,13 +215,17 @@ impl Model {
                 let staged = stage::StagedFile::new(out, force)?;
                 let frames = task.find(&runs)?;
                 let (mut cells, mut size) = (Vec::new(), [0, 0]);
+                let mut joined = Joined::new(task, self.scans);
                 for frame in &frames {
                     let seen = task.seen(frame)?;
                     let [_, rows, columns] = seen.shape();
                     size = [rows, columns];
                     let p = probabilities(task.scores(net, &[&seen], &self.device));
-                    let found = likeliest(&p, task.classes().count());
-                    cells.extend(found.map(|(place, _)| task.classes().class(place) as u8));
+                    let found: Vec<u8> = match self.scans {
+                        1 => likeliest(&p, task.classes().count()).map(|f| f.0 as u8).collect(),
+                        _ => joined.say(frame, &p)?.1,
+                    };
+                    cells.extend(found.iter().map(|place| task.classes().class((*place).into()) as u8));
                 }
                 npy::write(staged.path(), &[frames.len(), size[0], size[1]], &cells)?;
                 staged.commit()?;
@@ -213,6 +263,39 @@ impl Model {
         }
         table.finish().map_err(io)?;
         Ok(())
+    }
+}
+
+/// Scans that are taken together, of each radar those of its scene.
+struct Joined<'a> {
+    task: &'a GridTask,
+    most: usize,
+    scene: usize,
+    radars: BTreeMap<String, Joint>,
+}
+
+impl<'a> Joined<'a> {
+    fn new(task: &'a GridTask, most: usize) -> Joined<'a> {
+        Joined { task, most, scene: 0, radars: BTreeMap::new() }
+    }
+
+    /// Adds what a network says of one frame, `[cell, class]`; gives the joint probabilities and the classes that are decided by them.
+    fn say(&mut self, source: &Source, single: &[f32]) -> Result<(Vec<f32>, Vec<u8>)> {
+        if source.scene != self.scene {
+            self.radars.clear();
+            self.scene = source.scene;
+        }
+        let (classes, cells) = (self.task.classes(), self.task.cells());
+        let new = || Joint::new(cells, classes.count(), self.most);
+        let joint = self.radars.entry(source.name().1).or_insert_with(new);
+        let p = joint.add(place_of(source)?, single);
+        let found: Vec<u8> = likeliest(&p, classes.count()).map(|f| f.0 as u8).collect();
+        let lane = (0..classes.count()).find(|k| classes.class(*k) == CellClass::Lane);
+        let found = match lane {
+            Some(lane) => smoothed(&found, cells.rows, cells.columns, lane as u8),
+            None => found,
+        };
+        Ok((p, found))
     }
 }
 

@@ -242,7 +242,7 @@ fn points_of_datasets_lie_in_the_level_axes_of_their_radar() {
     let t = tempfile::tempdir().unwrap();
     let dir = t.path().join("run_0");
     write_dataset(&dir);
-    let found = point_sources(&[dir.clone()]).unwrap();
+    let found = point_sources(std::slice::from_ref(&dir)).unwrap();
     assert_eq!(found.len(), 20);
     assert_eq!((found[3].name(), found[3].scene), ((1, "left".into()), 0));
     let (front, left) = (read_cloud(&found[2]).unwrap(), read_cloud(&found[3]).unwrap());

@@ -89,6 +89,24 @@ fn classes_that_can_be_told_apart_are_learned() {
     let model = Model::load(&out, &cpu()).unwrap();
     let runs: Vec<PathBuf> = (0..10).map(|k| t.path().join(format!("run_{k}"))).collect();
     assert!(model.evaluate(&runs).unwrap().confusion.mean_f1() > 0.9);
+    // Scans are taken together where the run tells where the radar stood; two equal ones at rest say the same, only louder.
+    let two = || Model::load(&out, &cpu()).unwrap().with_scans(2).unwrap();
+    let e = two().evaluate(&runs[..1]).unwrap_err();
+    assert!(e.exit_code() == 2 && e.to_string().contains("truth.json"), "{e}");
+    for name in ["mask_road.npy", "grid_road.npy"] {
+        fs::copy(runs[0].join("frame_000000").join(name), runs[0].join("frame_000001").join(name)).unwrap();
+    }
+    let standing = r#"{"radar": {"position_m": [5, 6, 0.5], "rotation_xyzw": [0, 0, 0.6, 0.8]}, "frame": 0}"#;
+    for frame in ["frame_000000", "frame_000001"] {
+        fs::write(runs[0].join(frame).join("truth.json"), standing).unwrap();
+    }
+    let (one, joint) = (model.evaluate(&runs[..1]).unwrap(), two().evaluate(&runs[..1]).unwrap());
+    let lane = |j: &catseye_learn::model::Judged| j.confusion.f1(1).unwrap();
+    assert!(lane(&joint) > 0.9 && lane(&one) > 0.9, "{} {}", lane(&joint), lane(&one));
+    assert_ne!(one.curves, joint.curves);
+    fs::write(runs[0].join("frame_000001/truth.json"), r#"{"radar": {"position_m": [1, 2]}}"#).unwrap();
+    assert!(two().evaluate(&runs[..1]).unwrap_err().to_string().contains("is damaged"));
+    assert!(two().with_scans(0).err().unwrap().to_string().contains("--scans = 0"));
     let frame = runs[0].join("frame_000000");
     let truth = npy::read::<u8>(frame.join("mask_road.npy")).unwrap();
     fs::remove_file(frame.join("mask_road.npy")).unwrap();
@@ -145,4 +163,21 @@ fn a_training_that_goes_on_ends_with_the_same_bytes() {
         assert!(bytes(&whole, file) == bytes(&again, file), "{file}: the same seed gave other bytes");
         assert!(bytes(&whole, file) == bytes(&broken, file), "{file}: resumed, it gave other bytes");
     }
+}
+
+/// The network that comes with the source opens, and says the same of a run whatever it is asked together with.
+#[test]
+fn the_shipped_network_opens() {
+    let t = tempfile::tempdir().unwrap();
+    write_runs(t.path(), 1);
+    let weights = Path::new(env!("CARGO_MANIFEST_DIR")).join("weights/road");
+    let model = Model::load(&weights, &cpu()).unwrap();
+    assert_eq!(model.config.data.classes.value, ["undefined", "lane", "vehicle", "guard rail"]);
+    let file = t.path().join("classes.npy");
+    assert_eq!(model.predict(&t.path().join("run_0"), &file, false).unwrap(), 2);
+    let found = npy::read::<u8>(&file).unwrap();
+    assert_eq!(found.shape, [2, 113, 75]);
+    assert!(found.data.contains(&0) && found.data.iter().any(|c| *c != 0));
+    let bytes: u64 = fs::read_dir(&weights).unwrap().map(|f| f.unwrap().metadata().unwrap().len()).sum();
+    assert!(bytes < 3_000_000, "{bytes}");
 }
