@@ -40,7 +40,7 @@ pub struct Model {
 
 enum Trained {
     Grids(GridTask, SegNet),
-    Points(PointTask, PointNet),
+    Points(PointTask, Box<PointNet>),
 }
 
 /// The probability of each class of each item, `[item, class]`.
@@ -135,7 +135,7 @@ impl Model {
             Network::Points(network) => {
                 let task = PointTask::new(&config, network)?;
                 let net = opened(&task, &weights, &device)?;
-                Trained::Points(task, net)
+                Trained::Points(task, Box::new(net))
             }
         };
         Ok(Model { config, trained, device })
@@ -208,7 +208,7 @@ impl Model {
             for (point, (place, share)) in likeliest(&p, names.len()).enumerate() {
                 let row: [&dyn Display; 5] =
                     [&number, &radar, &point, &names[place], &cell(Some(share.into()))];
-                table.row(row.into_iter()).map_err(io)?;
+                table.row(row).map_err(io)?;
             }
         }
         table.finish().map_err(io)?;
