@@ -231,7 +231,7 @@ mod tests {
         }
         let whole = places.clone();
         places[3 * columns + 3] = 0;
-        places[7 * columns + 8] = 1;
+        places[7 * columns + 7] = 1;
         assert_eq!(smoothed(&places, rows, columns, 1), whole);
         // What touches the edge stays, and nothing grows to it.
         let edge: Vec<u8> = (0..rows * columns).map(|c| u8::from(c % columns < 4)).collect();
