@@ -224,7 +224,7 @@ fn summary(report: &Report<'_>) -> String {
         lines.push(format!("noise of the channels: correlation up to {largest:.3}, mean {mean:.3}"));
     }
     lines.push(format!(
-        "simulated beside it: noise KS distance {:.4} (p {:.3}), samples KS distance {:.4}, floor rms {:.2} dB",
+        "simulated beside it: noise KS distance {:.4} (p {:.1e}), samples KS distance {:.4}, floor rms {:.2} dB",
         c.noise_test.distance, c.noise_test.p_value, c.sample_test.distance, c.floor_db[0]
     ));
     if let (Some(main), Some(side)) = (c.main_lobe_db, c.side_lobe_db) {

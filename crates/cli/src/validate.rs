@@ -102,9 +102,9 @@ fn measured(global: &Global) -> Result<()> {
     let object = serde_json::json!({ "engine": "cpu, f64", "down_to_db": DOWN_TO_DB, "rows": rows });
     global.answer(&object, || {
         let head = format!(
-            "ours minus measured (Austin RCS Benchmark Suite), directions within {DOWN_TO_DB} dB of the highest measured value\n\
+            "ours minus measured (Austin RCS Benchmark Suite), at the peaks of measured lobes within {DOWN_TO_DB} dB of the highest\n\
              {:22} {:>9} {:>4} {:>10} {:>10} {:>8} {:>9} {:>8}",
-            "target", "GHz", "", "directions", "highest dB", "rms dB", "worst dB", "at deg"
+            "target", "GHz", "", "lobes", "highest dB", "rms dB", "worst dB", "at deg"
         );
         let line = |r: &Residual| {
             format!(
@@ -112,7 +112,7 @@ fn measured(global: &Global) -> Result<()> {
                 r.target,
                 r.frequency_hz / 1e9,
                 r.polarisation,
-                r.directions,
+                r.lobes,
                 r.at_highest_db,
                 r.rms_db,
                 r.worst_db,

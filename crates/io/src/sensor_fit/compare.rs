@@ -401,9 +401,9 @@ pub struct Beside {
     pub floor_everywhere_db: [f64; 2],
     /// Strongest line through a Hann window, dB under its peak, at least −60; None without a line.
     pub side_lobes: Option<Both>,
-    /// Root mean square and worst difference up to 2 bins from the peak: the main lobe, dB.
+    /// Root mean square and worst difference up to a bin from the peak: the main lobe, dB.
     pub main_lobe_db: Option<[f64; 2]>,
-    /// The same from 2 to 8 bins, dB.
+    /// The same from there to 8 bins, dB: side lobes, and whatever else stands there.
     pub side_lobe_db: Option<[f64; 2]>,
     /// Correlation of the noise of each two channels.
     pub correlation: Both,
@@ -466,8 +466,8 @@ pub fn beside(cubes: [&Cube<f64>; 2], fits: [&Fit; 2]) -> Beside {
         floor_db: floor.difference(is_quiet).unwrap_or_default(),
         floor_everywhere_db: floor.difference(|_| true).unwrap_or_default(),
         floor,
-        main_lobe_db: lobes(0.0, 2.0),
-        side_lobe_db: lobes(2.0 + 1e-9, 8.0),
+        main_lobe_db: lobes(0.0, 1.0),
+        side_lobe_db: lobes(1.0 + 1e-9, 8.0),
         side_lobes,
         correlation_difference: correlation.difference(|_| true),
         correlation,

@@ -8,7 +8,7 @@
 use catseye::adc::Cube;
 use catseye::base::error::{BadInput, Result};
 use catseye::base::units::db_from_power;
-use catseye::scene::front_end::QuantiserKind;
+use catseye::scene::front_end::{IqImbalance, QuantiserKind};
 use catseye_math::fft;
 use num_complex::Complex64;
 use serde::Serialize;
@@ -93,9 +93,9 @@ pub struct Skirt {
     pub from: usize,
     /// End of the offsets, bins; it is not part of them.
     pub to: usize,
-    /// Mean power a bin beyond the floor, over the line's, dB a bin; None where it is not beyond the floor.
+    /// Mean power a bin beyond the floor, over the line's, dB; None where it is not beyond the floor on both sides alike.
     pub excess_db: Option<f64>,
-    /// Three standard errors of the excess, in the same measure, dB.
+    /// The excess of the higher side, at least three standard errors, in the same measure, dB.
     pub bound_db: f64,
 }
 
@@ -130,6 +130,20 @@ pub struct Fit {
     pub correlation: Vec<f64>,
     /// What such a correlation is by chance, 1/√n.
     pub chance_correlation: f64,
+}
+
+impl Imbalance {
+    /// K₁ and K₂ of y = K₁x + K₂x* (CONVENTIONS eq. 109).
+    pub fn factors(&self) -> (Complex64, Complex64) {
+        IqImbalance { gain_db: self.gain_db, phase_rad: self.phase_deg.to_radians() }.factors()
+    }
+}
+
+impl Leak {
+    fn scale(&mut self, by: f64) {
+        self.amplitude.iter_mut().for_each(|a| *a *= by);
+        self.rms *= by;
+    }
 }
 
 impl Fit {
@@ -203,9 +217,17 @@ pub fn fit(path: &Path, cube: &Cube<f64>, is_boresight: bool) -> Result<Fit> {
     }
     let noise_variance = quiet.iter().map(|i| floor[*i]).sum::<f64>() / quiet.len() as f64;
     let still = Still::new(cube);
-    let (dc, leak) = still.constant_and_leak(noise_variance);
-    let line = still.strongest(&dc, leak.as_ref(), noise_variance, is_boresight);
+    let (mut dc, mut leak) = still.constant_and_leak(noise_variance);
     let imbalance = imbalance(cube, &dc, noise_variance);
+    if let Some(i) = imbalance.as_ref().filter(|i| i.is_significant && leak.is_some()) {
+        // The image of the spill-over stands as near to the constant as the line itself.
+        let (k1, k2) = i.factors();
+        let unmixed = still.unmixed(k1, k2);
+        (dc, leak) = unmixed.constant_and_leak(noise_variance);
+        dc.iter_mut().for_each(|z| *z = k1 * *z + k2 * z.conj());
+        leak.iter_mut().for_each(|l| l.scale(k1.norm()));
+    }
+    let line = still.strongest(&dc, leak.as_ref(), noise_variance, is_boresight);
     let skirts = line.as_ref().map_or_else(Vec::new, |l| skirts(l, &floor, noise_variance, noise.looks()));
     let (correlation, looks) = noise.correlation(&quiet);
     Ok(Fit {
@@ -401,6 +423,13 @@ struct Still {
 impl Still {
     fn new(cube: &Cube<f64>) -> Still {
         Still { chirps: cube.chirps, rows: still_rows(cube), window: hann(cube.samples) }
+    }
+
+    /// x of rows y = K₁x + K₂x*.
+    fn unmixed(&self, k1: Complex64, k2: Complex64) -> Still {
+        let of = |y: &Complex64| (k1.conj() * y - k2 * y.conj()) / (k1.norm_sqr() - k2.norm_sqr());
+        let rows = self.rows.iter().map(|r| r.iter().map(of).collect()).collect();
+        Still { chirps: self.chirps, rows, window: self.window.clone() }
     }
 
     /// The windowed mean of `row` turned back by `bin`.
@@ -623,20 +652,26 @@ fn skirts(line: &Line, floor: &[f64], noise_variance: f64, looks: f64) -> Vec<Sk
     let mut from = 3;
     while 2 * from <= n / 2 {
         let to = 2 * from;
-        let offsets = (from as i64..to as i64).flat_map(|j| [centre - j, centre + j]);
-        let powers: Vec<f64> = offsets
-            .filter(|i| (NEAR as i64..(n - NEAR) as i64).contains(i))
-            .map(|i| floor[i as usize])
-            .collect();
-        if !powers.is_empty() {
+        let side = |sign: i64| -> Vec<f64> {
+            let bins = (from as i64..to as i64).map(|j| centre + sign * j);
+            bins.filter(|i| (NEAR as i64..(n - NEAR) as i64).contains(i)).map(|i| floor[i as usize]).collect()
+        };
+        let (below, above) = (side(-1), side(1));
+        let count = below.len() + above.len();
+        if count > 0 {
             // A median of n values is off by 1/(ln 2 √n) of its exponential's mean.
-            let error = noise_variance / LN_2 / (looks * powers.len() as f64 / 1.5).max(1.0).sqrt();
-            let excess = median(powers) - noise_variance;
+            let error = noise_variance / LN_2 / (looks * count as f64 / 1.5).max(1.0).sqrt();
+            // A skirt stands on both sides of its line; what stands on one is an echo that moves.
+            let is_whole = below.len() == to - from && above.len() == to - from;
+            let excess = |x: Vec<f64>| if x.is_empty() { 0.0 } else { median(x) - noise_variance };
+            let (low, high) = (excess(below), excess(above));
+            let (less, more) = (low.min(high), low.max(high));
+            let is_seen = is_whole && less > 3.0 * error && more < 4.0 * less;
             out.push(Skirt {
                 from,
                 to,
-                excess_db: (excess > 3.0 * error).then(|| db_from_power(excess / line_power)),
-                bound_db: db_from_power(3.0 * error / line_power),
+                excess_db: is_seen.then(|| db_from_power(0.5 * (less + more) / line_power)),
+                bound_db: db_from_power(more.max(3.0 * error) / line_power),
             });
         }
         from = to;
