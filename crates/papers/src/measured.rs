@@ -189,7 +189,7 @@ mod tests {
         assert!((r.rms_db - 2.5f64.sqrt()).abs() < 1e-12);
     }
 
-    /// Face on, the box's large faces are known to physical optics within what the range's own accuracy leaves.
+    /// What the table of `catseye validate --measured` shows stays as it is.
     #[test]
     fn specular_flashes_agree_with_the_range() {
         let all = residuals().unwrap();
@@ -197,8 +197,11 @@ mod tests {
         for r in &all {
             println!("{r:?}");
             assert!(r.lobes > 0 && r.rms_db.is_finite(), "{r:?}");
-            if r.target.starts_with("box") && r.frequency_hz > 5e9 {
-                assert!(r.at_highest_db.abs() < 1.5 && r.rms_db < 2.0, "{r:?}");
+            if r.target.starts_with("box") {
+                assert!(r.rms_db < 1.6, "{r:?}");
+            } else {
+                // Face on, the suite's own gate for the coherent reflection of the sheet.
+                assert!(r.at_highest_db.abs() < 1.3, "{r:?}");
             }
         }
     }
