@@ -11,7 +11,7 @@ use std::path::Path;
 pub fn from_unsigned16(path: &Path, data: &mut [Complex64]) -> Result<()> {
     let signed = |x: f64| -> Option<f64> {
         let is_word = (0.0..=65535.0).contains(&x) && x.fract() == 0.0;
-        is_word.then(|| if x >= 32768.0 { x - 65536.0 } else { x })
+        is_word.then_some(if x >= 32768.0 { x - 65536.0 } else { x })
     };
     for (i, z) in data.iter_mut().enumerate() {
         let (Some(re), Some(im)) = (signed(z.re), signed(z.im)) else {
