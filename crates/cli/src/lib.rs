@@ -12,6 +12,7 @@ mod devices;
 mod diff;
 mod examples;
 mod export;
+mod fit_sensor;
 mod footprint;
 mod frames;
 mod global;
@@ -67,7 +68,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 });
 
 /// The global options that act for each command. The others are not in its help, and it says that they change nothing.
-const ACTING: [(&str, &[&str]); 22] = [
+const ACTING: [(&str, &[&str]); 23] = [
     ("demo", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("devices", &["json", "quiet"]),
     ("init", &["json", "quiet", "force"]),
@@ -86,6 +87,7 @@ const ACTING: [(&str, &[&str]); 22] = [
     ("convert", &["json", "quiet", "force"]),
     ("export", &["json", "quiet", "force"]),
     ("calibrate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
+    ("fit-sensor", &["json", "quiet", "seed", "force"]),
     ("plot", &["json", "quiet", "force"]),
     ("validate", &["device", "precision", "trace", "json", "quiet"]),
     ("bench", &["device", "precision", "trace", "json", "quiet", "seed"]),
@@ -152,6 +154,7 @@ enum Command {
     Convert(convert::Convert),
     Export(export::Export),
     Calibrate(calibrate::Calibrate),
+    FitSensor(fit_sensor::FitSensor),
     Plot(plot::Plot),
     Validate(validate::Validate),
     Bench(bench::Bench),
@@ -194,6 +197,7 @@ pub fn run() -> ExitCode {
         Command::Convert(c) => c.run(g),
         Command::Export(c) => c.run(g),
         Command::Calibrate(c) => c.run(g),
+        Command::FitSensor(c) => c.run(g),
         Command::Plot(c) => c.run(g),
         Command::Validate(c) => c.run(g),
         Command::Bench(c) => c.run(g),

@@ -5,6 +5,7 @@ use super::global::{Global, print, print_json};
 use catseye::base::error::{Error, Result};
 use catseye::base::units::{LEAST_DB, level_text};
 use catseye_papers::comparison::{Comparison, Tolerance};
+use catseye_papers::measured::{DOWN_TO_DB, Residual, residuals};
 use catseye_papers::validate::GROUPS;
 use clap::Args;
 use std::time::Instant;
@@ -15,7 +16,11 @@ use std::time::Instant;
     after_help = "Exit code 1 when a row fails. Cross sections are at 77 GHz, far field, three bounces; \
                         a row without a polarisation is VV, one without a convention is 'every'."
 )]
-pub struct Validate {}
+pub struct Validate {
+    /// Show instead how far cross sections are from those that were measured on a range, on the cpu engine in f64; without gates
+    #[arg(long)]
+    pub measured: bool,
+}
 
 #[derive(serde::Serialize)]
 struct JsonRow {
@@ -49,6 +54,9 @@ impl JsonRow {
 
 impl Validate {
     pub fn run(&self, global: &Global) -> Result<()> {
+        if self.measured {
+            return measured(global);
+        }
         let engine = global.engine()?;
         let start = Instant::now();
         let bar = global.bar("groups", GROUPS.len() as u64, Kept::Nothing);
@@ -86,6 +94,33 @@ impl Validate {
             n => Err(Error::Failed(format!("{n} of the canonical table's gates failed"))),
         }
     }
+}
+
+/// The residuals of all measured cuts.
+fn measured(global: &Global) -> Result<()> {
+    let rows = residuals()?;
+    let object = serde_json::json!({ "engine": "cpu, f64", "down_to_db": DOWN_TO_DB, "rows": rows });
+    global.answer(&object, || {
+        let head = format!(
+            "ours minus measured (Austin RCS Benchmark Suite), at the peaks of measured lobes within {DOWN_TO_DB} dB of the highest\n\
+             {:22} {:>9} {:>4} {:>10} {:>10} {:>8} {:>9} {:>8}",
+            "target", "GHz", "", "lobes", "highest dB", "rms dB", "worst dB", "at deg"
+        );
+        let line = |r: &Residual| {
+            format!(
+                "{:22} {:9.2} {:>4} {:10} {:+10.2} {:8.2} {:9.2} {:8.1}",
+                r.target,
+                r.frequency_hz / 1e9,
+                r.polarisation,
+                r.lobes,
+                r.at_highest_db,
+                r.rms_db,
+                r.worst_db,
+                r.worst_azimuth_deg
+            )
+        };
+        std::iter::once(head).chain(rows.iter().map(line)).collect::<Vec<_>>().join("\n")
+    })
 }
 
 /// Short and long numbers in the same column.

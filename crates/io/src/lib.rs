@@ -25,6 +25,7 @@ pub mod recipe;
 pub mod recording;
 pub mod rows;
 pub mod run;
+pub mod sensor_fit;
 mod source;
 pub mod store;
 pub mod tally;

@@ -5,6 +5,7 @@
 
 pub mod bench;
 pub mod comparison;
+pub mod measured;
 pub mod study;
 pub mod trial;
 pub mod validate;

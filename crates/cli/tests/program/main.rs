@@ -5,6 +5,7 @@ mod common;
 mod dataset;
 mod diff;
 mod export;
+mod fit_sensor;
 mod hostile_values;
 mod kept_echoes;
 mod lane;

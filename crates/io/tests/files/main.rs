@@ -1,4 +1,5 @@
-//! Files of other tools.
+//! Files of other tools, and what cubes say of their radar.
 
 mod batches;
 mod interop;
+mod sensor_fit;

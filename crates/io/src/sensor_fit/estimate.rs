@@ -1,0 +1,680 @@
+//! What a cube of I and Q samples says of the front end that made it.
+//!
+//! The unit u is that of the samples (counts, or √W). Noise is told from the scene by third differences over slow time,
+//! d = (x₃ − 3x₂ + 3x₁ − x₀)/√20: they keep the variance of noise that is new in every chirp, take away what stands still, and lower a line
+//! that turns by φ a chirp by (2 sin φ/2)⁶/20 in power. Spectra over fast time are taken with a Hann window w and divided by √Σw², so that
+//! noise of variance σ² a sample has the power σ² in every bin.
+
+use catseye::adc::Cube;
+use catseye::base::error::{BadInput, Result};
+use catseye::base::units::db_from_power;
+use catseye::scene::front_end::{IqImbalance, QuantiserKind};
+use catseye_math::fft;
+use num_complex::Complex64;
+use serde::Serialize;
+use std::f64::consts::{LN_2, TAU};
+use std::path::Path;
+
+/// Fewest chirps of a cube that can be fitted.
+pub const LEAST_CHIRPS: usize = 8;
+/// Fewest samples of a chirp.
+pub const LEAST_SAMPLES: usize = 32;
+/// Bins next to the constant that no line, image or skirt is sought in.
+const NEAR: usize = 4;
+/// Beat frequencies that count as spill-over, in bins. Below them a line cannot be told from the constant.
+const LEAK_BINS: (f64, f64) = (0.7, 4.0);
+
+/// The quantiser that the levels of the samples show.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Steps {
+    /// Distance of neighbouring levels, u.
+    pub step: f64,
+    /// Whether zero is a level or a threshold.
+    pub kind: QuantiserKind,
+    /// Fewest bits whose range holds all samples.
+    pub least_bits: u32,
+    /// Largest modulus of a part, u.
+    pub largest: f64,
+    /// Share of parts at the lowest or the highest level that occurs: far above that of their neighbours where the converter clips.
+    pub share_at_ends: f64,
+}
+
+/// Spill-over: a line that stands still below [`LEAK_BINS`].
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Leak {
+    /// Beat frequency, bins.
+    pub bin: f64,
+    /// Amplitude in each channel, u.
+    pub amplitude: Vec<f64>,
+    /// Root mean square of the amplitudes, u.
+    pub rms: f64,
+}
+
+/// The strongest line that stands still, away from the constant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Line {
+    /// Beat frequency, bins.
+    pub bin: f64,
+    /// Amplitude in each channel, real and imaginary part, u.
+    pub amplitude: Vec<[f64; 2]>,
+    /// Power of the line over that of the noise in one sample, dB.
+    pub over_noise_db: f64,
+    /// Phase from channel to channel of the wave that fits best, degrees; 0 where the line is taken to stand at the boresight.
+    pub progression_deg: f64,
+    /// Gain of each channel over their mean power, dB.
+    pub gain_db: Vec<f64>,
+    /// Phase of each channel in the sense of `front_end.channels.phase_deg`, without the progression, degrees.
+    pub phase_deg: Vec<f64>,
+}
+
+/// Imbalance of I and Q, from lines and their images.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Imbalance {
+    /// Amplitude of Q over that of I, dB.
+    pub gain_db: f64,
+    /// Lag of Q behind its quarter of a turn, degrees.
+    pub phase_deg: f64,
+    /// Power of the image over that of its line, dB.
+    pub image_db: f64,
+    /// Standard error of the image's amplitude over the line's, from the scatter of channels and lines.
+    pub standard_error: f64,
+    /// Whether the image stands out by more than three standard errors.
+    pub is_significant: bool,
+    /// Whether the lines move; images of lines that stand still hide among clutter.
+    pub from_moving: bool,
+    /// Number of cells.
+    pub cells: usize,
+}
+
+/// Noise beside the strongest line, over a band of offsets.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Skirt {
+    /// First offset, bins.
+    pub from: usize,
+    /// End of the offsets, bins; it is not part of them.
+    pub to: usize,
+    /// Mean power a bin beyond the floor, over the line's, dB; None where it is not beyond the floor on both sides alike.
+    pub excess_db: Option<f64>,
+    /// The excess of the higher side, at least three standard errors, in the same measure, dB.
+    pub bound_db: f64,
+}
+
+/// All that was estimated.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Fit {
+    /// Shape `[chirp, channel, sample]`.
+    pub shape: [usize; 3],
+    /// None where the samples stand on no grid of levels.
+    pub quantiser: Option<Steps>,
+    /// Constant of I and Q in each channel, u.
+    pub dc: Vec<[f64; 2]>,
+    /// Spill-over, where it stands out.
+    pub leak: Option<Leak>,
+    /// Variance of the noise of a complex sample, the quantiser's included, u².
+    pub noise_variance: f64,
+    /// The quantiser's part of it, Δ²/6, u².
+    pub quantiser_variance: f64,
+    /// Noise floor of each bin, u².
+    pub floor: Vec<f64>,
+    /// Bins whose floor is within 3 dB of the median: neither echoes nor the filters' edges.
+    pub quiet: Vec<usize>,
+    /// Slope of the floor over the quiet bins, dB a bin.
+    pub floor_slope_db: f64,
+    /// None where no line stands out.
+    pub line: Option<Line>,
+    /// None where there is no line whose image can be seen.
+    pub imbalance: Option<Imbalance>,
+    /// Skirts of the line over bands of offsets.
+    pub skirts: Vec<Skirt>,
+    /// Modulus of the noise's correlation between channels over the quiet bins, `[channel, channel]`.
+    pub correlation: Vec<f64>,
+    /// What such a correlation is by chance, 1/√n.
+    pub chance_correlation: f64,
+}
+
+impl Imbalance {
+    /// K₁ and K₂ of y = K₁x + K₂x* (CONVENTIONS eq. 109).
+    pub fn factors(&self) -> (Complex64, Complex64) {
+        IqImbalance { gain_db: self.gain_db, phase_rad: self.phase_deg.to_radians() }.factors()
+    }
+}
+
+impl Leak {
+    fn scale(&mut self, by: f64) {
+        self.amplitude.iter_mut().for_each(|a| *a *= by);
+        self.rms *= by;
+    }
+}
+
+impl Fit {
+    /// Thermal noise: what is left without the quantiser's, u².
+    pub fn thermal_variance(&self) -> f64 {
+        (self.noise_variance - self.quantiser_variance).max(0.0)
+    }
+
+    /// Mean constant of the channels, u.
+    pub fn mean_dc(&self) -> Complex64 {
+        let sum: Complex64 = self.dc.iter().map(|d| Complex64::new(d[0], d[1])).sum();
+        sum / self.dc.len() as f64
+    }
+
+    /// Largest and mean correlation of the noise of two channels; None for one channel.
+    pub fn correlations(&self) -> Option<[f64; 2]> {
+        let k = self.shape[1];
+        let off: Vec<f64> = (0..k)
+            .flat_map(|a| (0..a).map(move |b| (a, b)))
+            .map(|(a, b)| self.correlation[a * k + b])
+            .collect();
+        let largest = off.iter().copied().fold(0.0, f64::max);
+        (k > 1).then(|| [largest, off.iter().sum::<f64>() / off.len() as f64])
+    }
+}
+
+/// Estimates the front end of a cube of I and Q. `is_boresight`: the strongest line stands at the boresight, so that all of its phases
+/// are the channels'; else a progression from channel to channel is the wave's.
+///
+/// # Errors
+/// Returns `BadInput`, which names `path`, for too few chirps or samples, a non-finite sample, a cube without any change, or
+/// one whose chirps repeat.
+pub fn fit(path: &Path, cube: &Cube<f64>, is_boresight: bool) -> Result<Fit> {
+    let shape = [cube.chirps, cube.channels, cube.samples];
+    let bad = |problem: &str| BadInput::new(problem.to_string()).file(path);
+    if cube.chirps < LEAST_CHIRPS || cube.samples < LEAST_SAMPLES || cube.channels == 0 {
+        return Err(bad("the cube is too small for a fit")
+            .key("shape")
+            .value(format!("{shape:?}"))
+            .allowed(format!(
+                "[chirp, channel, sample] of at least {LEAST_CHIRPS} chirps and {LEAST_SAMPLES} samples"
+            ))
+            .remedy("record more chirps, or name the axes with --axes")
+            .into());
+    }
+    if let Some(i) = cube.data.iter().position(|z| !z.is_finite()) {
+        let e = bad("NaN or infinite value").key(format!("sample {i}"));
+        return Err(e.allowed("finite numbers").into());
+    }
+    let first = cube.data[0];
+    if cube.data.iter().all(|z| *z == first) {
+        let e = bad("all samples are the same").value(format!("{first}"));
+        return Err(e.remedy("record with the receiver switched on").into());
+    }
+    let quantiser = steps(&cube.data);
+    let noise = NoiseRows::new(cube);
+    let floor = noise.floor();
+    let median_floor = median(floor.clone());
+    let quiet: Vec<usize> = (0..floor.len())
+        .filter(|i| floor[*i] > 0.5 * median_floor && floor[*i] < 2.0 * median_floor)
+        .collect();
+    if median_floor <= 0.0 || quiet.len() < 8 {
+        let problem =
+            if median_floor <= 0.0 { "the chirps repeat without noise" } else { "no floor is level" };
+        return Err(bad(problem)
+            .key("noise")
+            .value(format!("{} bins within 3 dB of their median", quiet.len()))
+            .allowed("at least 8 bins with noise")
+            .remedy("record more chirps of a scene that does not fill the range")
+            .into());
+    }
+    let noise_variance = quiet.iter().map(|i| floor[*i]).sum::<f64>() / quiet.len() as f64;
+    let still = Still::new(cube);
+    let (mut dc, mut leak) = still.constant_and_leak(noise_variance);
+    let imbalance = imbalance(cube, &dc, noise_variance);
+    if let Some(i) = imbalance.as_ref().filter(|i| i.is_significant && leak.is_some()) {
+        // The image of the spill-over stands as near to the constant as the line itself.
+        let (k1, k2) = i.factors();
+        let unmixed = still.unmixed(k1, k2);
+        (dc, leak) = unmixed.constant_and_leak(noise_variance);
+        dc.iter_mut().for_each(|z| *z = k1 * *z + k2 * z.conj());
+        leak.iter_mut().for_each(|l| l.scale(k1.norm()));
+    }
+    let line = still.strongest(&dc, leak.as_ref(), noise_variance, is_boresight);
+    let skirts = line.as_ref().map_or_else(Vec::new, |l| skirts(l, &floor, noise_variance, noise.looks()));
+    let (correlation, looks) = noise.correlation(&quiet);
+    Ok(Fit {
+        shape,
+        quantiser,
+        dc: dc.iter().map(|z| [z.re, z.im]).collect(),
+        leak,
+        noise_variance,
+        quantiser_variance: quantiser.map_or(0.0, |q| q.step * q.step / 6.0),
+        floor_slope_db: slope(&quiet, &floor),
+        floor,
+        quiet,
+        line,
+        imbalance,
+        skirts,
+        correlation,
+        chance_correlation: (looks as f64).powf(-0.5),
+    })
+}
+
+/// Hann window of N samples without its zeros, w = sin²(π(n + ½)/N).
+pub fn hann(n: usize) -> Vec<f64> {
+    (0..n).map(|i| (0.5 * TAU * (i as f64 + 0.5) / n as f64).sin().powi(2)).collect()
+}
+
+fn median(mut x: Vec<f64>) -> f64 {
+    x.sort_unstable_by(f64::total_cmp);
+    match x.len() {
+        0 => 0.0,
+        n if n % 2 == 1 => x[n / 2],
+        n => 0.5 * (x[n / 2 - 1] + x[n / 2]),
+    }
+}
+
+/// Level in dB over bins, by least squares.
+fn slope(bins: &[usize], floor: &[f64]) -> f64 {
+    let n = bins.len() as f64;
+    let mean_x = bins.iter().sum::<usize>() as f64 / n;
+    let level = |i: &usize| db_from_power(floor[*i]);
+    let mean_y = bins.iter().map(level).sum::<f64>() / n;
+    let (mut xy, mut xx) = (0.0, 0.0);
+    for i in bins {
+        let x = *i as f64 - mean_x;
+        xy += x * (level(i) - mean_y);
+        xx += x * x;
+    }
+    if xx > 0.0 { xy / xx } else { 0.0 }
+}
+
+/// The grid on which I and Q stand: the common measure of all distances of neighbouring values.
+fn steps(data: &[Complex64]) -> Option<Steps> {
+    let mut values: Vec<f64> = data.iter().flat_map(|z| [z.re, z.im]).collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let (lowest, highest) = (values[0], values[values.len() - 1]);
+    let ends = values.iter().filter(|v| **v == lowest || **v == highest).count();
+    let share_at_ends = ends as f64 / values.len() as f64;
+    values.dedup();
+    let largest = lowest.abs().max(highest.abs());
+    // Single precision keeps 24 bits of a level.
+    let blur = 4.0 * largest * 2f64.powi(-24);
+    let gaps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).filter(|g| *g > blur).collect();
+    let smallest = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    // Numbers that are no levels come as close as their rounding.
+    if !smallest.is_finite() || smallest < 16.0 * blur {
+        return None;
+    }
+    let mut measure = smallest;
+    for gap in &gaps {
+        // Euclid with a remainder that rounding may leave.
+        let (mut a, mut b) = (*gap, measure);
+        loop {
+            let rest = (a - b * (a / b).round()).abs();
+            if rest <= 4.0 * blur.max(1e-9 * smallest) {
+                break;
+            }
+            (a, b) = (b, rest);
+            if b < 16.0 * blur {
+                return None;
+            }
+        }
+        measure = b;
+    }
+    // Each gap is rounded; the whole range is rounded but once.
+    let span = values[values.len() - 1] - values[0];
+    let step = span / (span / measure).round().max(1.0);
+    let fraction = (largest / step).rem_euclid(1.0);
+    let is_tread = !(0.25..0.75).contains(&fraction);
+    // Codes go from −2^(bits−1) to 2^(bits−1) − 1.
+    let (low, high) = match is_tread {
+        true => ((lowest / step).round(), (highest / step).round()),
+        false => ((lowest / step).floor(), (highest / step).floor()),
+    };
+    let least_bits = (1..=53).find(|b| {
+        let most = 2f64.powi(b - 1);
+        -most <= low && high < most
+    })? as u32;
+    let kind = if is_tread { QuantiserKind::MidTread } else { QuantiserKind::MidRise };
+    Some(Steps { step, kind, least_bits, largest, share_at_ends })
+}
+
+/// A third difference over four chirps from `m`, of unit gain for noise.
+fn third_difference(cube: &Cube<f64>, m: usize, channel: usize) -> Vec<Complex64> {
+    let r = |i: usize| cube.row(m + i, channel);
+    let (x0, x1, x2, x3) = (r(0), r(1), r(2), r(3));
+    let scale = 20f64.powf(-0.5);
+    (0..cube.samples).map(|n| ((x3[n] - x0[n]) + 3.0 * (x1[n] - x2[n])) * scale).collect()
+}
+
+/// Noise of I and Q: third differences over chirps that no two of them share, so that the values are independent. Unit u.
+pub fn noise_samples(cube: &Cube<f64>) -> Vec<f64> {
+    let mut out = Vec::with_capacity(cube.data.len() / 2);
+    for m in (0..cube.chirps - 3).step_by(4) {
+        for channel in 0..cube.channels {
+            out.extend(third_difference(cube, m, channel).iter().flat_map(|z| [z.re, z.im]));
+        }
+    }
+    out
+}
+
+/// Spectra of the third differences.
+struct NoiseRows {
+    channels: usize,
+    samples: usize,
+    /// `[first chirp, channel, bin]`.
+    spectra: Vec<Complex64>,
+}
+
+impl NoiseRows {
+    fn new(cube: &Cube<f64>) -> NoiseRows {
+        let window = hann(cube.samples);
+        let scale = window.iter().map(|w| w * w).sum::<f64>().powf(-0.5);
+        let transform = fft::forward::<f64>(cube.samples);
+        let mut spectra = Vec::with_capacity((cube.chirps - 3) * cube.channels * cube.samples);
+        for m in 0..cube.chirps - 3 {
+            for channel in 0..cube.channels {
+                let mut row = third_difference(cube, m, channel);
+                row.iter_mut().zip(&window).for_each(|(z, w)| *z *= w * scale);
+                transform.process(&mut row);
+                spectra.extend(row);
+            }
+        }
+        NoiseRows { channels: cube.channels, samples: cube.samples, spectra }
+    }
+
+    fn rows(&self) -> usize {
+        self.spectra.len() / self.channels / self.samples
+    }
+
+    /// Number of independent looks at one bin.
+    fn looks(&self) -> f64 {
+        (self.rows() + 3) as f64 / 4.0 * self.channels as f64
+    }
+
+    /// Median over chirps and channels over ln 2: the mean of exponentially distributed power, whatever a few cells hold.
+    fn floor(&self) -> Vec<f64> {
+        let bin = |i: usize| self.spectra[i..].iter().step_by(self.samples).map(|z| z.norm_sqr()).collect();
+        (0..self.samples).map(|i| median(bin(i)) / LN_2).collect()
+    }
+
+    /// Modulus of the correlation of each two channels over `bins`, and the number of independent values. Each third bin alone: a Hann
+    /// window joins neighbours.
+    fn correlation(&self, bins: &[usize]) -> (Vec<f64>, usize) {
+        let k = self.channels;
+        let apart: Vec<usize> = bins.iter().copied().filter(|b| b % 3 == 0).collect();
+        let bins = if apart.is_empty() { bins } else { &apart };
+        let mut sums = vec![Complex64::ZERO; k * k];
+        let mut looks = 0;
+        for row in (0..self.rows()).step_by(4) {
+            for bin in bins {
+                let at = |c: usize| self.spectra[(row * k + c) * self.samples + bin];
+                looks += 1;
+                for a in 0..k {
+                    for b in 0..k {
+                        sums[a * k + b] += at(a) * at(b).conj();
+                    }
+                }
+            }
+        }
+        let power = |c: usize| sums[c * k + c].re.max(f64::MIN_POSITIVE);
+        let all = (0..k * k).map(|i| sums[i].norm() / (power(i / k) * power(i % k)).sqrt());
+        (all.collect(), looks.max(1))
+    }
+}
+
+/// What stands still: the mean over chirps.
+struct Still {
+    chirps: usize,
+    /// A row for each channel.
+    rows: Vec<Vec<Complex64>>,
+    window: Vec<f64>,
+}
+
+impl Still {
+    fn new(cube: &Cube<f64>) -> Still {
+        Still { chirps: cube.chirps, rows: still_rows(cube), window: hann(cube.samples) }
+    }
+
+    /// x of rows y = K₁x + K₂x*.
+    fn unmixed(&self, k1: Complex64, k2: Complex64) -> Still {
+        let of = |y: &Complex64| (k1.conj() * y - k2 * y.conj()) / (k1.norm_sqr() - k2.norm_sqr());
+        let rows = self.rows.iter().map(|r| r.iter().map(of).collect()).collect();
+        Still { chirps: self.chirps, rows, window: self.window.clone() }
+    }
+
+    /// The windowed mean of `row` turned back by `bin`.
+    fn at(&self, row: &[Complex64], bin: f64) -> Complex64 {
+        let step = -TAU * bin / row.len() as f64;
+        let sum: Complex64 = row
+            .iter()
+            .zip(&self.window)
+            .enumerate()
+            .map(|(n, (z, w))| z * w * Complex64::cis(step * n as f64))
+            .sum();
+        sum / self.window.iter().sum::<f64>()
+    }
+
+    /// A constant and one line near it, by weighted least squares at the frequency that leaves least. Without a line that stands out the
+    /// constant alone.
+    fn constant_and_leak(&self, noise_variance: f64) -> (Vec<Complex64>, Option<Leak>) {
+        let n = self.rows[0].len();
+        let means: Vec<Complex64> = self.rows.iter().map(|r| self.at(r, 0.0)).collect();
+        let ones = vec![Complex64::ONE; n];
+        // For each frequency: what the line takes of the windowed power, constant and amplitude of each channel.
+        let solve = |bin: f64| -> (f64, Vec<[Complex64; 2]>) {
+            let cross = self.at(&ones, bin);
+            let det = 1.0 - cross.norm_sqr();
+            let mut gain = 0.0;
+            let of = |row: &Vec<Complex64>, mean: &Complex64| {
+                let b = self.at(row, bin);
+                let line = (b - cross * mean) / det;
+                [mean - cross.conj() * line, line]
+            };
+            let all: Vec<[Complex64; 2]> = self.rows.iter().zip(&means).map(|(r, m)| of(r, m)).collect();
+            gain += all.iter().map(|x| x[1].norm_sqr()).sum::<f64>() * det;
+            (gain, all)
+        };
+        let steps = ((LEAK_BINS.1 - LEAK_BINS.0) / 0.01).round() as usize;
+        let bins: Vec<f64> = (0..=steps).map(|i| LEAK_BINS.0 + 0.01 * i as f64).collect();
+        let gains: Vec<f64> = bins.iter().map(|b| solve(*b).0).collect();
+        let best = (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b])).unwrap_or(0);
+        // At an end of the interval it is the flank of something else.
+        if best > 0 && best + 1 < gains.len() {
+            let (_, all) = solve(bins[best]);
+            let amplitude: Vec<f64> = all.iter().map(|x| x[1].norm()).collect();
+            let mean_square = amplitude.iter().map(|a| a * a).sum::<f64>() / amplitude.len() as f64;
+            // 20 dB over what the noise leaves of such an amplitude, and the larger part of what stands here.
+            let by_chance = noise_variance / (self.chirps * n) as f64 * 4.0;
+            if mean_square > 100.0 * by_chance {
+                let leak = Leak { bin: bins[best], amplitude, rms: mean_square.sqrt() };
+                return (all.iter().map(|x| x[0]).collect(), Some(leak));
+            }
+        }
+        (means, None)
+    }
+
+    fn strongest(
+        &self,
+        dc: &[Complex64],
+        leak: Option<&Leak>,
+        noise_variance: f64,
+        is_boresight: bool,
+    ) -> Option<Line> {
+        let n = self.rows[0].len();
+        let rows: Vec<Vec<Complex64>> =
+            self.rows.iter().zip(dc).map(|(r, d)| r.iter().map(|z| z - d).collect()).collect();
+        let power = |bin: f64| rows.iter().map(|r| self.at(r, bin).norm_sqr()).sum::<f64>();
+        let from = NEAR.max(leak.map_or(0, |l| (l.bin + 3.0).ceil() as usize));
+        let best =
+            (from..n.saturating_sub(NEAR)).max_by(|a, b| power(*a as f64).total_cmp(&power(*b as f64)))?;
+        // Golden section over the main lobe.
+        let ratio = 0.5 * (5f64.sqrt() - 1.0);
+        let (mut lo, mut hi) = (best as f64 - 1.0, best as f64 + 1.0);
+        for _ in 0..48 {
+            let (a, b) = (hi - ratio * (hi - lo), lo + ratio * (hi - lo));
+            if power(a) > power(b) { hi = b } else { lo = a }
+        }
+        let bin = 0.5 * (lo + hi);
+        let all: Vec<Complex64> = rows.iter().map(|r| self.at(r, bin)).collect();
+        let mean_square = all.iter().map(|z| z.norm_sqr()).sum::<f64>() / all.len() as f64;
+        let by_chance = 1.5 * noise_variance / (self.chirps * n) as f64;
+        if mean_square < 30.0 * by_chance {
+            return None;
+        }
+        let turn = if is_boresight { 0.0 } else { progression(&all) };
+        let straight: Vec<Complex64> =
+            all.iter().enumerate().map(|(k, z)| z * Complex64::cis(-turn * k as f64)).collect();
+        let mean = straight.iter().map(|z| z / z.norm().max(f64::MIN_POSITIVE)).sum::<Complex64>();
+        let common = Complex64::cis(mean.arg());
+        Some(Line {
+            bin,
+            amplitude: all.iter().map(|z| [z.re, z.im]).collect(),
+            over_noise_db: db_from_power(mean_square / noise_variance),
+            progression_deg: turn.to_degrees(),
+            gain_db: all
+                .iter()
+                .map(|z| db_from_power(z.norm_sqr().max(1e-12 * mean_square) / mean_square))
+                .collect(),
+            // Channels are multiplied by e^{−jψ} (CONVENTIONS eq. 108).
+            phase_deg: straight.iter().map(|z| -(z * common.conj()).arg().to_degrees()).collect(),
+        })
+    }
+}
+
+/// Mean over chirps, a row for each channel, u.
+pub fn still_rows(cube: &Cube<f64>) -> Vec<Vec<Complex64>> {
+    let mut rows = vec![vec![Complex64::ZERO; cube.samples]; cube.channels];
+    for m in 0..cube.chirps {
+        for (c, row) in rows.iter_mut().enumerate() {
+            row.iter_mut().zip(cube.row(m, c)).for_each(|(sum, z)| *sum += z / cube.chirps as f64);
+        }
+    }
+    rows
+}
+
+/// Phase from channel to channel, rad, of the plane wave that fits best; 0 for two channels or fewer, which it would fit exactly.
+fn progression(all: &[Complex64]) -> f64 {
+    if all.len() < 3 {
+        return 0.0;
+    }
+    let steps = 64 * all.len();
+    let score = |turn: f64| -> f64 {
+        all.iter()
+            .enumerate()
+            .map(|(k, z)| z * Complex64::cis(-turn * k as f64))
+            .sum::<Complex64>()
+            .norm_sqr()
+    };
+    let turns = (0..steps).map(|i| TAU * (i as f64 / steps as f64 - 0.5));
+    turns.max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(0.0)
+}
+
+/// K₂/K₁* = Σ Y(−d, −i) Y(d, i) / Σ |Y(d, i)|² over the cells of strong lines, and from it g e^{jψ} = (1 − ρ)/(1 + ρ) (CONVENTIONS
+/// eq. 109).
+fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64) -> Option<Imbalance> {
+    let (m, n) = (cube.chirps, cube.samples);
+    let (slow, fast) = (hann(m), hann(n));
+    let square = |w: &[f64]| w.iter().map(|x| x * x).sum::<f64>();
+    let scale = (square(&slow) * square(&fast)).powf(-0.5);
+    let (along_fast, along_slow) = (fft::forward::<f64>(n), fft::forward::<f64>(m));
+    // Both signs of a bin that lies within a window's main lobe of 0 or of half the rate would be one place.
+    let is_apart = |i: usize, of: usize, least: usize| {
+        let i = i.min(of - i);
+        i >= least && (of - 2 * i) / 2 >= least.min(of / 8)
+    };
+    // Σ Y(−)Y and Σ|Y|² of blocks: one for each channel and neighbourhood in range, of lines that stand or move.
+    let mut blocks = [Vec::<(Complex64, f64, usize)>::new(), Vec::new()];
+    for (channel, dc) in dc.iter().enumerate() {
+        let mut map = vec![Complex64::ZERO; m * n];
+        for chirp in 0..m {
+            let row = &mut map[chirp * n..(chirp + 1) * n];
+            for (i, (to, z)) in row.iter_mut().zip(cube.row(chirp, channel)).enumerate() {
+                *to = (z - dc) * (slow[chirp] * fast[i] * scale);
+            }
+            along_fast.process(row);
+        }
+        let mut column = vec![Complex64::ZERO; m];
+        for i in 0..n {
+            for d in 0..m {
+                column[d] = map[d * n + i];
+            }
+            along_slow.process(&mut column);
+            for d in 0..m {
+                map[d * n + i] = column[d];
+            }
+        }
+        let mut sums = vec![[(Complex64::ZERO, 0.0, 0); 2]; n.div_ceil(4)];
+        for d in 0..m {
+            let moves = is_apart(d, m, 4);
+            if !moves && d.min(m - d) >= 3 {
+                continue;
+            }
+            for i in (0..n).filter(|i| is_apart(*i, n, NEAR)) {
+                let (line, image) = (map[d * n + i], map[(m - d) % m * n + (n - i)]);
+                let power = line.norm_sqr();
+                if power > 300.0 * noise_variance && power > 30.0 * image.norm_sqr() {
+                    let s = &mut sums[i / 4][usize::from(moves)];
+                    *s = (s.0 + image * line, s.1 + power, s.2 + 1);
+                }
+            }
+        }
+        for (kind, list) in blocks.iter_mut().enumerate() {
+            list.extend(sums.iter().map(|s| s[kind]).filter(|s| s.2 > 0));
+        }
+    }
+    let power = |list: &[(Complex64, f64, usize)]| list.iter().map(|b| b.1).sum::<f64>();
+    let from_moving = power(&blocks[1]) > 1000.0 * noise_variance;
+    let blocks = &blocks[usize::from(from_moving)];
+    let total = power(blocks);
+    if total < 1000.0 * noise_variance {
+        return None;
+    }
+    let ratio = blocks.iter().map(|b| b.0).sum::<Complex64>() / total;
+    // Two Hann windows make some two cells out of one.
+    let of_noise = 2.0 * noise_variance / total;
+    let count = blocks.len() as f64;
+    let of_scatter = match blocks.len() {
+        0 | 1 => 0.0,
+        _ => {
+            blocks.iter().map(|b| (b.0 - ratio * b.1).norm_sqr()).sum::<f64>() / (total * total) * count
+                / (count - 1.0)
+        }
+    };
+    let standard_error = of_noise.max(of_scatter).sqrt();
+    let q = (1.0 - ratio) / (1.0 + ratio);
+    Some(Imbalance {
+        gain_db: db_from_power(q.norm_sqr()),
+        phase_deg: q.arg().to_degrees(),
+        image_db: db_from_power(ratio.norm_sqr()),
+        standard_error,
+        is_significant: ratio.norm() > 3.0 * standard_error,
+        from_moving,
+        cells: blocks.iter().map(|b| b.2).sum(),
+    })
+}
+
+/// Noise on both sides of the line beyond the floor, in bands of offsets that double.
+fn skirts(line: &Line, floor: &[f64], noise_variance: f64, looks: f64) -> Vec<Skirt> {
+    let n = floor.len();
+    let centre = line.bin.round() as i64;
+    let line_power = noise_variance * catseye::base::units::power_from_db(line.over_noise_db);
+    let mut out = Vec::new();
+    let mut from = 3;
+    while 2 * from <= n / 2 {
+        let to = 2 * from;
+        let side = |sign: i64| -> Vec<f64> {
+            let bins = (from as i64..to as i64).map(|j| centre + sign * j);
+            bins.filter(|i| (NEAR as i64..(n - NEAR) as i64).contains(i)).map(|i| floor[i as usize]).collect()
+        };
+        let (below, above) = (side(-1), side(1));
+        let count = below.len() + above.len();
+        if count > 0 {
+            // A median of n values is off by 1/(ln 2 √n) of its exponential's mean.
+            let error = noise_variance / LN_2 / (looks * count as f64 / 1.5).max(1.0).sqrt();
+            // A skirt stands on both sides of its line; what stands on one is an echo that moves.
+            let is_whole = below.len() == to - from && above.len() == to - from;
+            let excess = |x: Vec<f64>| if x.is_empty() { 0.0 } else { median(x) - noise_variance };
+            let (low, high) = (excess(below), excess(above));
+            let (less, more) = (low.min(high), low.max(high));
+            let is_seen = is_whole && less > 3.0 * error && more < 4.0 * less;
+            out.push(Skirt {
+                from,
+                to,
+                excess_db: is_seen.then(|| db_from_power(0.5 * (less + more) / line_power)),
+                bound_db: db_from_power(more.max(3.0 * error) / line_power),
+            });
+        }
+        from = to;
+    }
+    out
+}

@@ -1,0 +1,206 @@
+//! Front ends that are known, and what a fit makes of cubes that they made.
+
+use catseye::adc::Cube;
+use catseye::adc::cpu::front_end::{Inputs, apply};
+use catseye::adc::front_end::Chain;
+use catseye::adc::noise::Noise;
+use catseye::base::units::{db_from_power, w_from_dbm};
+use catseye::scene::front_end::{
+    Adc, ChannelErrors, DcOffset, FrontEndSettings, IqImbalance, Leakage, PhaseNoise, QuantiserKind,
+};
+use catseye::scene::radar::Radar;
+use catseye::scene::radar_toml;
+use catseye_io::cube::{CubeOptions, open_cube};
+use catseye_io::cube_layout::Axis;
+use catseye_io::sensor_fit::compare::{Levels, assumed_radar_toml, beside, fitted, kolmogorov_smirnov};
+use catseye_io::sensor_fit::estimate::{Fit, fit};
+use catseye_io::sensor_fit::words;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+use std::path::Path;
+
+fn radar(shape: [usize; 3], front_end: FrontEndSettings) -> Radar {
+    let mut radar = radar_toml::parse(Path::new("r.toml"), &assumed_radar_toml(shape)).unwrap();
+    radar.front_end = front_end;
+    radar
+}
+
+/// A target at rest of this beat frequency and power.
+fn cube(radar: &Radar, bin: f64, power_dbm: f64, seed: u64) -> Cube<f64> {
+    let chain = Chain::new(radar, &radar.front_end);
+    let (margin, n) = (chain.margin(), radar.samples);
+    let mut cube = Cube::<f64>::zeros(radar.chirps, radar.channels(), n + 2 * margin);
+    let bin_hz = radar.sample_rate_hz / n as f64;
+    for (row, data) in cube.data.chunks_mut(n + 2 * margin).enumerate() {
+        let gain = chain.echo_gain(row % radar.channels(), bin * bin_hz) * w_from_dbm(power_dbm).sqrt();
+        for (i, z) in data.iter_mut().enumerate() {
+            *z = gain * Complex64::cis(TAU * bin * (i as f64 - margin as f64) / n as f64);
+        }
+    }
+    let noise = Noise::thermal(radar, seed, 0);
+    apply(cube, margin, &chain, Inputs { noise: noise.as_ref(), seed, ..Default::default() }).unwrap()
+}
+
+fn near(what: &str, ours: f64, expected: f64, within: f64) {
+    println!("{what}: {ours} (known {expected})");
+    assert!((ours - expected).abs() <= within, "{what}: {ours}, known {expected}, within {within}");
+}
+
+fn fit_of(cube: &Cube<f64>) -> Fit {
+    fit(Path::new("a.npy"), cube, true).unwrap()
+}
+
+#[test]
+fn a_known_front_end_comes_back() {
+    let shape = [64, 4, 256];
+    let known = FrontEndSettings {
+        adc: Some(Adc { bits: 12, full_scale_dbm: -45.0, kind: QuantiserKind::MidTread }),
+        iq: Some(IqImbalance { gain_db: 0.8, phase_rad: 3f64.to_radians() }),
+        dc: Some(DcOffset { i: 2e-5, q: -1e-5 }),
+        // 1.6 bins of 39.06 kHz at 30 MHz/µs.
+        leakage: Some(Leakage { isolation_db: 70.0, delay_s: 1.6 * 39062.5 / 30e12 }),
+        channels: Some(ChannelErrors {
+            gain_db: vec![0.0, 1.0, -1.0, 0.5],
+            phase_rad: [0.0, 10.0, -20.0, 30.0f64].map(f64::to_radians).to_vec(),
+            ..Default::default()
+        }),
+        ..Default::default()
+    };
+    let radar = radar(shape, known.clone());
+    let made = cube(&radar, 60.3, -55.0, 3);
+    let found = fit_of(&made);
+    let out = fitted(Path::new("a.npy"), &found, &radar, Levels::Absolute, Some(12)).unwrap();
+    let f = &out.radar.front_end;
+    let (adc, iq, dc, leak) = (f.adc.unwrap(), f.iq.unwrap(), f.dc.unwrap(), f.leakage.unwrap());
+    assert_eq!((adc.bits, adc.kind), (12, QuantiserKind::MidTread));
+    near("full scale, dBm", adc.full_scale_dbm, -45.0, 1e-4);
+    near("gain of Q, dB", iq.gain_db, 0.8, 0.02);
+    near("phase of Q, deg", iq.phase_rad.to_degrees(), 3.0, 0.15);
+    near("constant in I", dc.i * 1e5, 2.0, 0.02);
+    near("constant in Q", dc.q * 1e5, -1.0, 0.02);
+    // Gains are counted from the channels' mean power, which the spill-over has, too.
+    let mean = [0.0, 1.0, -1.0, 0.5f64].iter().map(|g| 10f64.powf(0.1 * g)).sum::<f64>() / 4.0;
+    near("isolation, dB", leak.isolation_db, 70.0 - db_from_power(mean), 0.02);
+    near("delay, bins", leak.delay_s * 30e12 / 39062.5, 1.6, 0.02);
+    // A median of 244 cells in each of 256 bins, and third differences that share chirps.
+    near("noise figure, dB", out.radar.noise_figure_db, 15.0, 0.15);
+    near("slope, dB over all bins", found.floor_slope_db * 256.0, 0.0, 0.3);
+    let line = found.line.as_ref().unwrap();
+    near("line, bins", line.bin, 60.3, 2e-3);
+    let c = f.channels.as_ref().unwrap();
+    // The fit counts from the mean, and from the mean direction of the phasors.
+    for (k, (gain, phase)) in [(0.0, 0.0), (1.0, 10.0), (-1.0, -20.0), (0.5, 30.0)].into_iter().enumerate() {
+        near("gain, dB", c.gain_db[k] - c.gain_db[0], gain, 0.03);
+        near("phase, deg", (c.phase_rad[k] - c.phase_rad[0]).to_degrees(), phase, 0.2);
+    }
+    let [largest, _] = found.correlations().unwrap();
+    assert!(largest < 5.0 * found.chance_correlation, "{largest} {}", found.chance_correlation);
+    assert!(f.phase_noise.is_none(), "{:?}", f.phase_noise);
+    // What it makes is alike in every respect.
+    let again = out.simulated(Path::new("a.npy"), &found, 8).unwrap();
+    let compared = beside([&made, &again], [&found, &fit_of(&again)]);
+    println!("{:?} {:?} {:?}", compared.noise_test, compared.floor_db, compared.main_lobe_db);
+    assert!(compared.noise_test.p_value > 0.01, "{:?}", compared.noise_test);
+    assert!(compared.floor_db[0] < 1.0 && compared.main_lobe_db.unwrap()[1] < 0.1, "{:?}", compared.floor_db);
+    // Another noise is told apart.
+    let mut louder = radar.clone();
+    louder.noise_figure_db += 1.0;
+    let other = cube(&louder, 60.3, -55.0, 9);
+    let compared = beside([&made, &other], [&found, &fit_of(&other)]);
+    assert!(compared.noise_test.p_value < 1e-3, "{:?}", compared.noise_test);
+    // Each floor is uncertain by half a decibel a bin.
+    near("floor, dB", compared.floor_db[0], 1.25, 0.35);
+}
+
+#[test]
+fn phase_noise_comes_back_from_the_skirt() {
+    let known = PhaseNoise { offset_hz: vec![1e5, 5e5, 2e6], dbc_per_hz: vec![-90.0, -95.0, -140.0] };
+    let settings = FrontEndSettings { phase_noise: Some(known.clone()), ..Default::default() };
+    let radar = radar([128, 1, 512], settings);
+    let made = cube(&radar, 200.4, -45.0, 5);
+    let found = fit_of(&made);
+    let out = fitted(Path::new("a.npy"), &found, &radar, Levels::Absolute, None).unwrap();
+    let p = out.radar.front_end.phase_noise.unwrap();
+    for (f, l) in p.offset_hz.iter().zip(&p.dbc_per_hz) {
+        println!("{f:.3e} Hz: {l:.1} dBc/Hz, known {:.1}", db_from_power(known.density_per_hz(*f)));
+    }
+    let within = |f: &f64| (2e5..8e5).contains(f);
+    assert!(p.offset_hz.iter().filter(|f| within(f)).count() >= 2, "{p:?}");
+    for (f, l) in p.offset_hz.iter().zip(&p.dbc_per_hz).filter(|(f, _)| within(f)) {
+        near("phase noise, dBc/Hz", *l, db_from_power(known.density_per_hz(*f)), 2.5);
+    }
+}
+
+#[test]
+fn distributions_are_told_apart() {
+    let line = |n: usize, by: f64| -> Vec<f64> { (0..n).map(|i| i as f64 / n as f64 + by).collect() };
+    let same = kolmogorov_smirnov(&line(1000, 0.0), &line(500, 0.0));
+    assert!(same.distance < 2e-3 && same.p_value > 0.999, "{same:?}");
+    // Moved by a tenth: distance 0.1, and Q(λ) with λ = 0.1 (√n + 0.12 + 0.11/√n), n = 500.
+    let moved = kolmogorov_smirnov(&line(1000, 0.0), &line(1000, 0.1));
+    assert!((moved.distance - 0.1).abs() < 2e-3, "{moved:?}");
+    let z = moved.distance * (500f64.sqrt() + 0.12 + 0.11 / 500f64.sqrt());
+    let q = 2.0 * ((-2.0 * z * z).exp() - (-8.0 * z * z).exp());
+    assert!((moved.p_value - q).abs() < 1e-9, "{moved:?} {q}");
+}
+
+#[test]
+fn levels_are_found_whatever_occurs() {
+    // Every third level of 0.25 from −7·0.25 on, but one in between.
+    let levels = [-7, -4, -1, 2, 5, 8, 9];
+    let mut c = Cube::<f64>::zeros(32, 1, 64);
+    // A linear congruential generator: noise enough for a floor.
+    let mut state = 1u64;
+    let mut next = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        0.25 * f64::from(levels[(state >> 33) as usize % 7])
+    };
+    c.data.iter_mut().for_each(|z| *z = Complex64::new(next(), next()));
+    let q = fit_of(&c).quantiser.unwrap();
+    assert_eq!((q.step, q.kind, q.least_bits), (0.25, QuantiserKind::MidTread, 5));
+    c.data.iter_mut().for_each(|z| *z += Complex64::new(0.125, 0.125));
+    assert_eq!(fit_of(&c).quantiser.unwrap().kind, QuantiserKind::MidRise);
+    for (i, z) in c.data.iter_mut().enumerate() {
+        *z += Complex64::new((i as f64).sin(), (i as f64).cos());
+    }
+    assert_eq!(fit_of(&c).quantiser, None);
+}
+
+/// One frame of a board: figures that docs/guides/sensor-twin.md states.
+#[test]
+fn a_measured_frame_gives_these_figures() {
+    let path =
+        Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/openradar/simple_frame_1.npy"));
+    let axes = Some(vec![Axis::Chirp, Axis::Sample]);
+    let mut source = open_cube(path, &CubeOptions { axes, ..Default::default() }, None).unwrap();
+    let mut data = source.frame::<f64>(0).unwrap();
+    words::from_unsigned16(path, &mut data).unwrap();
+    let measured = Cube { chirps: 128, channels: 1, samples: 128, data };
+    let found = fit(path, &measured, false).unwrap();
+    println!("{found:#?}");
+    let q = found.quantiser.unwrap();
+    assert_eq!((q.step, q.least_bits, q.largest), (1.0, 9, 188.0));
+    let radar = radar(found.shape, FrontEndSettings::default());
+    let out = fitted(path, &found, &radar, Levels::NoiseFigure, Some(16)).unwrap();
+    near("noise figure, dB", out.radar.noise_figure_db, 15.0, 1e-6);
+    println!("{}", out.toml(&[]).unwrap());
+    let simulated = out.simulated(path, &found, 0).unwrap();
+    let again = fit(path, &simulated, false).unwrap();
+    let c = beside([&measured, &simulated], [&found, &again]);
+    println!(
+        "{:?} {:?} {:?} {:?} {:?}",
+        c.noise_test, c.sample_test, c.floor_db, c.main_lobe_db, c.side_lobe_db
+    );
+    near("constant, I", found.mean_dc().re, 8.689, 1e-3);
+    near("constant, Q", found.mean_dc().im, 11.332, 1e-3);
+    near("noise, rms of a part", (0.5 * found.noise_variance).sqrt(), 4.786, 1e-3);
+    let leak = found.leak.as_ref().unwrap();
+    near("spill-over, bins", leak.bin, 1.17, 1e-6);
+    near("spill-over, u", leak.rms, 40.875, 1e-3);
+    near("line, bins", found.line.as_ref().unwrap().bin, 106.665, 1e-3);
+    assert!(!found.imbalance.as_ref().unwrap().is_significant);
+    assert!(out.radar.front_end.phase_noise.is_none());
+    // The frame's echoes are not simulated, so its samples differ; its noise does not.
+    assert!(c.noise_test.p_value > 0.01 && c.sample_test.p_value < 1e-6);
+    assert!(c.floor_db[0] < 1.6 && c.main_lobe_db.unwrap()[0] < 0.5, "{:?} {:?}", c.floor_db, c.main_lobe_db);
+}
