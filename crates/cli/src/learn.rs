@@ -33,6 +33,14 @@ pub enum What {
         #[arg(long, value_name = "N", default_value_t = 1)]
         scans: usize,
     },
+    /// Score a trained network on made-up scans of a lane: other distances of points, widths, noise and objects (Feng 2019, table 5.6)
+    Robustness {
+        /// Folder that `catseye learn train` wrote
+        dir: PathBuf,
+        /// Scans of each set
+        #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+        pictures: u32,
+    },
     /// Write the classes that a trained network gives to the cells or the points of a run
     Predict {
         /// Folder that `catseye learn train` wrote
@@ -65,6 +73,7 @@ impl Learn {
         match &self.what {
             What::Train { config, output } => with_networks::train(global, config, output, &device),
             What::Eval { dir, runs, scans } => with_networks::eval(global, dir, runs, *scans, &device),
+            What::Robustness { dir, pictures } => with_networks::robustness(global, dir, *pictures, &device),
             What::Predict { dir, run, output, scans } => {
                 with_networks::predict(global, dir, run, output, *scans, &device)
             }
@@ -82,6 +91,7 @@ mod with_networks {
     use catseye_learn::Device;
     use catseye_learn::config::Config;
     use catseye_learn::model::{Judged, Model};
+    use catseye_learn::robustness::RobustnessSet;
     use catseye_learn::score::figure;
     use catseye_learn::train::EpochRow;
     use std::path::{Path, PathBuf};
@@ -145,6 +155,45 @@ mod with_networks {
                 )
             };
             (0..found.classes().len()).map(line).collect::<Vec<_>>().join("\n")
+        })
+    }
+
+    pub fn robustness(global: &Global, dir: &Path, pictures: u32, device: &Device) -> Result<()> {
+        let seed = global.seed.map_or(1, |s| s as u32);
+        let found = Model::load(dir, device)?.robustness(pictures, seed)?;
+        let lane = |judged: &Judged| {
+            let m = &judged.confusion;
+            let place = m.classes().iter().position(|c| c == "lane").unwrap_or(0);
+            [m.precision(place), m.recall(place), m.f1(place)]
+        };
+        let rows: Vec<serde_json::Value> = found
+            .iter()
+            .map(|(set, judged)| {
+                let ([precision, recall, f1], document) = (lane(judged), set.document);
+                serde_json::json!({
+                    "set": set.number,
+                    "spacing_m": set.spacing_m,
+                    "width_m": set.width_m,
+                    "noise_points": set.noise,
+                    "object_points": set.objects,
+                    "precision": precision,
+                    "recall": recall,
+                    "f1": f1,
+                    "document": { "precision": document[0], "recall": document[1], "f1": document[2] },
+                })
+            })
+            .collect();
+        global.answer(&serde_json::json!({ "pictures": pictures, "sets": rows }), || {
+            let head = "set  spacing (left, right)  width  noise  objects   precision  recall     F1   document's F1";
+            let line = |(set, judged): &(RobustnessSet, Judged)| {
+                let [p, r, f] = lane(judged).map(figure);
+                let [left, right] = set.spacing_m;
+                format!(
+                    "{:>3}  {left:>10.1} m, {right:>5.1} m  {:>4.1} m  {:>5}  {:>7}   {p:>9}  {r:>6}  {f:>5}   {:.2}",
+                    set.number, set.width_m, set.noise, set.objects, set.document[2]
+                )
+            };
+            std::iter::once(head.to_string()).chain(found.iter().map(line)).collect::<Vec<_>>().join("\n")
         })
     }
 

@@ -1,5 +1,5 @@
 //! A whole nuScenes data set of one scene: the thirteen tables of nuScenes' schema as JSON in the folder [`VERSION`], radar point
-//! clouds as [`pcd`](crate::pcd) writes them in `samples/CHANNEL` and `sweeps/CHANNEL`, and a picture of the drivable lanes in
+//! clouds as `pcd` writes them in `samples/CHANNEL` and `sweeps/CHANNEL`, and a picture of the drivable lanes in
 //! `maps`. `NuScenes(version="v1.0-catseye", dataroot=FOLDER)` of nuscenes-devkit opens it.
 //!
 //! | what nuScenes asks for | what stands there |

@@ -149,6 +149,11 @@ pub struct Example {
 }
 
 impl Example {
+    /// A scan with the number of each cell's class, all of them known ones.
+    pub(crate) fn new(scan: Scan, mask: Vec<u8>) -> Example {
+        Example { scan, mask }
+    }
+
     /// Reads a frame with its mask.
     ///
     /// # Errors

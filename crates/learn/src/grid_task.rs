@@ -44,6 +44,11 @@ impl GridTask {
         Ok(GridTask { kind, scale, input, shape, classes })
     }
 
+    /// The grid that is learned.
+    pub fn kind(&self) -> GridKind {
+        self.kind
+    }
+
     /// The cells that get a class.
     pub fn cells(&self) -> ScaledGrid {
         ScaledGrid::new(&self.kind.grid(), self.scale)

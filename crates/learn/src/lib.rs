@@ -26,6 +26,7 @@ pub mod network;
 pub mod picture;
 pub mod point_task;
 pub mod pointnet;
+pub mod robustness;
 pub mod scan;
 pub mod score;
 pub mod segnet;

@@ -9,6 +9,7 @@ use crate::joint::{Joint, smoothed};
 use crate::network::Network;
 use crate::point_task::PointTask;
 use crate::pointnet::PointNet;
+use crate::robustness::{RobustnessSet, SETS};
 use crate::score::{Confusion, cell};
 use crate::segnet::SegNet;
 use crate::source::Source;
@@ -196,6 +197,31 @@ impl Model {
             }
             Trained::Points(task, net) => evaluate(task, net, &self.device, runs),
         }
+    }
+
+    /// Scores what the network says of so many made-up scans of each set of table 5.6 of Feng (2019).
+    ///
+    /// # Errors
+    /// Returns `BadInput` for a network of points, and for one that knows no lanes.
+    pub fn robustness(&self, pictures: u32, seed: u32) -> Result<Vec<(RobustnessSet, Judged)>> {
+        let names = &self.config.data.classes.value;
+        let lane = CellClass::Lane.name();
+        let Trained::Grids(task, net) = &self.trained else {
+            let bad =
+                BadInput::new("the sets of table 5.6 are scans of grids, and this is a network of points");
+            return Err(bad.key("network.kind").allowed("segnet").into());
+        };
+        if !names.iter().any(|n| n == lane) {
+            let bad = BadInput::new("the sets of table 5.6 are of lanes, which this network does not know");
+            return Err(bad.key("data.classes").value(names.join(", ")).into());
+        }
+        let judged = |set: RobustnessSet| {
+            let mut judged = Judged::new(&task.classes().names());
+            let given = (0..pictures).map(|k| task.given(&set.example(task.kind(), seed, k), &Move::NONE));
+            judge(task, net, &self.device, given, &mut judged);
+            (set, judged)
+        };
+        Ok(SETS.into_iter().map(judged).collect())
     }
 
     /// Writes what the network says of a run or a dataset, whose truth it does not look at, and returns the number of frames.
