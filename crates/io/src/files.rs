@@ -115,7 +115,7 @@ pub struct FrameMask {
     pub name: &'static str,
     /// The cells.
     pub grid: Grid,
-    /// Numbers of [`CellClass`](mask::CellClass), `[row, column]`.
+    /// Numbers of [`CellClass`], `[row, column]`.
     pub classes: Vec<u8>,
     /// The frame's points in the order of [`PointGrid::planes`], `[plane, row, column]`.
     pub points: Vec<f32>,
@@ -133,7 +133,7 @@ pub fn masks(scene: &Scene, frame: &Frame, lanes: &[LaneTruth]) -> [FrameMask; 2
 }
 
 /// Writes `mask_road.npy` and `mask_markers.npy`: uint8 `[row, column]`, the classes of
-/// [`CellClass`](mask::CellClass) on the grids that [`Grid`] describes; and `grid_road.npy` and
+/// [`CellClass`] on the grids that [`Grid`] describes; and `grid_road.npy` and
 /// `grid_markers.npy`: float32 `[plane, row, column]`, the frame's points on the same grids in the order of
 /// [`PointGrid::planes`].
 ///
