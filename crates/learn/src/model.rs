@@ -226,7 +226,7 @@ impl Model {
 
     /// Writes what the network says of a run or a dataset, whose truth it does not look at, and returns the number of frames.
     ///
-    /// Of grids a `.npy` file, uint8 `[frame, row, column]`, the numbers of [`CellClass`](catseye::road::mask::CellClass), at the
+    /// Of grids a `.npy` file, uint8 `[frame, row, column]`, the numbers of [`CellClass`], at the
     /// scale of the training. Of points a `.csv` table with a row for each point: `frame`, `radar` (empty where a frame has one),
     /// `point` (its row in the frame's table, from 0), `class` and the `probability` of this class.
     ///
