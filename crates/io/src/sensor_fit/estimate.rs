@@ -39,7 +39,7 @@ pub struct Steps {
     pub share_at_ends: f64,
 }
 
-/// Spill-over: a line that stands still below a few range bins.
+/// Spill-over: a line that stands still, 0.7 to 4 range bins away.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Leak {
     /// Beat frequency, bins.
