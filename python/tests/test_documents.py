@@ -16,6 +16,22 @@ BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # What a page takes as given, because its words have told.
 BEFORE = {
     "docs/datasets.md": "import catseye, h5py, pyarrow.dataset, zarr",
+    "docs/guides/dsp.md": """
+import catseye, numpy as np, shutil, torch
+noise = np.random.default_rng(1).normal(size=(2, *catseye_radar("front77").shape))
+adc = (1e-8 * (noise[0] + 1j * noise[1])).astype(np.complex64)
+adc += 1e-7 * np.exp(2j * np.pi * 0.1 * np.arange(adc.shape[2])).astype(np.complex64)
+shutil.copy("tiny_radar.toml", "radar.toml")
+""",
+    # What the commands above the block do.
+    "docs/guides/exports.md": """
+import os, pytest, subprocess, sys
+if not hasattr(sys.modules.get("torch"), "Tensor"):
+    sys.modules.pop("torch", None)  # The devkit asks PyTorch for more than what stands in for it has.
+program = os.environ.get("CATSEYE_PROGRAM") or pytest.skip("the program was not built beside the package")
+subprocess.run([program, "simulate", "scenario.toml", "-o", "exported", "--frames", "3", "--device", "cpu", "--quiet"], check=True)
+subprocess.run([program, "export", "exported", "--format", "nuscenes", "-o", "nuscenes", "--quiet"], check=True)
+""",
     "docs/lanes.md": "import catseye",
     "python/README.md": "import numpy as np, torch\nadc = np.zeros(catseye_radar('front77').shape, np.complex64)",
 }
