@@ -59,27 +59,27 @@ impl Source {
     /// Returns `BadInput` if the grid is missing, of another size, or holds a value that is not finite.
     pub fn points(&self, kind: GridKind) -> Result<PointGrid> {
         let (grid, name) = (kind.grid(), format!("grid_{}", kind.name()));
-        let (path, data) = match &self.at {
+        let data = match &self.at {
             Place::Folder(frame) => {
                 let path = frame.join(format!("{name}.npy"));
                 let array = npy::read_f32(&path)?;
                 check_shape(&path, &array.shape, &[4, grid.rows, grid.columns])?;
                 npy::check_finite(&path, &array, f32::is_finite)?;
-                (path, array.data)
+                array.data
             }
             Place::Stored { store, frame, suffix } => {
                 let array = store.layout.read_array(&store.dir, &format!("{name}{suffix}"), *frame)?;
                 check_shape(&store.dir, &array.shape, &[4, grid.rows, grid.columns])?;
-                match array.data {
-                    Data::F32(data) => (store.dir.clone(), data),
-                    _ => return Err(other_type(&store.dir, &name, "float32").into()),
+                let Data::F32(data) = array.data else {
+                    return Err(other_type(&store.dir, &name, "float32").into());
+                };
+                if let Some(wrong) = data.iter().find(|v| !v.is_finite()) {
+                    let bad = BadInput::new("a value is not finite").file(&store.dir).key(name).value(wrong);
+                    return Err(bad.allowed("finite numbers").remedy("make the dataset again").into());
                 }
+                data
             }
         };
-        if let Some(wrong) = data.iter().find(|v| !v.is_finite()) {
-            let bad = BadInput::new("a value is not finite").file(path).key(name).value(wrong);
-            return Err(bad.remedy("make the dataset again").into());
-        }
         let plane = |k: usize| data[k * grid.cells()..(k + 1) * grid.cells()].to_vec();
         Ok(PointGrid { grid, count: plane(0), amplitude: plane(1), range_m: plane(2), azimuth_rad: plane(3) })
     }

@@ -40,12 +40,16 @@ pub fn place_of(source: &Source) -> Result<Place> {
             }
             let bytes = input::read(&path, "the truth of a frame", MOST_BYTES)?;
             let truth: TruthFile = serde_json::from_slice(&bytes)
-                .map_err(|e| BadInput::new(format!("is damaged: {}", json_in_words(&e))).file(&path))?;
+                .map_err(|e| BadInput::new(format!("is damaged: {}", json_in_words(&e))).file(&path))
+                .map_err(|b| b.remedy("simulate the run again, or take one scan"))?;
             (truth.radar.position_m, truth.radar.rotation_xyzw)
         }
         At::Stored { store, frame, suffix } => {
             let table = store.layout.read_table(&store.dir, "radars", *frame)?;
-            let bad = || BadInput::new("does not tell where the radar stood").file(&store.dir).key("radars");
+            let bad = || {
+                let bad = BadInput::new("has no such column of numbers").file(&store.dir).key("radars");
+                bad.remedy("make the dataset with this version of catseye, or take one scan")
+            };
             let column = |name: &str| table.columns.iter().find(|(n, _)| n == name).map(|(_, c)| c);
             let row = match (suffix.strip_prefix('_'), column("radar")) {
                 (Some(radar), Some(Column::Text(names))) => {
