@@ -6,7 +6,7 @@ use crate::base::error::{BadInput, Result};
 use crate::dsp::doa_beamform::{Beamformer, Grid};
 use crate::dsp::multiplex::decode;
 use crate::dsp::{Cell, Real, Snapshots};
-use crate::engine::stages::AnySpectrum;
+use crate::engine::stages::{AnySpectrum, transform};
 use crate::engine::{AnyCube, Engine};
 use crate::scene::radar::Radar;
 use crate::scene::waveform::Multiplex;
@@ -253,21 +253,9 @@ pub fn strongest<T: Real>(tensor: &[T], share: f64) -> Result<Vec<usize>> {
 }
 
 fn check(radar: &Radar, spectrum: &AnySpectrum) -> Result<[usize; 2]> {
-    let bands = match radar.multiplex {
-        Multiplex::Ddm { bands } => bands,
-        _ => 1,
-    };
-    let want = [radar.doppler_rows(), radar.channels() * bands, radar.range_bins()];
     let shape = spectrum.shape();
-    if shape == want {
-        return Ok([shape[0], shape[2]]);
-    }
-    Err(BadInput::new("the array is no range-Doppler spectrum of this radar, [doppler, channel, range]")
-        .key("spectrum")
-        .value(format!("{shape:?}"))
-        .allowed(format!("{want:?}"))
-        .remedy("give what the transforms made with the same radar")
-        .into())
+    transform(radar)?.check_spectrum(shape)?;
+    Ok([shape[0], shape[2]])
 }
 
 #[cfg(test)]

@@ -144,15 +144,14 @@ impl Transform {
     /// # Errors
     /// Returns an error for a shape that is not the one expected.
     pub fn check_shape(&self, shape: [usize; 3]) -> Result<()> {
-        let want = [self.chirps, self.channels, self.samples];
-        if shape == want {
-            return Ok(());
-        }
-        Err(BadInput::new("the cube does not have the transform's shape [chirp, channel, sample]")
-            .key("cube")
-            .value(format!("{shape:?}"))
-            .allowed(format!("{want:?}"))
-            .into())
+        let problem = "the cube does not have the transform's shape [chirp, channel, sample]";
+        agreed(
+            shape,
+            [self.chirps, self.channels, self.samples],
+            problem,
+            "cube",
+            "give a cube of this radar",
+        )
     }
 
     /// Checks that a shape `[chirps, channels, range bins]` is that of this transform's range spectra.
@@ -160,16 +159,9 @@ impl Transform {
     /// # Errors
     /// Returns an error for a shape that is not the one expected.
     pub fn check_ranges(&self, shape: [usize; 3]) -> Result<()> {
-        let want = [self.chirps, self.channels, self.range_bins];
-        if shape == want {
-            return Ok(());
-        }
-        Err(BadInput::new("the array is no range spectrum of this radar, [chirp, channel, range]")
-            .key("range_spectrum")
-            .value(format!("{shape:?}"))
-            .allowed(format!("{want:?}"))
-            .remedy("give what the range transform made with the same radar")
-            .into())
+        let problem = "the array is no range spectrum of this radar, [chirp, channel, range]";
+        let remedy = "give what the range transform made with the same radar";
+        agreed(shape, [self.chirps, self.channels, self.range_bins], problem, "range_spectrum", remedy)
     }
 
     /// Checks that a shape `[doppler, channels and bands, range bins]` is that of this transform's spectra.
@@ -178,15 +170,8 @@ impl Transform {
     /// Returns an error for a shape that is not the one expected.
     pub fn check_spectrum(&self, shape: [usize; 3]) -> Result<()> {
         let want = [self.doppler_rows(), self.channels * self.bands, self.range_bins];
-        if shape == want {
-            return Ok(());
-        }
-        Err(BadInput::new("the array is no range-Doppler spectrum of this radar, [doppler, channel, range]")
-            .key("spectrum")
-            .value(format!("{shape:?}"))
-            .allowed(format!("{want:?}"))
-            .remedy("give what the transforms made with the same radar")
-            .into())
+        let problem = "the array is no range-Doppler spectrum of this radar, [doppler, channel, range]";
+        agreed(shape, want, problem, "spectrum", "give what the transforms made with the same radar")
     }
 
     /// Checks that the two transforms can be done one after the other.
@@ -224,6 +209,15 @@ impl Transform {
         let band = (self.bands - (k + rows / 2) / rows % self.bands) % self.bands;
         (k + rows / 2) % rows * self.bands + band
     }
+}
+
+/// Checks that an array has the shape that a transform takes.
+fn agreed(found: [usize; 3], wanted: [usize; 3], problem: &str, key: &str, remedy: &str) -> Result<()> {
+    if found == wanted {
+        return Ok(());
+    }
+    let bad = BadInput::new(problem).key(key).value(format!("{found:?}")).allowed(format!("{wanted:?}"));
+    Err(bad.remedy(remedy).into())
 }
 
 /// Frequency of each line over the carrier, in the order of the samples.

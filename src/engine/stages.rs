@@ -259,6 +259,6 @@ impl Engine {
 }
 
 /// The transforms of a radar's lines.
-fn transform(radar: &Radar) -> Result<Transform> {
+pub(crate) fn transform(radar: &Radar) -> Result<Transform> {
     Transform::of_shape([radar.chirps, radar.channels(), radar.lines().count], radar)
 }
