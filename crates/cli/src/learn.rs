@@ -22,14 +22,14 @@ pub enum What {
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
-    /// Score a trained network on runs or datasets with truth: precision, recall and F1 of each class
+    /// Score a trained network on runs or datasets with truth: precision, recall and F1 of each class, or how well objects are found
     Eval {
         /// Folder that `catseye learn train` wrote
         dir: PathBuf,
         /// Folders that `catseye simulate` or `catseye dataset` wrote
         #[arg(required = true, value_name = "RUN")]
         runs: Vec<PathBuf>,
-        /// Take so many scans in a row together (networks of grids)
+        /// Take so many scans in a row together (networks that give cells a class)
         #[arg(long, value_name = "N", default_value_t = 1)]
         scans: usize,
     },
@@ -41,16 +41,16 @@ pub enum What {
         #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=10_000))]
         pictures: u32,
     },
-    /// Write the classes that a trained network gives to the cells or the points of a run
+    /// Write the classes that a trained network gives to the cells or the points of a run, or the objects that it finds
     Predict {
         /// Folder that `catseye learn train` wrote
         dir: PathBuf,
         /// Folder that `catseye simulate` or `catseye dataset` wrote; its truth is not looked at
         run: PathBuf,
-        /// File to write: of grids an array (.npy), uint8 by frame, row and column; of points a table (.csv)
+        /// File to write: of grids an array (.npy), uint8 by frame, row and column; of points and objects a table (.csv)
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
-        /// Take so many scans in a row together (networks of grids)
+        /// Take so many scans in a row together (networks that give cells a class)
         #[arg(long, value_name = "N", default_value_t = 1)]
         scans: usize,
     },
@@ -89,10 +89,13 @@ mod with_networks {
     use catseye::base::error::{BadInput, Result};
     use catseye::formats::check_extension;
     use catseye_learn::Device;
+    use catseye_learn::class_aim::Judged;
     use catseye_learn::config::Config;
-    use catseye_learn::model::{Judged, Model};
+    use catseye_learn::detection::{Detected, of_document};
+    use catseye_learn::model::{Evaluation, Model};
     use catseye_learn::robustness::RobustnessSet;
     use catseye_learn::score::figure;
+    use catseye_learn::task::Verdict;
     use catseye_learn::train::EpochRow;
     use std::path::{Path, PathBuf};
 
@@ -117,7 +120,7 @@ mod with_networks {
 
     pub fn train(global: &Global, config: &Path, output: &Path, device: &Device) -> Result<()> {
         let config = Config::read(config)?;
-        let classes = config.data.classes.value.clone();
+        let (names, figure) = config.figures();
         let bar = global.bar("frames of an epoch", 0, Kept::Itself);
         let progress = |done, all| {
             bar.set_length(all);
@@ -125,24 +128,30 @@ mod with_networks {
         };
         let control = Control { progress: Some(&progress), cancel: Some(bar::cancel()) };
         let tell = |row: &EpochRow| {
-            let f1 = by_class(&classes, &row.f1);
-            bar.suspend(|| global.say(&format!("epoch {}: loss {:.4}, F1 {f1}", row.epoch, row.loss)));
+            let figures = by_class(&names, &row.figures);
+            bar.suspend(|| {
+                global.say(&format!("epoch {}: loss {:.4}, {figure} {figures}", row.epoch, row.loss))
+            });
         };
         let report = catseye_learn::train::train(&config, output, global.force, device, control, &tell)?;
         drop(bar);
         global.answer(&report, || {
             format!(
-                "best of {} epochs: {}; F1 of the test set: {}\nwrote {}",
+                "best of {} epochs: {}; {} of the test set: {}\nwrote {}",
                 report.epochs.len(),
                 report.best_epoch,
-                by_class(&report.classes, &report.test_f1),
+                report.figure,
+                by_class(&report.classes, &report.test),
                 report.folder.display()
             )
         })
     }
 
     pub fn eval(global: &Global, dir: &Path, runs: &[PathBuf], scans: usize, device: &Device) -> Result<()> {
-        let judged = Model::load(dir, device)?.with_scans(scans)?.evaluate(runs)?;
+        let judged = match Model::load(dir, device)?.with_scans(scans)?.evaluate(runs)? {
+            Evaluation::Classes(judged) => judged,
+            Evaluation::Objects(detected) => return eval_objects(global, &detected),
+        };
         let found = &judged.confusion;
         let rows: Vec<serde_json::Value> = (0..found.classes().len()).map(|k| row(&judged, k)).collect();
         global.answer(&serde_json::json!({ "mean_f1": found.mean_f1(), "classes": rows }), || {
@@ -155,6 +164,41 @@ mod with_networks {
                 )
             };
             (0..found.classes().len()).map(line).collect::<Vec<_>>().join("\n")
+        })
+    }
+
+    /// The figures of a detector beside those of table 5.7 of Feng (2019).
+    fn eval_objects(global: &Global, found: &Detected) -> Result<()> {
+        let (fit, misfits) = found.truth_fit();
+        let row = |k: usize| {
+            let name = &found.classes()[k];
+            let [ap50, ap75, ap90, mean_iou] = found.row(k);
+            let document = of_document(name).map(|[ap50, ap75, ap90, mean_iou]| {
+                serde_json::json!({ "ap50": ap50, "ap75": ap75, "ap90": ap90, "mean_iou": mean_iou })
+            });
+            serde_json::json!({
+                "class": name, "objects": found.objects(k), "ap50": ap50, "ap75": ap75, "ap90": ap90,
+                "mean_iou": mean_iou, "document": document,
+            })
+        };
+        let rows: Vec<serde_json::Value> = (0..found.classes().len()).map(row).collect();
+        let answer = serde_json::json!({
+            "mean_ap50": found.mean(), "truth_fit": fit, "left_out": misfits, "classes": rows,
+        });
+        global.answer(&answer, || {
+            let mut lines = vec!["class         objects   AP50   AP75   AP90   mIoU   document's".to_string()];
+            for (k, name) in found.classes().iter().enumerate() {
+                let [a, b, c, iou] = found.row(k).map(figure);
+                let theirs = of_document(name)
+                    .map(|all| all.map(|v| format!("{v:.2}")).join(" "))
+                    .unwrap_or_else(|| "none".into());
+                lines.push(format!("{name:12} {:>8}  {a:>5}  {b:>5}  {c:>5}  {iou:>5}   {theirs}", found.objects(k)));
+            }
+            lines.push(format!(
+                "true contours share {} with their cells; {misfits} objects that no quadrilateral fits are left out",
+                figure(fit)
+            ));
+            lines.join("\n")
         })
     }
 

@@ -89,7 +89,13 @@ impl Move {
     pub const NONE: Move =
         Move { mirror: false, turn_rad: 0.0, shift_m: DVec2::ZERO, near_m: 0.0, keep: 1.0, seed: 0 };
 
-    fn stays(&self) -> bool {
+    /// Whether left and right change places.
+    pub fn mirrors(&self) -> bool {
+        self.mirror
+    }
+
+    /// Whether places stay where they were, but for the mirror.
+    pub fn stays(&self) -> bool {
         self.turn_rad == 0.0 && self.shift_m == DVec2::ZERO
     }
 

@@ -2,21 +2,20 @@
 
 use crate::config::Config;
 use crate::data::Sets;
-use crate::model::Judged;
 use crate::score::figure;
 use crate::source::Source;
+use crate::task::Verdict;
 
 /// The model card: what the network is, from what it learned, and what it reached.
-pub(crate) fn card(
+pub(crate) fn card<V: Verdict>(
     config: &Config,
     words: &str,
-    judged: &Judged,
+    verdict: &V,
     epochs: usize,
     best: (usize, Option<f64>),
     sets: &Sets,
     frames: &[Source],
 ) -> String {
-    let test = &judged.confusion;
     let sets = [("training", &sets.training), ("validation", &sets.validation), ("test", &sets.test)];
     let d = &config.data;
     let mut text = format!("# Model card\n\n{words}\n\n");
@@ -42,19 +41,15 @@ pub(crate) fn card(
         text += &format!("* {name}: {}\n", scenes(places));
     }
     text += &format!(
-        "\nThe seed is {}. {} epochs were trained; the weights are those of epoch {}, which had the best mean F1 of the \
-         validation set, {}.\n\nOn the test set (`confusion.png`, `precision_recall.png`):\n\n| class | precision | recall | F1 | average precision |\n\
-         |---|---:|---:|---:|---:|\n",
+        "\nThe seed is {}. {} epochs were trained; the weights are those of epoch {}, which had the best mean {} of the \
+         validation set, {}.\n\n",
         config.training.seed,
         epochs,
         best.0,
+        V::FIGURE,
         figure(best.1),
     );
-    for (k, class) in test.classes().iter().enumerate() {
-        let [p, r, f] = [test.precision(k), test.recall(k), test.f1(k)].map(figure);
-        let average = figure(judged.curves.average_precision(k));
-        text += &format!("| {class} | {p} | {r} | {f} | {average} |\n");
-    }
+    text += &verdict.card();
     text += "\nIt was not tested on recorded data.\n";
     text
 }

@@ -30,6 +30,16 @@ impl Classes {
         Classes::of(names, &[&[(CellClass::Undefined, OTHERS)][..], &objects].concat())
     }
 
+    /// Classes of objects with contours: those of cells without "marker", which is smaller than a cell.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Classes::named`].
+    pub fn of_objects(names: &[String]) -> Result<Classes> {
+        let all: Vec<(CellClass, &str)> = CellClass::ALL.map(|c| (c, c.name())).to_vec();
+        let wide: Vec<(CellClass, &str)> = all.into_iter().filter(|c| c.0 != CellClass::Marker).collect();
+        Classes::of(names, &wide)
+    }
+
     /// Classes of a list of known ones, whose first is the one to which all others belong.
     fn of(names: &[String], all: &[(CellClass, &'static str)]) -> Result<Classes> {
         let known: Vec<&str> = all.iter().map(|c| c.1).collect();

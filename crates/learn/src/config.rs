@@ -1,9 +1,12 @@
 //! A training as its TOML file says it.
 
 use crate::augment::Augment;
+use crate::class_aim::Judged;
 use crate::classes::Classes;
 use crate::data::{GridKind, Split};
+use crate::detection::Detected;
 use crate::network::{Network, NetworkTable, within};
+use crate::task::Verdict;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage::sha256_of_bytes;
 use catseye::scene::toml_file::{At, Document, read_text};
@@ -46,7 +49,7 @@ pub struct Training {
     /// Seed of the first weights, of the sets and of the order of the batches.
     #[serde(default)]
     pub seed: u32,
-    /// The training ends after so many epochs without a better mean F1 of the validation set.
+    /// The training ends after so many epochs without a better mean figure of the validation set.
     #[serde(default = "patience")]
     pub patience: At<usize>,
     /// Classes are weighted with their share of cells to the power of minus this, 0 to 1: 0 weighs all cells the same, 1 all classes.
@@ -123,7 +126,7 @@ impl Config {
                 let bad = doc.bad(span, "belongs to networks of grids, and this one learns points");
                 return Err(bad.remedy("take it out").into());
             }
-            (Network::Grids(_), _) if d.grid.is_none() => {
+            (Network::Grids(_) | Network::Objects(_), _) if d.grid.is_none() => {
                 let bad = doc.bad(&(0..0), "is missing").key("data.grid").allowed("road, markers");
                 return Err(bad.remedy("say which grid a network of grids learns").into());
             }
@@ -160,11 +163,22 @@ impl Config {
     /// The classes.
     ///
     /// # Errors
-    /// Returns the errors of [`Classes::named`] or [`Classes::of_points`].
+    /// Returns the errors of [`Classes::named`], [`Classes::of_objects`] or [`Classes::of_points`].
     pub fn classes(&self) -> Result<Classes> {
         match self.network {
             Network::Grids(_) => Classes::named(&self.data.classes.value),
+            Network::Objects(_) => Classes::of_objects(&self.data.classes.value),
             Network::Points(_) => Classes::of_points(&self.data.classes.value),
+        }
+    }
+
+    /// Names of the classes that have figures, and what these are called: F1, or the average precision at an intersection over union of 0.5
+    /// for the classes of a detector that have objects.
+    pub fn figures(&self) -> (Vec<String>, &'static str) {
+        let names = &self.data.classes.value;
+        match self.network {
+            Network::Objects(_) => (names.iter().skip(1).cloned().collect(), Detected::FIGURE),
+            Network::Grids(_) | Network::Points(_) => (names.clone(), Judged::FIGURE),
         }
     }
 
@@ -252,6 +266,33 @@ classes = ["undefined", "lane"]
             let e = read(&TEXT.replace(from, to)).unwrap_err();
             let text = e.to_string();
             assert!(e.exit_code() == 2 && text.contains(words), "{text}");
+        }
+    }
+
+    #[test]
+    fn detectors_are_read_and_wrong_values_are_placed() {
+        let text = TEXT.replace("segnet", "detector");
+        let Network::Objects(n) = read(&text).unwrap().network else { panic!("{text}") };
+        assert_eq!((n.layers.value, n.kernel.value), (2, 7));
+        for (from, to, words) in [
+            ("kernel = 7\n", "", "training.toml:3: network.kernel: is missing for a detector"),
+            (
+                "layers = 2",
+                "layers = 0",
+                "training.toml:4: network.layers = 0: is out of range; allowed: 1..=6",
+            ),
+            ("kernel = 7", "kernel = 7\ncircles_m = [1]", "network.circles_m = [1]: is no key of a detector"),
+            (
+                "\"lane\"",
+                "\"marker\"",
+                "data.classes = \"marker\": is no class; allowed: undefined, lane, vehicle, guard rail",
+            ),
+            ("grid = \"road\"\n", "", "data.grid: is missing; allowed: road, markers"),
+            ("batch = 4", "batch = 4\naugment = { shift_m = 2 }", "unless network.input is B"),
+        ] {
+            let e = read(&text.replace(from, to)).unwrap_err();
+            let told = e.to_string();
+            assert!(e.exit_code() == 2 && told.contains(words), "{told}");
         }
     }
 

@@ -11,6 +11,7 @@
 
 use crate::augment::Move;
 use crate::classes::Classes;
+use crate::objects::Objects;
 pub use crate::scan::{GridKind, Input, Scan, ScanCell};
 use crate::source::Source;
 use catseye::base::error::{BadInput, Result};
@@ -174,6 +175,11 @@ impl Example {
     pub fn labels(&self, classes: &Classes, scale: usize, moved: &Move) -> Labels {
         let mask = moved.mask(&self.scan.grid, &self.mask);
         Labels::of(classes, &self.scan.grid, &mask, scale)
+    }
+
+    /// The objects that it holds, moved in the same way.
+    pub fn objects(&self, classes: &Classes, moved: &Move) -> Objects {
+        Objects::new(classes, &self.scan.grid, &moved.mask(&self.scan.grid, &self.mask))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Grids as a task: SegNet gives each cell before the radar a class.
 
 use crate::augment::Move;
+use crate::class_aim::ClassAim;
 use crate::classes::Classes;
 use crate::config::Config;
 use crate::data::{Example, Features, GridKind, Input, Labels, Scan};
@@ -20,6 +21,7 @@ pub struct GridTask {
     input: Input,
     shape: Shape,
     classes: Classes,
+    aim: ClassAim,
 }
 
 /// Joins grids of one size into one tensor, `[picture, plane, row, column]`.
@@ -41,7 +43,7 @@ impl GridTask {
         let classes = config.classes()?;
         let scale = config.data.scale.as_ref().map_or(1, |s| s.value);
         let (input, shape) = (network.input, network.shape(classes.count()));
-        Ok(GridTask { kind, scale, input, shape, classes })
+        Ok(GridTask { kind, scale, input, shape, aim: ClassAim::new(&classes), classes })
     }
 
     /// The grid that is learned.
@@ -67,6 +69,7 @@ impl Task for GridTask {
     type Net = SegNet;
     type Example = Example;
     type Seen = Features;
+    type Aim = ClassAim;
 
     fn classes(&self) -> &Classes {
         &self.classes
@@ -88,7 +91,11 @@ impl Task for GridTask {
         (example.features(self.input, self.scale, moved), example.labels(&self.classes, self.scale, moved))
     }
 
-    fn scores(&self, net: &SegNet, seen: &[&Features], device: &Device) -> Tensor<2> {
+    fn aim(&self) -> &ClassAim {
+        &self.aim
+    }
+
+    fn outputs(&self, net: &SegNet, seen: &[&Features], device: &Device) -> Tensor<2> {
         let scores = net.forward(stacked(seen, device));
         let [pictures, classes, rows, columns] = scores.dims();
         scores.permute([0, 2, 3, 1]).reshape([pictures * rows * columns, classes])

@@ -53,12 +53,14 @@ impl ScaledGrid {
         }
     }
 
-    fn middle_m(&self, cell: usize) -> DVec2 {
+    /// The middle of a cell, (x forward, y left), m.
+    pub fn middle_m(&self, cell: usize) -> DVec2 {
         let (row, column) = ((cell / self.columns) as f64 + 0.5, (cell % self.columns) as f64 + 0.5);
         DVec2::new(row * self.cell_m.x, self.left_m - column * self.cell_m.y)
     }
 
-    fn cell(&self, p: DVec2) -> Option<usize> {
+    /// The cell that holds a place (x forward, y left), m; None outside.
+    pub fn cell(&self, p: DVec2) -> Option<usize> {
         let (row, column) = (p.x / self.cell_m.x, (self.left_m - p.y) / self.cell_m.y);
         let inside = (0.0..self.rows as f64).contains(&row) && (0.0..self.columns as f64).contains(&column);
         inside.then(|| row as usize * self.columns + column as usize)

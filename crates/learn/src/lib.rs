@@ -2,7 +2,7 @@
 //! (lane, vehicle, guard rail, marker), learned from runs with `[output] masks = true` and datasets with
 //! `[keep] masks = true`.
 //!
-//! Grids are learned by [`segnet`]; [`pointnet`] learns the points themselves, each of which gets a class.
+//! Grids are learned by [`segnet`], and contours of objects in them by [`detector`]; [`pointnet`] learns the points themselves, each of which gets a class.
 //!
 //! Types keep what a radar measures apart from what only a simulation knows: [`data::Features`] and [`cloud::PointFeatures`] are all
 //! that networks see, [`data::Labels`] is what they are judged by, and no function makes the first from the second.
@@ -11,11 +11,15 @@
 
 pub mod augment;
 mod card;
+pub mod class_aim;
 pub mod classes;
 pub mod cloud;
 pub mod config;
 pub mod curve;
 pub mod data;
+pub mod detect_task;
+pub mod detection;
+pub mod detector;
 pub mod frame_points;
 pub mod grid_task;
 pub mod groups;
@@ -23,9 +27,11 @@ pub mod joint;
 mod layers;
 pub mod model;
 pub mod network;
+pub mod objects;
 pub mod picture;
 pub mod point_task;
 pub mod pointnet;
+pub mod quad;
 pub mod robustness;
 pub mod scan;
 pub mod score;

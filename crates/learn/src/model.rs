@@ -1,24 +1,25 @@
 //! A trained network with its classes: scores of runs, and predictions.
 
 use crate::augment::Move;
+use crate::class_aim::{Judged, likeliest, probabilities};
 use crate::config::Config;
-use crate::curve::Curves;
-use crate::data::Labels;
+use crate::detect_task::DetectTask;
+use crate::detection::Detected;
+use crate::detector::Detector;
 use crate::grid_task::GridTask;
 use crate::joint::{Joint, smoothed};
 use crate::network::Network;
 use crate::point_task::PointTask;
 use crate::pointnet::PointNet;
 use crate::robustness::{RobustnessSet, SETS};
-use crate::score::{Confusion, cell};
+use crate::score::cell;
 use crate::segnet::SegNet;
 use crate::source::Source;
 use crate::standing::place_of;
-use crate::task::Task;
+use crate::task::{Aim, Task, VerdictOf, judge};
 use burn::module::Module;
 use burn::store::{ModuleRecord, RecordError};
-use burn::tensor::activation::softmax;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Device;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::{check_extension, csv, input, npy, stage};
 use catseye::road::mask::CellClass;
@@ -47,69 +48,33 @@ pub struct Model {
 
 enum Trained {
     Grids(GridTask, SegNet),
+    Objects(DetectTask, Detector),
     Points(PointTask, Box<PointNet>),
 }
 
-/// The probability of each class of each item, `[item, class]`.
-pub fn probabilities(scores: Tensor<2>) -> Vec<f32> {
-    softmax(scores, 1).into_data().try_to_vec::<f32>().unwrap_or_default()
-}
-
-/// The likeliest class of each item, the first of equal ones, and its probability, of probabilities `[item, class]`.
-pub fn likeliest(probabilities: &[f32], classes: usize) -> impl Iterator<Item = (usize, f32)> {
-    probabilities.chunks_exact(classes.max(1)).map(|of| {
-        let best = (1..of.len()).fold(0, |best, k| if of[k] > of[best] { k } else { best });
-        (best, of[best])
-    })
-}
-
-/// How well a network tells the classes apart.
+/// What was judged of a network, by its kind.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Judged {
-    /// Cells or points by their true and their likeliest class.
-    pub confusion: Confusion,
-    /// Precision over recall.
-    pub curves: Curves,
+pub enum Evaluation {
+    /// Of networks that give each cell or point a class.
+    Classes(Judged),
+    /// Of networks that predict objects.
+    Objects(Detected),
 }
 
-impl Judged {
-    /// Nothing was judged yet.
-    pub fn new(classes: &[String]) -> Judged {
-        Judged { confusion: Confusion::new(classes), curves: Curves::new(classes) }
-    }
-
-    /// Counts the items of one frame: their true classes, and the probabilities `[item, class]`.
-    pub fn add(&mut self, labels: &Labels, probabilities: &[f32]) {
-        let found = likeliest(probabilities, self.curves.classes().len());
-        self.add_decided(labels, probabilities, found.map(|f| f.0));
-    }
-
-    /// The same where the classes were decided otherwise than by the largest probability.
-    fn add_decided(
-        &mut self,
-        labels: &Labels,
-        probabilities: &[f32],
-        found: impl IntoIterator<Item = usize>,
-    ) {
-        let classes = self.curves.classes().len();
-        for (truth, of) in labels.places().iter().zip(probabilities.chunks_exact(classes)) {
-            self.curves.add((*truth).into(), of.iter().copied());
+impl Evaluation {
+    /// What was judged of classes; None of a network that predicts objects.
+    pub fn classes(self) -> Option<Judged> {
+        match self {
+            Evaluation::Classes(judged) => Some(judged),
+            Evaluation::Objects(_) => None,
         }
-        labels.places().iter().zip(found).for_each(|(t, p)| self.confusion.add((*t).into(), p));
     }
-}
 
-/// Judges what a network says of frames whose labels are known. The network is one without gradients.
-pub fn judge<T: Task>(
-    task: &T,
-    net: &T::Net,
-    device: &Device,
-    given: impl IntoIterator<Item = (T::Seen, Labels)>,
-    judged: &mut Judged,
-) {
-    for (seen, labels) in given {
-        if !labels.places().is_empty() {
-            judged.add(&labels, &probabilities(task.scores(net, &[&seen], device)));
+    /// What was judged of objects; None of a network that gives classes.
+    pub fn objects(self) -> Option<Detected> {
+        match self {
+            Evaluation::Classes(_) => None,
+            Evaluation::Objects(detected) => Some(detected),
         }
     }
 }
@@ -149,6 +114,11 @@ impl Model {
                 let net = opened(&task, &weights, &device)?;
                 Trained::Grids(task, net)
             }
+            Network::Objects(network) => {
+                let task = DetectTask::new(&config, network, config.grid()?)?;
+                let net = opened(&task, &weights, &device)?;
+                Trained::Objects(task, net)
+            }
             Network::Points(network) => {
                 let task = PointTask::new(&config, network)?;
                 let net = opened(&task, &weights, &device)?;
@@ -162,7 +132,8 @@ impl Model {
     /// are closed and their outliers taken away. The frames of a scene must follow each other.
     ///
     /// # Errors
-    /// Returns `BadInput` for another number, and for a network of points, which a later scan does not see again.
+    /// Returns `BadInput` for another number, and for a detector or a network of points: what these say of a scan, a later one does not
+    /// say of the same cells.
     pub fn with_scans(mut self, scans: usize) -> Result<Model> {
         let bad = |problem: &str, allowed: &str| {
             BadInput::new(problem).key("--scans").value(scans).allowed(allowed.to_string())
@@ -170,45 +141,54 @@ impl Model {
         if !(1..=100).contains(&scans) {
             return Err(bad("is out of range", "1 to 100").into());
         }
-        if scans > 1 && matches!(self.trained, Trained::Points(..)) {
-            return Err(bad("a network of points looks at one scan", "1").remedy("leave it out").into());
+        let alone = match self.trained {
+            Trained::Grids(..) => None,
+            Trained::Objects(..) => Some("a detector looks at one scan"),
+            Trained::Points(..) => Some("a network of points looks at one scan"),
+        };
+        if let Some(problem) = alone.filter(|_| scans > 1) {
+            return Err(bad(problem, "1").remedy("leave it out").into());
         }
         self.scans = scans;
         Ok(self)
     }
 
-    /// Scores what the network says of runs and datasets with truth: masks for grids, labels of points for points.
+    /// Scores what the network says of runs and datasets with truth: masks for grids and objects, labels of points for points.
     ///
     /// # Errors
     /// Returns the errors of [`Task::find`] and [`Task::read`].
-    pub fn evaluate(&self, runs: &[PathBuf]) -> Result<Judged> {
-        match &self.trained {
-            Trained::Grids(task, net) if self.scans == 1 => evaluate(task, net, &self.device, runs),
+    pub fn evaluate(&self, runs: &[PathBuf]) -> Result<Evaluation> {
+        Ok(match &self.trained {
+            Trained::Grids(task, net) if self.scans == 1 => {
+                Evaluation::Classes(evaluate(task, net, &self.device, runs)?)
+            }
             Trained::Grids(task, net) => {
                 let mut judged = Judged::new(&task.classes().names());
                 let mut joined = Joined::new(task, self.scans);
                 for source in task.find(runs)? {
                     let (seen, labels) = task.given(&task.read(&source)?, &Move::NONE);
-                    let single = probabilities(task.scores(net, &[&seen], &self.device));
+                    let single = probabilities(task.outputs(net, &[&seen], &self.device));
                     let (p, found) = joined.say(&source, &single)?;
                     judged.add_decided(&labels, &p, found.into_iter().map(usize::from));
                 }
-                Ok(judged)
+                Evaluation::Classes(judged)
             }
-            Trained::Points(task, net) => evaluate(task, net, &self.device, runs),
-        }
+            Trained::Objects(task, net) => Evaluation::Objects(evaluate(task, net, &self.device, runs)?),
+            Trained::Points(task, net) => Evaluation::Classes(evaluate(task, net, &self.device, runs)?),
+        })
     }
 
     /// Scores what the network says of so many made-up scans of each set of table 5.6 of Feng (2019).
     ///
     /// # Errors
-    /// Returns `BadInput` for a network of points, and for one that knows no lanes.
+    /// Returns `BadInput` for a detector or a network of points, and for a network that knows no lanes.
     pub fn robustness(&self, pictures: u32, seed: u32) -> Result<Vec<(RobustnessSet, Judged)>> {
         let names = &self.config.data.classes.value;
         let lane = CellClass::Lane.name();
         let Trained::Grids(task, net) = &self.trained else {
-            let bad =
-                BadInput::new("the sets of table 5.6 are scans of grids, and this is a network of points");
+            let bad = BadInput::new(
+                "the sets of table 5.6 are of classes of cells, which this network does not give",
+            );
             return Err(bad.key("network.kind").allowed("segnet").into());
         };
         if !names.iter().any(|n| n == lane) {
@@ -228,7 +208,9 @@ impl Model {
     ///
     /// Of grids a `.npy` file, uint8 `[frame, row, column]`, the numbers of [`CellClass`], at the
     /// scale of the training. Of points a `.csv` table with a row for each point: `frame`, `radar` (empty where a frame has one),
-    /// `point` (its row in the frame's table, from 0), `class` and the `probability` of this class.
+    /// `point` (its row in the frame's table, from 0), `class` and the `probability` of this class. Of a detector a `.csv` table with a
+    /// row for each object: `frame`, `radar`, `class`, `confidence`, and the corners `x1_m`, `y1_m` to `x4_m`, `y4_m` in the level
+    /// axes of the radar.
     ///
     /// # Errors
     /// Returns `BadInput` if the run holds no grids or points, the file is of the wrong kind, or it exists and `force` is false, and an
@@ -246,7 +228,7 @@ impl Model {
                     let seen = task.seen(frame)?;
                     let [_, rows, columns] = seen.shape();
                     size = [rows, columns];
-                    let p = probabilities(task.scores(net, &[&seen], &self.device));
+                    let p = probabilities(task.outputs(net, &[&seen], &self.device));
                     let found: Vec<u8> = match self.scans {
                         1 => likeliest(&p, task.classes().count()).map(|f| f.0 as u8).collect(),
                         _ => joined.say(frame, &p)?.1,
@@ -254,6 +236,14 @@ impl Model {
                     cells.extend(found.iter().map(|place| task.classes().class((*place).into()) as u8));
                 }
                 npy::write(staged.path(), &[frames.len(), size[0], size[1]], &cells)?;
+                staged.commit()?;
+                Ok(frames.len())
+            }
+            Trained::Objects(task, net) => {
+                check_extension(out, &["csv"])?;
+                let staged = stage::StagedFile::new(out, force)?;
+                let frames = task.find(&runs)?;
+                self.write_objects(task, net, &frames, staged.path())?;
                 staged.commit()?;
                 Ok(frames.len())
             }
@@ -268,6 +258,30 @@ impl Model {
         }
     }
 
+    fn write_objects(&self, task: &DetectTask, net: &Detector, frames: &[Source], path: &Path) -> Result<()> {
+        let io = |e| Error::io(path, e);
+        let file = BufWriter::new(File::create(path).map_err(io)?);
+        let mut header: Vec<String> = ["frame", "radar", "class", "confidence"].map(String::from).to_vec();
+        header.extend((1..=4).flat_map(|k| [format!("x{k}_m"), format!("y{k}_m")]));
+        let header: Vec<&str> = header.iter().map(String::as_str).collect();
+        let mut table = csv::Writer::new(file, &[], &header).map_err(io)?;
+        let names = task.classes().names();
+        for frame in frames {
+            let (number, radar) = frame.name();
+            let outputs = task.outputs(net, &[&task.seen(frame)?], &self.device);
+            for d in task.aim().found(outputs) {
+                let numbers = d.quad.corners().iter().flat_map(|c| [c.x, c.y]).map(|v| cell(Some(v)));
+                let numbers: Vec<String> =
+                    std::iter::once(cell(Some(d.confidence.into()))).chain(numbers).collect();
+                let mut row: Vec<&dyn Display> = vec![&number, &radar, &names[usize::from(d.class)]];
+                row.extend(numbers.iter().map(|n| n as &dyn Display));
+                table.row(row).map_err(io)?;
+            }
+        }
+        table.finish().map_err(io)?;
+        Ok(())
+    }
+
     fn write_points(&self, task: &PointTask, net: &PointNet, frames: &[Source], path: &Path) -> Result<()> {
         let io = |e| Error::io(path, e);
         let file = BufWriter::new(File::create(path).map_err(io)?);
@@ -279,7 +293,7 @@ impl Model {
             if seen.points() == 0 {
                 continue;
             }
-            let p = probabilities(task.scores(net, &[&seen], &self.device));
+            let p = probabilities(task.outputs(net, &[&seen], &self.device));
             let (number, radar) = frame.name();
             for (point, (place, share)) in likeliest(&p, names.len()).enumerate() {
                 let row: [&dyn Display; 5] =
@@ -330,8 +344,8 @@ fn opened<T: Task>(task: &T, weights: &Path, device: &Device) -> Result<T::Net> 
     load_weights(task.net(0, device).valid(), weights)
 }
 
-fn evaluate<T: Task>(task: &T, net: &T::Net, device: &Device, runs: &[PathBuf]) -> Result<Judged> {
-    let mut judged = Judged::new(&task.classes().names());
+fn evaluate<T: Task>(task: &T, net: &T::Net, device: &Device, runs: &[PathBuf]) -> Result<VerdictOf<T>> {
+    let mut judged = task.aim().verdict();
     for source in task.find(runs)? {
         let given = task.given(&task.read(&source)?, &Move::NONE);
         judge(task, net, device, [given], &mut judged);

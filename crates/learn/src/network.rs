@@ -15,6 +15,9 @@ pub enum Kind {
     /// Encoders and decoders with unpooling, for grids.
     #[serde(rename = "segnet")]
     Segnet,
+    /// The encoders of the former, and contours of objects, for grids.
+    #[serde(rename = "detector")]
+    Detector,
     /// Perceptrons for each point and a maximum over the frame.
     #[serde(rename = "pointnet")]
     Pointnet,
@@ -28,6 +31,7 @@ impl Kind {
     pub fn name(self) -> &'static str {
         match self {
             Kind::Segnet => "segnet",
+            Kind::Detector => "detector",
             Kind::Pointnet => "pointnet",
             Kind::PointnetPlus => "pointnet++",
         }
@@ -39,6 +43,8 @@ impl Kind {
 pub enum Network {
     /// `kind = "segnet"`.
     Grids(GridNetwork),
+    /// `kind = "detector"`.
+    Objects(GridNetwork),
     /// `kind = "pointnet"` or `kind = "pointnet++"`.
     Points(PointNetwork),
 }
@@ -46,7 +52,7 @@ pub enum Network {
 /// A network of grids.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GridNetwork {
-    /// Number of encoders and of decoders, 1 to 6.
+    /// Number of encoders, and of the decoders of a segnet, 1 to 6.
     pub layers: At<usize>,
     /// Channels between them, 1 to 512.
     pub channels: At<usize>,
@@ -147,7 +153,7 @@ impl Network {
     /// Checks the values of all keys.
     pub(crate) fn check(&self, doc: &Document<'_>) -> Result<()> {
         match self {
-            Network::Grids(n) => check_grids(doc, n),
+            Network::Grids(n) | Network::Objects(n) => check_grids(doc, n),
             Network::Points(n) => check_points(doc, n),
         }
     }
@@ -155,7 +161,7 @@ impl Network {
     /// What may be turned and shifted with the points, where something that the network sees depends on their places.
     pub(crate) fn fixed(&self) -> Option<&'static str> {
         match self {
-            Network::Grids(n) => n.input.fixed(),
+            Network::Grids(n) | Network::Objects(n) => n.input.fixed(),
             Network::Points(n) => n.fixed(),
         }
     }
@@ -179,7 +185,7 @@ impl Network {
             t.r_threshold_m.as_ref().map(|k| &k.span),
         ];
         let foreign = match kind {
-            Kind::Segnet => [groups, points].concat(),
+            Kind::Segnet | Kind::Detector => [groups, points].concat(),
             Kind::Pointnet => [groups, grids].concat(),
             Kind::PointnetPlus => grids.to_vec(),
         };
@@ -192,13 +198,17 @@ impl Network {
             bad.value = None;
             bad.key(format!("network.{key}")).remedy("add it")
         };
-        if kind == Kind::Segnet {
-            return Ok(Network::Grids(GridNetwork {
+        if matches!(kind, Kind::Segnet | Kind::Detector) {
+            let grids = GridNetwork {
                 layers: t.layers.ok_or_else(|| missing("layers"))?,
                 channels: t.channels,
                 kernel: t.kernel.ok_or_else(|| missing("kernel"))?,
                 input: t.input.ok_or_else(|| missing("input"))?.value,
-            }));
+            };
+            return Ok(match kind {
+                Kind::Detector => Network::Objects(grids),
+                _ => Network::Grids(grids),
+            });
         }
         let groups = match kind {
             Kind::PointnetPlus => {

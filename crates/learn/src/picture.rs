@@ -34,12 +34,23 @@ pub fn confusion_picture(m: &Confusion) -> Result<Picture> {
 /// Returns an error if the picture cannot be drawn.
 pub fn curve_picture(c: &Curves) -> Result<Picture> {
     let curve = |k: usize| {
-        let points: Vec<[f64; 2]> = c.curve(k).iter().map(|p| [p.recall, p.precision]).collect();
-        let label = format!("{}, average precision {}", c.classes()[k], figure(c.average_precision(k)));
-        (!points.is_empty()).then_some(Curve { label, points })
+        let points = c.curve(k).iter().map(|p| [p.recall, p.precision]).collect();
+        (format!("{}, average precision {}", c.classes()[k], figure(c.average_precision(k))), points)
     };
-    let curves: Vec<Curve> = (0..c.classes().len()).filter_map(curve).collect();
-    let mut chart = lines("Precision and recall of the test set", "recall", "precision", &curves);
+    precision_recall_picture("Precision and recall of the test set", (0..c.classes().len()).map(curve))
+}
+
+/// Curves of precision over recall, each with what it is called and its points (recall, precision). Empty ones are left out.
+///
+/// # Errors
+/// Returns an error if the picture cannot be drawn.
+pub fn precision_recall_picture(
+    title: &str,
+    curves: impl Iterator<Item = (String, Vec<[f64; 2]>)>,
+) -> Result<Picture> {
+    let drawn = curves.filter(|c| !c.1.is_empty());
+    let curves: Vec<Curve> = drawn.map(|(label, points)| Curve { label, points }).collect();
+    let mut chart = lines(title, "recall", "precision", &curves);
     (chart.x, chart.y) = (Axis::new("recall", 0.0, 1.0), Axis::new("precision", 0.0, 1.0));
     chart.draw()
 }

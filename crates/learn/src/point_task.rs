@@ -1,6 +1,7 @@
 //! Points as a task: PointNet and PointNet++ give each point of a frame a class.
 
 use crate::augment::Move;
+use crate::class_aim::ClassAim;
 use crate::classes::Classes;
 use crate::cloud::{Cloud, MeasuredPoint, PointFeatures, Sight};
 use crate::config::Config;
@@ -27,6 +28,7 @@ pub struct PointTask {
     sight: Sight,
     shape: PointShape,
     classes: Classes,
+    aim: ClassAim,
 }
 
 impl PointTask {
@@ -42,7 +44,7 @@ impl PointTask {
             steps: sight.steps.len(),
             classes: classes.count(),
         };
-        Ok(PointTask { sight, shape, classes })
+        Ok(PointTask { sight, shape, aim: ClassAim::new(&classes), classes })
     }
 
     /// What the network sees of a frame, whose truth is not looked at.
@@ -58,6 +60,7 @@ impl Task for PointTask {
     type Net = PointNet;
     type Example = PointExample;
     type Seen = PointFeatures;
+    type Aim = ClassAim;
 
     fn classes(&self) -> &Classes {
         &self.classes
@@ -83,7 +86,11 @@ impl Task for PointTask {
         (PointFeatures::new(&self.sight, &cloud), labels)
     }
 
-    fn scores(&self, net: &PointNet, seen: &[&PointFeatures], device: &Device) -> Tensor<2> {
+    fn aim(&self) -> &ClassAim {
+        &self.aim
+    }
+
+    fn outputs(&self, net: &PointNet, seen: &[&PointFeatures], device: &Device) -> Tensor<2> {
         net.forward(&self.sight, seen, device)
     }
 

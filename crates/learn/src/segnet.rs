@@ -25,7 +25,7 @@ pub struct Shape {
 
 /// A convolution that keeps the grid's size, and batch normalisation.
 #[derive(Module, Debug)]
-struct Block {
+pub(crate) struct Block {
     /// `[out, in, row, column]`.
     weight: Param<Tensor<4>>,
     gamma: Param<Tensor<1>>,
@@ -45,14 +45,14 @@ pub struct SegNet {
 }
 
 impl Block {
-    fn new(make: &mut Maker<'_>, input: usize, output: usize, kernel: usize) -> Block {
+    pub(crate) fn new(make: &mut Maker<'_>, input: usize, output: usize, kernel: usize) -> Block {
         let weight = make.kernel([output, input, kernel, kernel]);
         let (gamma, beta) = (make.ones(output), make.zeros(output));
         let [mean, variance] = make.running(output);
         Block { weight, gamma, beta, mean, variance }
     }
 
-    fn forward(&self, x: Tensor<4>) -> Tensor<4> {
+    pub(crate) fn forward(&self, x: Tensor<4>) -> Tensor<4> {
         let half = self.weight.dims()[2] / 2;
         let x = conv2d(x, self.weight.val(), None, ConvOptions::new([1, 1], [half, half], [1, 1], 1));
         normalised(x, &self.gamma, &self.beta, &self.mean, &self.variance)
@@ -70,14 +70,49 @@ pub fn unpool(x: Tensor<4>, indices: Tensor<4, Int>, size: [usize; 2]) -> Tensor
         .reshape([pictures, channels, size[0], size[1]])
 }
 
+/// What the encoders of a network keep of a picture.
+pub(crate) struct Encoded {
+    /// `[picture, channel, row, column]`, as often halved as there are encoders.
+    pub(crate) values: Tensor<4>,
+    /// Of each encoder where its maxima were, and the size of the grid that it halved.
+    places: Vec<(Tensor<4, Int>, [usize; 2])>,
+}
+
+/// The encoders of a network for pictures of so many planes.
+pub(crate) fn encoders(make: &mut Maker<'_>, shape: &Shape) -> Vec<Block> {
+    let input = |layer: usize| if layer == 0 { shape.planes } else { shape.channels };
+    (0..shape.layers).map(|k| Block::new(make, input(k), shape.channels, shape.kernel)).collect()
+}
+
+/// Pictures `[picture, plane, row, column]` of any size behind the encoders. Where the sides are no multiples of 2 to the number of
+/// encoders, empty cells are added at the far and the right side.
+pub(crate) fn encoded(encoders: &[Block], x: Tensor<4>) -> Encoded {
+    let [_, _, rows, columns] = x.dims();
+    let step = 1 << encoders.len();
+    let wanted = [rows.next_multiple_of(step), columns.next_multiple_of(step)];
+    let mut values = match wanted == [rows, columns] {
+        true => x,
+        false => x.pad((0, wanted[1] - columns, 0, wanted[0] - rows), PadMode::Constant(0.0)),
+    };
+    let mut places = Vec::new();
+    for encoder in encoders {
+        let full = relu(encoder.forward(values));
+        let [_, _, r, c] = full.dims();
+        let (pooled, indices) =
+            max_pool2d_with_indices(full, MaxPoolOptions::new([2, 2]).with_stride([2, 2]));
+        places.push((indices, [r, c]));
+        values = pooled;
+    }
+    Encoded { values, places }
+}
+
 impl SegNet {
     /// A network whose weights follow from the seed.
     pub fn new(shape: Shape, seed: u32, device: &Device) -> SegNet {
         let mut make = Maker::new(seed, device);
-        let Shape { layers, channels, kernel, planes, classes } = shape;
-        let input = |layer: usize| if layer == 0 { planes } else { channels };
+        let Shape { layers, channels, kernel, classes, .. } = shape;
         SegNet {
-            encoders: (0..layers).map(|k| Block::new(&mut make, input(k), channels, kernel)).collect(),
+            encoders: encoders(&mut make, &shape),
             decoders: (0..layers).map(|_| Block::new(&mut make, channels, channels, kernel)).collect(),
             classify: make.kernel([classes, channels, 1, 1]),
             bias: make.zeros(classes),
@@ -90,21 +125,7 @@ impl SegNet {
     /// On a device with gradients batches are normalised by their own mean and variance, else by the running ones.
     pub fn forward(&self, x: Tensor<4>) -> Tensor<4> {
         let [pictures, _, rows, columns] = x.dims();
-        let step = 1 << self.encoders.len();
-        let wanted = [rows.next_multiple_of(step), columns.next_multiple_of(step)];
-        let mut x = match wanted == [rows, columns] {
-            true => x,
-            false => x.pad((0, wanted[1] - columns, 0, wanted[0] - rows), PadMode::Constant(0.0)),
-        };
-        let mut places = Vec::new();
-        for encoder in &self.encoders {
-            let full = relu(encoder.forward(x));
-            let [_, _, r, c] = full.dims();
-            let (pooled, indices) =
-                max_pool2d_with_indices(full, MaxPoolOptions::new([2, 2]).with_stride([2, 2]));
-            places.push((indices, [r, c]));
-            x = pooled;
-        }
+        let Encoded { values: mut x, places } = encoded(&self.encoders, x);
         for (decoder, (indices, size)) in self.decoders.iter().zip(places.into_iter().rev()) {
             x = decoder.forward(unpool(x, indices, size));
         }

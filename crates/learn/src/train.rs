@@ -6,19 +6,18 @@
 use crate::augment::{Augment, Move};
 use crate::card::card;
 use crate::config::Config;
-use crate::data::{Labels, Sets, shuffle, split};
+use crate::data::{Sets, shuffle, split};
+use crate::detect_task::DetectTask;
 use crate::grid_task::GridTask;
-use crate::model::{CONFIG, Judged, WEIGHTS, foreign, judge, load_weights};
+use crate::model::{CONFIG, WEIGHTS, foreign, load_weights};
 use crate::network::Network;
-use crate::picture::{confusion_picture, curve_picture};
 use crate::point_task::PointTask;
 use crate::score::{cell, column_name};
-use crate::task::Task;
+use crate::task::{Aim, Task, TruthOf, Verdict, VerdictOf, judge};
 use burn::module::Module;
-use burn::nn::loss::{CrossEntropyLoss, CrossEntropyLossConfig};
 use burn::optim::{AdamConfig, GradientsParams, ModuleOptimizer};
 use burn::store::RecordError;
-use burn::tensor::{Bytes, Device, Int, Tensor, TensorData};
+use burn::tensor::{Bytes, Device};
 use catseye::base::control::Control;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::rng::Draws;
@@ -33,10 +32,6 @@ use std::sync::atomic::Ordering::Relaxed;
 
 /// Table of scores, a row for each epoch.
 pub const SCORES: &str = "scores.csv";
-/// Confusion matrix of the test set.
-pub const CONFUSION: &str = "confusion.csv";
-/// Precision over recall of the test set.
-pub const CURVES: &str = "precision_recall.csv";
 /// What the network is and what it reached.
 pub const CARD: &str = "model_card.md";
 
@@ -54,12 +49,13 @@ const ORDER_STREAM: u32 = 1 << 16;
 pub struct EpochRow {
     /// The epoch, from 1.
     pub epoch: usize,
-    /// Mean weighted cross entropy of the training set, while it was learned.
+    /// Mean loss of the training set, while it was learned.
     pub loss: f64,
-    /// F1 of each class in the validation set; None where the class is neither there nor predicted.
-    pub f1: Vec<Option<f64>>,
+    /// The figure of each class in the validation set (F1, or the average precision at an intersection over union of 0.5); None where
+    /// the set does not tell it.
+    pub figures: Vec<Option<f64>>,
     /// Their mean.
-    pub mean_f1: f64,
+    pub mean: f64,
 }
 
 /// What a training reached.
@@ -74,8 +70,10 @@ pub struct Report {
     pub best_epoch: usize,
     /// Names of the classes.
     pub classes: Vec<String>,
-    /// F1 of each class in the test set.
-    pub test_f1: Vec<Option<f64>>,
+    /// What the figures are: "F1" or "AP50".
+    pub figure: &'static str,
+    /// The figure of each class in the test set.
+    pub test: Vec<Option<f64>>,
     /// Numbers of frames for training, validation and test.
     pub frames: [usize; 3],
 }
@@ -98,7 +96,7 @@ struct Trainer<'a, T: Task> {
     sets: &'a Sets,
     net: T::Net,
     optimiser: ModuleOptimizer,
-    loss: CrossEntropyLoss,
+    loss: <T::Aim as Aim>::Loss,
     /// Weights of the best epoch as bytes of a file.
     best: Vec<u8>,
     state: State,
@@ -113,18 +111,6 @@ fn weights(net: impl Module) -> Result<Vec<u8>> {
     net.into_record().into_bytes().map(|b| b.to_vec()).map_err(|e| failed(&e))
 }
 
-/// The weight of each class: its share of cells to the power of -balance, so scaled that the mean over cells is 1.
-fn class_weights(labels: impl Iterator<Item = Labels>, classes: usize, balance: f64) -> Vec<f32> {
-    let mut counts = vec![0f64; classes];
-    labels.for_each(|l| l.places().iter().for_each(|p| counts[usize::from(*p)] += 1.0));
-    let all: f64 = counts.iter().sum();
-    // A class that is not there has the weight of one cell.
-    let share = |n: f64| n.max(1.0) / all.max(1.0);
-    let raw: Vec<f64> = counts.iter().map(|n| share(*n).powf(-balance)).collect();
-    let mean: f64 = raw.iter().zip(&counts).map(|(w, n)| w * n / all.max(1.0)).sum();
-    raw.iter().map(|w| (w / mean.max(f64::MIN_POSITIVE)) as f32).collect()
-}
-
 impl<'a, T: Task> Trainer<'a, T> {
     fn new(
         config: &'a Config,
@@ -134,12 +120,11 @@ impl<'a, T: Task> Trainer<'a, T> {
         device: &Device,
     ) -> Trainer<'a, T> {
         let device = device.clone().autodiff();
-        let labels = sets.training.iter().map(|p| task.given(&examples[*p], &Move::NONE).1);
-        let weights = class_weights(labels, task.classes().count(), config.training.balance.value);
+        let mut truths = sets.training.iter().map(|p| task.given(&examples[*p], &Move::NONE).1);
         Trainer {
             net: task.net(config.training.seed, &device),
             optimiser: AdamConfig::new().with_epsilon(1e-8).init(),
-            loss: CrossEntropyLossConfig::new().with_weights(Some(weights)).init(&device),
+            loss: task.aim().loss(&mut truths, config.training.balance.value, &device),
             best: Vec::new(),
             state: State { next_stream: ORDER_STREAM, ..State::default() },
             config,
@@ -164,21 +149,19 @@ impl<'a, T: Task> Trainer<'a, T> {
                 return Err(interrupted(self.state.rows.len()));
             }
             let moves: Vec<Move> = batch.iter().map(|_| augment.draw(&mut draws)).collect();
-            // A frame without a point teaches nothing.
-            let mut given: Vec<(T::Seen, Labels)> = batch
+            let mut given: Vec<(T::Seen, TruthOf<T>)> = batch
                 .iter()
                 .zip(&moves)
                 .map(|(place, moved)| self.task.given(&self.examples[*place], moved))
                 .collect();
-            given.retain(|g| !g.1.places().is_empty());
+            given.retain(|g| self.task.aim().counts(&g.1));
             if given.is_empty() {
                 continue;
             }
             let seen: Vec<&T::Seen> = given.iter().map(|g| &g.0).collect();
-            let truth: Vec<i32> =
-                given.iter().flat_map(|g| g.1.places()).map(|place| i32::from(*place)).collect();
-            let truth = Tensor::<1, Int>::from_data(TensorData::from(truth.as_slice()), &self.device);
-            let loss = self.loss.forward(self.task.scores(&self.net, &seen, &self.device), truth);
+            let truths: Vec<&TruthOf<T>> = given.iter().map(|g| &g.1).collect();
+            let outputs = self.task.outputs(&self.net, &seen, &self.device);
+            let loss = self.task.aim().lost(&self.loss, outputs, &truths);
             let value = f64::from(loss.clone().into_scalar::<f32>());
             if !value.is_finite() {
                 let epoch = self.state.rows.len() + 1;
@@ -199,15 +182,15 @@ impl<'a, T: Task> Trainer<'a, T> {
             return Err(bad.remedy("give runs whose radar detects something").into());
         }
         let fixed = self.net.valid();
-        let Judged { confusion, .. } = self.judged(&fixed, &self.sets.validation);
+        let verdict = self.judged(&fixed, &self.sets.validation);
         let row = EpochRow {
             epoch: self.state.rows.len() + 1,
             loss: sum / learned as f64,
-            f1: (0..confusion.classes().len()).map(|k| confusion.f1(k)).collect(),
-            mean_f1: confusion.mean_f1(),
+            figures: verdict.figures(),
+            mean: verdict.mean(),
         };
-        let best = self.state.rows.iter().map(|r| r.mean_f1).fold(f64::NEG_INFINITY, f64::max);
-        if row.mean_f1 > best {
+        let best = self.state.rows.iter().map(|r| r.mean).fold(f64::NEG_INFINITY, f64::max);
+        if row.mean > best {
             self.best = weights(fixed)?;
             self.state.best_epoch = row.epoch;
         }
@@ -215,11 +198,11 @@ impl<'a, T: Task> Trainer<'a, T> {
         Ok(())
     }
 
-    fn judged(&self, fixed: &T::Net, places: &[usize]) -> Judged {
-        let mut judged = Judged::new(&self.task.classes().names());
+    fn judged(&self, fixed: &T::Net, places: &[usize]) -> VerdictOf<T> {
+        let mut verdict = self.task.aim().verdict();
         let given = places.iter().map(|p| self.task.given(&self.examples[*p], &Move::NONE));
-        judge(self.task, fixed, &self.device.clone().without_autodiff(), given, &mut judged);
-        judged
+        judge(self.task, fixed, &self.device.clone().without_autodiff(), given, &mut verdict);
+        verdict
     }
 
     fn is_over(&self) -> bool {
@@ -308,6 +291,10 @@ pub fn train(
             let task = GridTask::new(config, network, config.grid()?)?;
             train_task(config, &task, out, force, device, &control, tell)
         }
+        Network::Objects(network) => {
+            let task = DetectTask::new(config, network, config.grid()?)?;
+            train_task(config, &task, out, force, device, &control, tell)
+        }
         Network::Points(network) => {
             let task = PointTask::new(config, network)?;
             train_task(config, &task, out, force, device, &control, tell)
@@ -348,23 +335,20 @@ fn train_task<T: Task>(
     write(CONFIG, config.text.as_bytes())?;
     let plain = device.clone().without_autodiff();
     let best = load_weights(task.net(0, &plain).valid(), &at(WEIGHTS))?;
-    let judged = trainer.judged(&best, &sets.test);
-    judged.curves.write_csv(&at(CURVES))?;
-    confusion_picture(&judged.confusion)?.write(at("confusion.png"), true)?;
-    curve_picture(&judged.curves)?.write(at("precision_recall.png"), true)?;
-    let confusion = &judged.confusion;
-    confusion.write_csv(&at(CONFUSION))?;
+    let verdict = trainer.judged(&best, &sets.test);
+    verdict.write(staged.path())?;
     let State { rows, best_epoch, .. } = &trainer.state;
-    write_scores(&at(SCORES), confusion.classes(), rows)?;
+    write_scores(&at(SCORES), &verdict, rows)?;
     let frames = [sets.training.len(), sets.validation.len(), sets.test.len()];
-    let best = (*best_epoch, rows.get(best_epoch.wrapping_sub(1)).map(|r| r.mean_f1));
-    let text = card(config, &task.words(), &judged, rows.len(), best, &sets, &sources);
+    let best = (*best_epoch, rows.get(best_epoch.wrapping_sub(1)).map(|r| r.mean));
+    let text = card(config, &task.words(), &verdict, rows.len(), best, &sets, &sources);
     write(CARD, text.as_bytes())?;
     let report = Report {
         epochs: rows.clone(),
         best_epoch: *best_epoch,
-        classes: task.classes().names(),
-        test_f1: (0..task.classes().count()).map(|k| confusion.f1(k)).collect(),
+        classes: verdict.names().to_vec(),
+        figure: VerdictOf::<T>::FIGURE,
+        test: verdict.figures(),
         frames,
         folder: PathBuf::new(),
     };
@@ -372,38 +356,19 @@ fn train_task<T: Task>(
     Ok(Report { folder, ..report })
 }
 
-fn write_scores(path: &Path, classes: &[String], rows: &[EpochRow]) -> Result<()> {
+fn write_scores<V: Verdict>(path: &Path, verdict: &V, rows: &[EpochRow]) -> Result<()> {
     let io = |e| Error::io(path, e);
-    let mut header = vec!["epoch".to_string(), "loss".into(), "mean_f1".into()];
-    header.extend(classes.iter().map(|c| format!("f1_{}", column_name(c))));
+    let figure = V::FIGURE.to_lowercase();
+    let mut header = vec!["epoch".to_string(), "loss".into(), format!("mean_{figure}")];
+    header.extend(verdict.names().iter().map(|c| format!("{figure}_{}", column_name(c))));
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
     let mut table =
         csv::Writer::new(BufWriter::new(File::create(path).map_err(io)?), &[], &header).map_err(io)?;
     for row in rows {
-        let mut cells = vec![row.epoch.to_string(), cell(Some(row.loss)), cell(Some(row.mean_f1))];
-        cells.extend(row.f1.iter().map(|f| cell(*f)));
+        let mut cells = vec![row.epoch.to_string(), cell(Some(row.loss)), cell(Some(row.mean))];
+        cells.extend(row.figures.iter().map(|f| cell(*f)));
         table.row(cells.iter().map(|c| c as &dyn Display)).map_err(io)?;
     }
     table.finish().map_err(io)?;
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rare_classes_weigh_more() {
-        use crate::classes::Classes;
-        use catseye::road::mask::Grid;
-        let classes = Classes::named(&["undefined", "lane"].map(String::from)).unwrap();
-        let grid = Grid { rows: 2, columns: 5, ahead_m: 1.0, across_m: 1.0 };
-        let labels = Labels::new(&classes, &grid, &[0, 0, 0, 0, 0, 0, 0, 0, 1, 1], 1).unwrap();
-        let same = class_weights([labels.clone()].into_iter(), 2, 0.0);
-        assert_eq!(same, [1.0, 1.0]);
-        let full = class_weights([labels.clone()].into_iter(), 2, 1.0);
-        assert!((full[0] - 0.625).abs() < 1e-6 && (full[1] - 2.5).abs() < 1e-6, "{full:?}");
-        let half = class_weights([labels].into_iter(), 2, 0.5);
-        assert!((half[1] / half[0] - 2.0).abs() < 1e-5);
-    }
 }

@@ -101,7 +101,7 @@ fn a_dataset_is_learned_with_its_own_split_or_by_scenes() {
     let own = config(t.path(), "split = \"dataset\"").unwrap();
     let report = train(&own, &t.path().join("own"), false, &cpu(), Control::default(), &|_| {}).unwrap();
     assert_eq!(report.frames, [8, 2, 2]);
-    assert!(report.test_f1[1].unwrap() > 0.9, "{:?}", report.test_f1);
+    assert!(report.test[1].unwrap() > 0.9, "{:?}", report.test);
     let card = fs::read_to_string(t.path().join("own/model_card.md")).unwrap();
     assert!(card.contains("* d\n") && card.contains("* training: 0, 1, 2, 3\n"), "{card}");
     assert!(card.contains("* validation: 4\n* test: 5\n"), "{card}");
@@ -113,7 +113,8 @@ fn a_dataset_is_learned_with_its_own_split_or_by_scenes() {
         curves.starts_with("class,threshold,precision,recall\n") && curves.contains("\nlane,"),
         "{curves}"
     );
-    let judged = Model::load(&t.path().join("own"), &cpu()).unwrap().evaluate(&[dir]).unwrap();
+    let judged =
+        Model::load(&t.path().join("own"), &cpu()).unwrap().evaluate(&[dir]).unwrap().classes().unwrap();
     assert!(judged.curves.average_precision(1).unwrap() > 0.9);
 
     let scenes = config(t.path(), "").unwrap();

@@ -88,7 +88,7 @@ fn points_that_can_be_told_apart_are_learned() {
         let report = train(&config, &out, false, &cpu(), Control::default(), &|_| {}).unwrap();
         assert_eq!(report.frames, [18, 6, 6]);
         assert_eq!(report.classes, ["others", "vehicle", "guard rail"]);
-        assert!(report.test_f1.iter().all(|f| f.unwrap() > 0.9), "{name}: {:?}", report.test_f1);
+        assert!(report.test.iter().all(|f| f.unwrap() > 0.9), "{name}: {:?}", report.test);
         let card = fs::read_to_string(out.join("model_card.md")).unwrap();
         assert!(card.contains(words) && card.contains("| guard rail | "), "{card}");
         for file in ["confusion.csv", "precision_recall.csv", "confusion.png", "scores.csv"] {
@@ -98,7 +98,7 @@ fn points_that_can_be_told_apart_are_learned() {
         // Opened again, it says the same of frames that no set held, and a prediction needs no truth.
         let model = Model::load(&out, &cpu()).unwrap();
         let unseen: Vec<PathBuf> = (10..12).map(|k| t.path().join(format!("run_{k}"))).collect();
-        let judged = model.evaluate(&unseen).unwrap();
+        let judged = model.evaluate(&unseen).unwrap().classes().unwrap();
         assert!(
             (0..3).all(|k| judged.confusion.f1(k).unwrap() > 0.9),
             "{name}: {}",

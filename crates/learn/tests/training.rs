@@ -57,6 +57,12 @@ fn cpu() -> Device {
     device(false).unwrap()
 }
 
+fn classes(
+    found: catseye::base::error::Result<catseye_learn::model::Evaluation>,
+) -> catseye_learn::class_aim::Judged {
+    found.unwrap().classes().unwrap()
+}
+
 fn bytes(dir: &Path, file: &str) -> Vec<u8> {
     fs::read(dir.join(file)).unwrap()
 }
@@ -69,7 +75,7 @@ fn classes_that_can_be_told_apart_are_learned() {
     let config = config(t.path(), 10, 40);
     let report = train(&config, &out, false, &cpu(), Control::default(), &|_| {}).unwrap();
     assert_eq!(report.frames, [12, 4, 4]);
-    assert!(report.test_f1.iter().all(|f| f.unwrap() > 0.9), "{:?}", report.test_f1);
+    assert!(report.test.iter().all(|f| f.unwrap() > 0.9), "{:?}", report.test);
     let first = report.epochs[0].loss;
     assert!(report.epochs[report.epochs.len() - 1].loss < 0.5 * first);
     for file in
@@ -88,7 +94,7 @@ fn classes_that_can_be_told_apart_are_learned() {
     // Opened again, it says the same of all runs, and a prediction needs no mask.
     let model = Model::load(&out, &cpu()).unwrap();
     let runs: Vec<PathBuf> = (0..10).map(|k| t.path().join(format!("run_{k}"))).collect();
-    assert!(model.evaluate(&runs).unwrap().confusion.mean_f1() > 0.9);
+    assert!(classes(model.evaluate(&runs)).confusion.mean_f1() > 0.9);
     // Scans are taken together where the run tells where the radar stood; two equal ones at rest say the same, only louder.
     let two = || Model::load(&out, &cpu()).unwrap().with_scans(2).unwrap();
     let e = two().evaluate(&runs[..1]).unwrap_err();
@@ -100,8 +106,8 @@ fn classes_that_can_be_told_apart_are_learned() {
     for frame in ["frame_000000", "frame_000001"] {
         fs::write(runs[0].join(frame).join("truth.json"), standing).unwrap();
     }
-    let (one, joint) = (model.evaluate(&runs[..1]).unwrap(), two().evaluate(&runs[..1]).unwrap());
-    let lane = |j: &catseye_learn::model::Judged| j.confusion.f1(1).unwrap();
+    let (one, joint) = (classes(model.evaluate(&runs[..1])), classes(two().evaluate(&runs[..1])));
+    let lane = |j: &catseye_learn::class_aim::Judged| j.confusion.f1(1).unwrap();
     assert!(lane(&joint) > 0.9 && lane(&one) > 0.9, "{} {}", lane(&joint), lane(&one));
     assert_ne!(one.curves, joint.curves);
     fs::write(runs[0].join("frame_000001/truth.json"), r#"{"radar": {"position_m": [1, 2]}}"#).unwrap();
