@@ -48,7 +48,7 @@ pub struct Model {
 
 enum Trained {
     Grids(GridTask, SegNet),
-    Objects(DetectTask, Detector),
+    Objects(DetectTask, Box<Detector>),
     Points(PointTask, Box<PointNet>),
 }
 
@@ -117,7 +117,7 @@ impl Model {
             Network::Objects(network) => {
                 let task = DetectTask::new(&config, network, config.grid()?)?;
                 let net = opened(&task, &weights, &device)?;
-                Trained::Objects(task, net)
+                Trained::Objects(task, Box::new(net))
             }
             Network::Points(network) => {
                 let task = PointTask::new(&config, network)?;
