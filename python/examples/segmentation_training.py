@@ -3,7 +3,7 @@
 The map and its mask are computed of a dataset's samples when a frame is read, so that the dataset holds neither. A small network of convolutions
 learns the mask from the map in decibels. The weights are written as a state dictionary beside the figures of every epoch.
 
-    python segmentation_training.py recipe.toml radar.toml --classes passenger-car --epochs 20 -o model.pt
+    python segmentation_training.py recipe.toml radar.toml --classes car marker --epochs 20 -o model.pt
 """
 
 import argparse
@@ -93,6 +93,9 @@ def train(folder, options):
     counts = np.zeros(classes)
     for batch in batches:
         counts += np.bincount(batch["mask"].numpy().ravel(), minlength=classes)
+    missing = [name for name, count in zip(options.classes, counts[1:]) if count == 0]
+    if missing:
+        raise SystemExit(f"no cell of the training set holds {', '.join(missing)}: see the column class of its table of boxes")
     weights = torch.tensor(np.sqrt(counts.sum() / np.maximum(counts, 1)), dtype=torch.float32)
     model = Segmenter(classes)
     optimiser = torch.optim.Adam(model.parameters(), lr=3e-3)

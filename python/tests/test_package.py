@@ -58,14 +58,18 @@ def test_examples_run(script, arguments):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_the_training_example(tmp_path):
-    """Where PyTorch is missing the script still compiles; else it trains, and its loss falls."""
-    script = PYTHON / "examples" / "segmentation_training.py"
+@pytest.mark.parametrize("name", ["segmentation_training", "point_training"])
+def test_the_training_examples(tmp_path, name):
+    """Where PyTorch is missing the scripts still compile; else they train, and their loss falls. Unknown classes are refused."""
+    script = PYTHON / "examples" / f"{name}.py"
     compile(script.read_text(), str(script), "exec")
     pytest.importorskip("torch")
     recipes = PYTHON.parent / "scenes" / "recipes"
-    command = [sys.executable, str(script), str(recipes / "tiny.toml"), str(recipes / "tiny_radar.toml")]
-    command += ["--classes", "passenger-car", "--epochs", "3", "-o", str(tmp_path / "model.pt")]
-    done = subprocess.run(command, capture_output=True, text=True)
+    command = [sys.executable, str(script), str(recipes / "tiny.toml")]
+    command += [str(recipes / "tiny_radar.toml")] if name == "segmentation_training" else []
+    command += ["--epochs", "3", "-o", str(tmp_path / "model.pt"), "--classes"]
+    done = subprocess.run([*command, "marker"], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / "model.pt").exists() and (tmp_path / "model.json").exists()
+    wrong = subprocess.run([*command, "unicorn"], capture_output=True, text=True)
+    assert wrong.returncode == 1 and "unicorn" in wrong.stderr, wrong.stderr

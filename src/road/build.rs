@@ -40,10 +40,11 @@ const STAGGER_S: f64 = 0.618;
 /// # Errors
 /// Returns an error for unknown materials, a road with a surface that reaches into another's, or a row of more than
 /// [`MAX_ROW`].
-pub fn build(plan: &ScenePlan, materials: MaterialLookup) -> Result<(Scene, RoadTruth)> {
+pub fn build(plan: &ScenePlan) -> Result<(Scene, RoadTruth)> {
+    let materials = |spec: &str| plan.material(spec);
     let mut b = Builder {
         plan,
-        materials,
+        materials: &materials,
         scene: Scene::default(),
         truth: RoadTruth { name: plan.name.clone(), ..Default::default() },
         known: Vec::new(),

@@ -61,7 +61,7 @@ impl scenario::Builder for Library {
 
     fn road(&self, path: &Path, duration_s: f64) -> Result<Scene> {
         let plan = ScenePlan { duration_s, ..scene_toml::load(path)? };
-        Ok(build::build(&plan, &material::parse_spec)?.0)
+        Ok(build::build(&plan)?.0)
     }
 
     fn reflector(&self, spec: &str) -> Result<Scene> {

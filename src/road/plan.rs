@@ -1,10 +1,11 @@
 //! The plan of a road scene: roads, and what stands on them and beside them, in road coordinates. Names of
-//! materials are specs of the table.
+//! materials are specs of the table and of the plan's own ones.
 
+use crate::base::error::Result;
 use crate::road::layout::{Lateral, LineKind, Paint, Road, Side};
 use crate::road::reflector::Reflector;
-use crate::scene::Scene;
 use crate::scene::drive::Drive;
+use crate::scene::{Material, Scene, material};
 use std::ops::Range;
 
 /// Default bound on how far a chord lies from the curve that it stands for.
@@ -21,8 +22,20 @@ pub struct ScenePlan {
     pub sagitta_m: f64,
     /// How long what moves is under way; then it stands still, unless it goes straight on.
     pub duration_s: f64,
+    /// Materials of its own, of which surfaces may be.
+    pub materials: Vec<Material>,
     /// Its roads.
     pub roads: Vec<RoadPlan>,
+}
+
+impl ScenePlan {
+    /// The material of a spec: one of the plan's own, or of the table.
+    ///
+    /// # Errors
+    /// Returns the errors of [`material::parse_spec`].
+    pub fn material(&self, spec: &str) -> Result<Material> {
+        material::parse_spec_among(spec, &self.materials)
+    }
 }
 
 /// A road and what stands on it and beside it.

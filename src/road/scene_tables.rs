@@ -21,8 +21,35 @@ pub struct SceneFile {
     /// How long the motion of vehicles is computed, s; from 0 to 3600, default 30. A scenario takes as long
     /// as its frames last.
     pub duration_s: Option<At<f64>>,
+    /// Materials of the scene's own, which surfaces, verges, rails, walls, fences and gantries may name.
+    #[serde(default)]
+    pub material: Vec<MaterialTable>,
     /// The roads of the scene, at least one; a road may begin at one that stands before it.
     pub road: Vec<RoadTable>,
+}
+
+/// A material of the scene's own: a row of the table that is changed, or one that is given whole.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialTable {
+    /// Its name, which no row of the table has.
+    pub name: At<String>,
+    /// A material of the table, with layers where it has some ("asphalt+water:0.0005"), from which it has what is not given here.
+    pub like: Option<At<String>>,
+    /// Relative permittivity [eps', eps''], the loss eps'' positive.
+    pub eps_r: Option<At<[f64; 2]>>,
+    /// Conductivity, S/m; without eps_r it is that of a good conductor.
+    pub conductivity_s_per_m: Option<At<f64>>,
+    /// Standard deviation of the surface's height, m; from 0 (smooth, the default) to 1.
+    pub roughness_rms_m: Option<At<f64>>,
+    /// Correlation length of the roughness, m; from 0 to 1000.
+    pub correlation_length_m: Option<At<f64>>,
+    /// How it scatters back: "oh", "kulemin:GROUND" or "gamma:DB", with options as in "gamma:-20,cross_db=-8".
+    pub backscatter: Option<At<String>>,
+    /// Lowest and highest frequency for which the values hold, Hz.
+    pub valid_hz: Option<At<[f64; 2]>>,
+    /// Where the values come from, for lists of materials.
+    pub source: Option<String>,
 }
 
 /// A number, or pairs [s, value] with straight lines between, constant before the first and behind the last.

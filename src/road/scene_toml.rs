@@ -13,12 +13,13 @@ use crate::road::plan::{
 use crate::road::profile::Profile;
 use crate::road::reflector::Reflector;
 use crate::road::scene_tables::{
-    ElementKind, ElementTable, LateralTable, ObjectTable, PaintTable, RoadTable, RowTable, SceneFile, Series,
-    VehicleTable,
+    ElementKind, ElementTable, LateralTable, MaterialTable, ObjectTable, PaintTable, RoadTable, RowTable,
+    SceneFile, Series, VehicleTable,
 };
 use crate::road::traffic::{VEHICLES, unknown};
+use crate::scene::backscatter::Backscatter;
 use crate::scene::drive::{self, Drive};
-use crate::scene::material;
+use crate::scene::material::{self, Given, Material};
 use crate::scene::mesh_file::{self, ImportTable};
 use crate::scene::toml_file::{Above, At, Document, read_text};
 use glam::DVec3;
@@ -52,16 +53,17 @@ pub fn parse(file: &Path, text: &str) -> Result<ScenePlan> {
             .remedy("add a [[road]] with name, plan and lanes")
             .into());
     }
+    let materials = own_materials(&doc, &f.material)?;
     let mut roads: Vec<RoadPlan> = Vec::new();
     for t in &f.road {
-        let plan = Reader { doc: &doc, t, roads: &roads }.road()?;
+        let plan = Reader { doc: &doc, t, roads: &roads, materials: &materials }.road()?;
         roads.push(plan);
     }
     let duration_s = match &f.duration_s {
         Some(d) => doc.in_range(d, 0.0..=3600.0, "give seconds, as in 30")?,
         None => DEFAULT_DURATION_S,
     };
-    Ok(ScenePlan { name: f.name, sagitta_m, duration_s, roads })
+    Ok(ScenePlan { name: f.name, sagitta_m, duration_s, materials, roads })
 }
 
 /// JSON schema of the file: (file name in `schema/`, text).
@@ -70,31 +72,92 @@ pub fn schema() -> (&'static str, String) {
     ("road_scene.schema.json", serde_json::to_string_pretty(&schema).unwrap_or_default() + "\n")
 }
 
+/// A complaint of another room with the place in this file.
+fn placed(doc: &Document<'_>, span: &Range<usize>, e: Error) -> Error {
+    match e {
+        Error::Input(b) => {
+            let problem = match (&b.key, &b.value) {
+                (Some(k), Some(v)) => format!("{k} = {v}: {}", b.problem),
+                (Some(k), None) => format!("{k}: {}", b.problem),
+                (None, Some(v)) => format!("{v}: {}", b.problem),
+                (None, None) => b.problem.clone(),
+            };
+            let mut here = doc.bad(span, problem);
+            (here.allowed, here.remedy, here.allowed_whole) = (b.allowed, b.remedy, b.allowed_whole);
+            here.into()
+        }
+        e => e,
+    }
+}
+
+/// The materials that the file says itself.
+fn own_materials(doc: &Document<'_>, tables: &[MaterialTable]) -> Result<Vec<Material>> {
+    let mut made: Vec<Material> = Vec::new();
+    for t in tables {
+        let name = t.name.value.trim();
+        let bad = |problem: &str, remedy: &str| doc.bad(&t.name.span, problem).remedy(remedy);
+        if name.is_empty() || name.contains('+') || name != t.name.value || name == "none" {
+            let e = bad("is no name of a material", "give letters, digits, spaces and hyphens");
+            return Err(e.allowed("a name without + and without spaces around it, other than none").into());
+        }
+        if material::by_name(name).is_ok() || made.iter().any(|m| m.name == name) {
+            let known = bad("is a material already", "give it a name of its own, and like = \"the old one\"");
+            return Err(known.into());
+        }
+        let number = |at: &Option<At<f64>>, range: RangeInclusive<f64>, remedy: &str| {
+            at.as_ref().map(|a| doc.in_range(a, range, remedy)).transpose()
+        };
+        let pair = |at: &Option<At<[f64; 2]>>, good: fn([f64; 2]) -> bool, allowed: &str| {
+            let Some(a) = at else { return Ok(None) };
+            if a.value.iter().all(|v| v.is_finite()) && good(a.value) {
+                return Ok(Some(a.value));
+            }
+            let e = doc.bad(&a.span, "are no such two numbers").value(format!("{:?}", a.value));
+            Err(Error::from(e.allowed(allowed.to_string())))
+        };
+        let base = t
+            .like
+            .as_ref()
+            .map(|l| material::parse_spec_among(&l.value, &made).map_err(|e| placed(doc, &l.span, e)));
+        let law =
+            t.backscatter.as_ref().map(|b| Backscatter::parse(&b.value).map_err(|e| placed(doc, &b.span, e)));
+        let given = Given {
+            eps_r: pair(
+                &t.eps_r,
+                |[re, loss]| re > 0.0 && loss >= 0.0,
+                "eps' above 0, eps'' (loss) 0 or more",
+            )?,
+            conductivity_s_per_m: number(&t.conductivity_s_per_m, 0.0..=1e12, "give siemens per metre")?,
+            roughness_rms_m: number(&t.roughness_rms_m, 0.0..=1.0, "give metres, as in 0.0005")?,
+            correlation_length_m: number(&t.correlation_length_m, 0.0..=1000.0, "give metres, as in 0.005")?,
+            backscatter: law.transpose()?,
+            valid_hz: pair(&t.valid_hz, |[lo, hi]| lo >= 0.0 && lo < hi, "lowest and highest frequency, Hz")?
+                .map(|[lo, hi]| (lo, hi)),
+            source: t.source.clone(),
+        };
+        let m = given.over(name, base.transpose()?, "given in the road scene").ok_or_else(|| {
+            let e = bad("says nothing of what it is made of", "give like = \"asphalt\", or eps_r");
+            e.allowed("at least one of like, eps_r, conductivity_s_per_m")
+        })?;
+        made.push(m);
+    }
+    Ok(made)
+}
+
 /// What reads a road.
 struct Reader<'a> {
     doc: &'a Document<'a>,
     t: &'a RoadTable,
     /// Those that stand before it in the file.
     roads: &'a [RoadPlan],
+    /// Materials of the file's own.
+    materials: &'a [Material],
 }
 
 impl Reader<'_> {
     /// A complaint of another room with the place in this file.
     fn at(&self, span: &Range<usize>, e: Error) -> Error {
-        match e {
-            Error::Input(b) => {
-                let problem = match (&b.key, &b.value) {
-                    (Some(k), Some(v)) => format!("{k} = {v}: {}", b.problem),
-                    (Some(k), None) => format!("{k}: {}", b.problem),
-                    (None, Some(v)) => format!("{v}: {}", b.problem),
-                    (None, None) => b.problem.clone(),
-                };
-                let mut here = self.doc.bad(span, problem);
-                (here.allowed, here.remedy, here.allowed_whole) = (b.allowed, b.remedy, b.allowed_whole);
-                here.into()
-            }
-            e => e,
-        }
+        placed(self.doc, span, e)
     }
 
     fn missing(&self, span: &Range<usize>, key: &str, remedy: &str) -> Error {
@@ -144,7 +207,7 @@ impl Reader<'_> {
     /// A material's name or spec that exists, or the default.
     fn material(&self, at: &Option<At<String>>, default: &str) -> Result<String> {
         let Some(a) = at else { return Ok(default.into()) };
-        material::parse_spec(&a.value).map_err(|e| self.at(&a.span, e))?;
+        material::parse_spec_among(&a.value, self.materials).map_err(|e| self.at(&a.span, e))?;
         Ok(a.value.clone())
     }
 
@@ -360,7 +423,7 @@ impl Reader<'_> {
         };
         let spec = format!("{under}+{}:{}", paint.material, paint.thickness_m);
         let span = if p.material.span.is_empty() { under_span } else { &p.material.span };
-        material::parse_spec(&spec).map_err(|e| self.at(span, e))?;
+        material::parse_spec_among(&spec, self.materials).map_err(|e| self.at(span, e))?;
         Ok(paint)
     }
 

@@ -7,7 +7,7 @@ use super::profile::Profile;
 use super::{Library, build, builtin_truth, drive, glb, place, scene_toml};
 use crate::base::error::{BadInput, Error, Result};
 use crate::scene::scenario::{Ego, EgoPlan, OnRoad, Scenario, SceneSource, SitedScenario};
-use crate::scene::{Scene, gltf, material};
+use crate::scene::{Scene, gltf};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -54,7 +54,7 @@ impl Site {
     /// Returns an error for vehicles or an ego place that the roads do not have.
     pub fn on(scenario: &Scenario, plan: ScenePlan) -> Result<Site> {
         let plan = ScenePlan { duration_s: scenario.duration_s(), ..plan };
-        let (scene, truth) = build::build(&plan, &material::parse_spec)?;
+        let (scene, truth) = build::build(&plan)?;
         let scene = scenario.furnish(scene, &Library)?;
         let scenario = scenario.clone().with_ego(ego_on(scenario, &plan)?);
         place::check(&scenario, &scene)?;

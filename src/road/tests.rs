@@ -8,7 +8,7 @@ use crate::road::plan::ScenePlan;
 use crate::road::scene_toml::{parse, schema};
 use crate::road::shape::area_vector_m2;
 use crate::scene::gltf::{self, ImportOptions};
-use crate::scene::{Scene, Shape, material};
+use crate::scene::{Scene, Shape};
 use glam::DVec3;
 use proptest::prelude::*;
 use std::collections::HashSet;
@@ -49,7 +49,7 @@ const FILES: [(&str, &str); 30] = [
 
 fn made(text: &str) -> (ScenePlan, Scene, RoadTruth) {
     let plan = parse(Path::new("a.toml"), text).unwrap();
-    let (scene, truth) = build(&plan, &material::parse_spec).unwrap();
+    let (scene, truth) = build(&plan).unwrap();
     (plan, scene, truth)
 }
 
@@ -356,10 +356,71 @@ fn plates_lie_every_eight_metres() {
 }
 
 #[test]
+fn a_scene_has_materials_of_its_own() {
+    use crate::scene::backscatter::{Backscatter, Law};
+    use crate::scene::material::{self, MaterialKind};
+    let text = "name = \"x\"\n\
+                [[material]]\nname = \"rough asphalt\"\nlike = \"asphalt\"\nroughness_rms_m = 5e-4\n\
+                correlation_length_m = 0.005\nbackscatter = \"gamma:-18\"\nsource = \"a guess\"\n\
+                [[material]]\nname = \"clay\"\neps_r = [6.0, 0.5]\n\
+                [[material]]\nname = \"wet clay\"\nlike = \"clay+water:0.0005\"\nvalid_hz = [76e9, 81e9]\n\
+                [[road]]\nname = \"r\"\nplan = [{ kind = \"straight\", length_m = 30 }]\n\
+                surface = \"rough asphalt\"\nright = [{ width_m = 3.5, line = \"solid\" }]\n\
+                verge = [{ side = \"left\", width_m = 2, material = \"clay\" }, { side = \"right\", width_m = 2, material = \"wet clay\" }]\n";
+    let (plan, scene, truth) = made(text);
+    let of = |name: &str| scene.materials.iter().find(|m| m.name == name).unwrap_or_else(|| panic!("{name}"));
+    let (rough, asphalt) = (of("rough asphalt"), material::by_name("asphalt").unwrap());
+    assert_eq!((&rough.kind, rough.valid_hz), (&asphalt.kind, asphalt.valid_hz));
+    assert_eq!((rough.roughness_rms_m, rough.correlation_length_m), (5e-4, 0.005));
+    let law = Backscatter::of(Law::ConstantGamma { gamma_db: -18.0 });
+    assert_eq!((rough.backscatter, rough.source.as_str()), (Some(law), "a guess"));
+    let clay = MaterialKind::Dielectric { eps_real: 6.0, eps_loss: 0.5, conductivity_s_per_m: 0.0 };
+    assert_eq!((&of("clay").kind, of("clay").layers.len()), (&clay, 0));
+    assert_eq!((&of("wet clay").kind, of("wet clay").layers.len()), (&clay, 1));
+    assert_eq!(of("wet clay").valid_hz, (76e9, 81e9));
+    // Paint lies on the road's own material, and hides its roughness no more than on a row of the table.
+    let painted = plan.material("rough asphalt+paint-white:0.002").unwrap();
+    assert_eq!(scene.materials.iter().filter(|m| m.name.starts_with("rough asphalt+")).count(), 1);
+    assert_eq!((&painted.kind, painted.layers.len()), (&asphalt.kind, 1));
+    let bytes = glb::to_glb(&scene, &truth).unwrap();
+    let back = gltf::import_bytes(&bytes, Path::new("x.glb"), None, &ImportOptions::default()).unwrap();
+    let plain = |s: &Scene| {
+        s.materials.iter().map(|m| (m.name.clone(), m.kind.clone(), m.backscatter)).collect::<Vec<_>>()
+    };
+    assert_eq!(plain(&back), plain(&scene));
+    for (from, to, words) in [
+        (
+            "\"clay\"\neps_r",
+            "\"steel\"\neps_r",
+            "a.toml:10: material[1].name = \"steel\": is a material already",
+        ),
+        ("\"clay\"\neps_r", "\"rough asphalt\"\neps_r", "is a material already"),
+        ("\"clay\"\neps_r", "\"a+b\"\neps_r", "is no name of a material"),
+        (
+            "eps_r = [6.0, 0.5]",
+            "",
+            "says nothing of what it is made of; allowed: at least one of like, eps_r",
+        ),
+        ("[6.0, 0.5]", "[6.0, -0.5]", "allowed: eps' above 0, eps'' (loss) 0 or more"),
+        ("[6.0, 0.5]", "[6.0]", "material[1].eps_r"),
+        ("[76e9, 81e9]", "[81e9, 76e9]", "allowed: lowest and highest frequency"),
+        ("5e-4", "5.0", "material[0].roughness_rms_m = 5"),
+        ("gamma:-18", "gama:-18", "is not a law of backscatter"),
+        ("\"asphalt\"", "\"asfalt\"", "did you mean 'asphalt'?"),
+        ("material = \"clay\"", "material = \"loam\"", "no material is named 'loam'"),
+        ("roughness_rms_m", "roughnes_rms_m", "did you mean 'roughness_rms_m'?"),
+    ] {
+        let e = parse(Path::new("a.toml"), &text.replace(from, to)).unwrap_err();
+        let told = e.to_string();
+        assert!(e.exit_code() == 2 && told.contains(words) && !told.contains('\n'), "{to}: {told}");
+    }
+}
+
+#[test]
 fn bad_files_are_refused_in_one_line() {
     let base = "name = \"x\"\n[[road]]\nname = \"r\"\nplan = [{ kind = \"straight\", length_m = 100 }]\nright = [{ width_m = 3.5 }]\n";
     let complaint = |text: &str| {
-        let e = parse(Path::new("a.toml"), text).and_then(|p| build(&p, &material::parse_spec)).unwrap_err();
+        let e = parse(Path::new("a.toml"), text).and_then(|p| build(&p)).unwrap_err();
         assert_eq!(e.exit_code(), 2);
         let e = e.to_string();
         assert!(!e.contains('\n'), "{e}");

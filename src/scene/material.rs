@@ -227,8 +227,17 @@ pub fn by_name(name: &str) -> Result<Material> {
 /// # Errors
 /// Returns an error for an unknown name, a thickness that is missing or outside [`THICKNESS_M`].
 pub fn parse_spec(spec: &str) -> Result<Material> {
+    parse_spec_among(spec, &[])
+}
+
+/// [`parse_spec`] where the base may also be one of `own`, by its name.
+///
+/// # Errors
+/// Returns the errors of [`parse_spec`].
+pub fn parse_spec_among(spec: &str, own: &[Material]) -> Result<Material> {
     let mut parts = spec.split('+').map(str::trim);
-    let base = by_name(parts.next().unwrap_or_default())?;
+    let base = parts.next().unwrap_or_default();
+    let base = own.iter().find(|m| m.name == base).cloned().map_or_else(|| by_name(base), Ok)?;
     let mut layers = parts
         .map(|part| {
             let bad = |problem: &str| {
@@ -246,9 +255,61 @@ pub fn parse_spec(spec: &str) -> Result<Material> {
     if layers.is_empty() {
         return Ok(base);
     }
+    // What lies on the base already is under what is put there.
     layers.reverse();
-    let base = Material { name: spec.split_whitespace().collect(), ..base };
-    base.with_layers(layers)
+    layers.extend(base.layers.iter().cloned());
+    let on_it = spec.split_once('+').map_or("", |(_, rest)| rest);
+    let name = format!("{}+{}", base.name, on_it.split_whitespace().collect::<String>());
+    Material { name, ..base }.with_layers(layers)
+}
+
+/// What a file says of a material of its own. What is given replaces what the material has that it is like.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Given {
+    /// Relative permittivity [eps', eps''], eps' above 0 and the loss eps'' 0 or more.
+    pub eps_r: Option<[f64; 2]>,
+    /// Conductivity, S/m; without a permittivity the material is a good conductor.
+    pub conductivity_s_per_m: Option<f64>,
+    /// Standard deviation of the surface's height, m.
+    pub roughness_rms_m: Option<f64>,
+    /// Correlation length of the roughness, m.
+    pub correlation_length_m: Option<f64>,
+    /// How it scatters back.
+    pub backscatter: Option<Backscatter>,
+    /// Frequencies for which the value holds.
+    pub valid_hz: Option<(f64, f64)>,
+    /// Where the value comes from.
+    pub source: Option<String>,
+}
+
+impl Given {
+    /// The material of this name, like `base` where nothing else is given; None if nothing says what it is made of. `file` says in words
+    /// what gave the values, for the source of those that name none.
+    pub fn over(self, name: &str, base: Option<Material>, file: &str) -> Option<Material> {
+        let kind = match (self.eps_r, self.conductivity_s_per_m) {
+            (Some([eps_real, eps_loss]), s) => {
+                Some(MaterialKind::Dielectric { eps_real, eps_loss, conductivity_s_per_m: s.unwrap_or(0.0) })
+            }
+            (None, Some(conductivity_s_per_m)) => Some(MaterialKind::Conductor { conductivity_s_per_m }),
+            (None, None) => None,
+        };
+        let mut m = match (kind, base) {
+            (Some(kind), base) => Material {
+                kind,
+                valid_hz: (0.0, f64::INFINITY),
+                source: file.into(),
+                ..base.unwrap_or_else(Material::pec)
+            },
+            (None, base) => base?,
+        };
+        m.name = name.into();
+        m.roughness_rms_m = self.roughness_rms_m.unwrap_or(m.roughness_rms_m);
+        m.correlation_length_m = self.correlation_length_m.unwrap_or(m.correlation_length_m);
+        m.backscatter = self.backscatter.or(m.backscatter);
+        m.valid_hz = self.valid_hz.unwrap_or(m.valid_hz);
+        m.source = self.source.unwrap_or(m.source);
+        Some(m)
+    }
 }
 
 /// The complaint about a name that is in no table row, with all names and the nearest one where one is near.

@@ -254,7 +254,7 @@ mod tests {
     use catseye::engine::{Engine, Precision};
     use catseye::formats::npy;
     use catseye::road::{build, scene_toml};
-    use catseye::scene::{material, scenario};
+    use catseye::scene::scenario;
     use catseye::simulate::simulate;
     use catseye_io::files::write_masks;
     use std::time::Instant;
@@ -297,7 +297,7 @@ speed_mps = 12
     #[test]
     fn pictures_and_masks_of_a_road() {
         let plan = scene_toml::parse(Path::new("road.toml"), ROAD).unwrap();
-        let (scene, road) = build::build(&plan, &material::parse_spec).unwrap();
+        let (scene, road) = build::build(&plan).unwrap();
         let text = "name = \"bend\"\nradar = \"demo77\"\n[[point]]\nposition_m = [500, 0, 0]\nrcs_dbsm = 0\n\
                     [ego]\nposition_m = [3, -1.5, 0]\nspeed_mps = 10\n[output]\nmasks = true\n[trace]\nfacets = 0\n";
         let s = scenario::parse(Path::new("s.toml"), text).unwrap().without_roads().unwrap();

@@ -7,7 +7,6 @@ use catseye::formats::stage;
 use catseye::geom::validate::check_scene;
 use catseye::road::labels::RoadTruth;
 use catseye::road::{build, glb, scene_toml};
-use catseye::scene::material;
 use clap::Args;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -49,7 +48,7 @@ impl MakeScene {
         }
         stage::distinct(&[&output], &[&self.file])?;
         let plan = scene_toml::load(&self.file)?;
-        let (scene, truth) = build::build(&plan, &material::parse_spec)?;
+        let (scene, truth) = build::build(&plan)?;
         let mut warnings = Vec::new();
         for (name, report) in check_scene(&scene, DEFAULT_FREQUENCY_HZ)? {
             warnings.extend(report.warnings().iter().map(|w| format!("{name}: {w}")));

@@ -4,7 +4,7 @@ use super::importer::Importer;
 use super::options::ImportOptions;
 use crate::base::error::{BadInput, Error, Result, nearest};
 use crate::scene::backscatter::Backscatter;
-use crate::scene::material::{self, Layer, Material, MaterialKind};
+use crate::scene::material::{self, Given, Layer, Material, MaterialKind};
 use crate::scene::toml_file::clip;
 use gltf::json;
 use json::mesh::Mode;
@@ -141,10 +141,7 @@ impl Importer<'_> {
                 e => e,
             })?);
         }
-        let mut eps_r = None;
-        let mut conductivity = None;
-        let (mut roughness, mut correlation, mut backscatter) = (None, None, None);
-        let (mut valid_hz, mut source) = (None, None);
+        let mut given = Given::default();
         let mut layers = None;
         for (k, v) in extras {
             let key = format!("{prefix}.{k}");
@@ -167,16 +164,20 @@ impl Importer<'_> {
                             .remedy("give [eps', eps''] with eps = eps' - j eps''")
                             .into());
                     }
-                    eps_r = Some([re, loss]);
+                    given.eps_r = Some([re, loss]);
                 }
-                "conductivity_s_per_m" => conductivity = Some(self.number(v, &key, 0.0..=1e12)?),
-                "roughness_rms_m" => roughness = Some(self.number(v, &key, 0.0..=1.0)?),
-                "correlation_length_m" => correlation = Some(self.number(v, &key, 0.0..=1000.0)?),
+                "conductivity_s_per_m" => {
+                    given.conductivity_s_per_m = Some(self.number(v, &key, 0.0..=1e12)?)
+                }
+                "roughness_rms_m" => given.roughness_rms_m = Some(self.number(v, &key, 0.0..=1.0)?),
+                "correlation_length_m" => {
+                    given.correlation_length_m = Some(self.number(v, &key, 0.0..=1000.0)?)
+                }
                 "backscatter" => {
                     let text = v
                         .as_str()
                         .ok_or_else(|| self.bad(&key, "is not a string").value(clip(&v.to_string())))?;
-                    backscatter = Some(Backscatter::parse(text).map_err(|e| self.at(&key, e))?);
+                    given.backscatter = Some(Backscatter::parse(text).map_err(|e| self.at(&key, e))?);
                 }
                 "valid_hz" => {
                     let list = self.numbers::<2>(v, &key, 1e18)?;
@@ -187,10 +188,10 @@ impl Importer<'_> {
                             .remedy("give [lowest, highest] in hertz")
                             .into());
                     }
-                    valid_hz = Some((list[0], list[1]));
+                    given.valid_hz = Some((list[0], list[1]));
                 }
                 "source" => {
-                    source = Some(
+                    given.source = Some(
                         v.as_str()
                             .ok_or_else(|| self.bad(&key, "is not a string").value(clip(&v.to_string())))?
                             .to_string(),
@@ -200,38 +201,11 @@ impl Importer<'_> {
                 _ => return Err(self.unknown_key(prefix, k, &KEYS).into()),
             }
         }
-        let kind = match (eps_r, conductivity) {
-            (Some([eps_real, eps_loss]), s) => {
-                Some(MaterialKind::Dielectric { eps_real, eps_loss, conductivity_s_per_m: s.unwrap_or(0.0) })
-            }
-            (None, Some(conductivity_s_per_m)) => Some(MaterialKind::Conductor { conductivity_s_per_m }),
-            (None, None) => None,
-        };
-        let mut m = match (kind, base) {
-            (Some(kind), base) => Material {
-                name: name.into(),
-                kind,
-                roughness_rms_m: base.as_ref().map_or(0.0, |b| b.roughness_rms_m),
-                correlation_length_m: base.as_ref().map_or(0.0, |b| b.correlation_length_m),
-                backscatter: base.as_ref().and_then(|b| b.backscatter),
-                valid_hz: (0.0, f64::INFINITY),
-                source: GIVEN.into(),
-                layers: base.map_or(Vec::new(), |b| b.layers),
-            },
-            (None, Some(base)) => Material { name: name.into(), ..base },
-            (None, None) => {
-                return Err(self
-                    .bad(prefix, format!("says nothing of what '{}' is made of", clip(name)))
-                    .allowed(KEYS.join(", "))
-                    .remedy("give eps_r, conductivity_s_per_m, or like = the name of a table row")
-                    .into());
-            }
-        };
-        m.roughness_rms_m = roughness.unwrap_or(m.roughness_rms_m);
-        m.correlation_length_m = correlation.unwrap_or(m.correlation_length_m);
-        m.backscatter = backscatter.or(m.backscatter);
-        m.valid_hz = valid_hz.unwrap_or(m.valid_hz);
-        m.source = source.unwrap_or(m.source);
+        let mut m = given.over(name, base, GIVEN).ok_or_else(|| {
+            self.bad(prefix, format!("says nothing of what '{}' is made of", clip(name)))
+                .allowed(KEYS.join(", "))
+                .remedy("give eps_r, conductivity_s_per_m, or like = the name of a table row")
+        })?;
         if let Some(layers) = layers {
             m = m.with_layers(layers).map_err(|e| self.at(prefix, e))?;
         }
