@@ -22,6 +22,21 @@ pub enum What {
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
+    /// Train several networks with several seeds each, judge all on the same frames, and tell the differences with their intervals
+    Study {
+        /// Training TOMLs; differences count from the first
+        #[arg(required = true, value_name = "CONFIG")]
+        configs: Vec<PathBuf>,
+        /// Folder to write; an interrupted study goes on when the same command is given again
+        #[arg(short, long, value_name = "DIR")]
+        output: PathBuf,
+        /// Seeds 1 to N for each
+        #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100))]
+        seeds: u32,
+        /// Judge all on this run or dataset too; may be given several times
+        #[arg(long, value_name = "RUN")]
+        on: Vec<PathBuf>,
+    },
     /// Score a trained network on runs or datasets with truth: precision, recall and F1 of each class, or how well objects are found
     Eval {
         /// Folder that `catseye learn train` wrote
@@ -72,6 +87,9 @@ impl Learn {
         let device = with_networks::device_of(global)?;
         match &self.what {
             What::Train { config, output } => with_networks::train(global, config, output, &device),
+            What::Study { configs, output, seeds, on } => {
+                with_networks::study(global, configs, output, *seeds, on, &device)
+            }
             What::Eval { dir, runs, scans } => with_networks::eval(global, dir, runs, *scans, &device),
             What::Robustness { dir, pictures } => with_networks::robustness(global, dir, *pictures, &device),
             What::Predict { dir, run, output, scans } => {
@@ -95,6 +113,7 @@ mod with_networks {
     use catseye_learn::model::{Evaluation, Model};
     use catseye_learn::robustness::RobustnessSet;
     use catseye_learn::score::figure;
+    use catseye_learn::study::Study;
     use catseye_learn::task::Verdict;
     use catseye_learn::train::EpochRow;
     use std::path::{Path, PathBuf};
@@ -145,6 +164,28 @@ mod with_networks {
                 report.folder.display()
             )
         })
+    }
+
+    pub fn study(
+        global: &Global,
+        configs: &[PathBuf],
+        output: &Path,
+        seeds: u32,
+        on: &[PathBuf],
+        device: &Device,
+    ) -> Result<()> {
+        let study = Study::new(configs, seeds, on)?;
+        let all = study.trainings.len() as u64 * u64::from(seeds);
+        let bar = global.bar("trainings", all, Kept::Itself);
+        let control = Control { progress: None, cancel: Some(bar::cancel()) };
+        let tell = |training: &str, seed: u32, row: Option<&EpochRow>| match row {
+            Some(row) => bar.set_message(format!("{training}, seed {seed}, epoch {}", row.epoch)),
+            None => bar.inc(1),
+        };
+        let (folder, rows) = study.run(output, global.force, device, &control, &tell)?;
+        drop(bar);
+        let answer = serde_json::json!({ "folder": folder.display().to_string(), "rows": rows });
+        global.answer(&answer, || format!("{}wrote {}", study.page(&rows), folder.display()))
     }
 
     pub fn eval(global: &Global, dir: &Path, runs: &[PathBuf], scans: usize, device: &Device) -> Result<()> {

@@ -43,7 +43,7 @@ pub(crate) fn card<V: Verdict>(
     text += &format!(
         "\nThe seed is {}. {} epochs were trained; the weights are those of epoch {}, which had the best mean {} of the \
          validation set, {}.\n\n",
-        config.training.seed,
+        config.training.seed.value,
         epochs,
         best.0,
         V::FIGURE,

@@ -48,7 +48,7 @@ pub struct Training {
     pub rate: At<f64>,
     /// Seed of the first weights, of the sets and of the order of the batches.
     #[serde(default)]
-    pub seed: u32,
+    pub seed: At<u32>,
     /// The training ends after so many epochs without a better mean figure of the validation set.
     #[serde(default = "patience")]
     pub patience: At<usize>,
@@ -196,6 +196,28 @@ impl Config {
         self.data.runs.iter().map(|r| PathBuf::from(&r.value)).collect()
     }
 
+    /// The same training with another seed, in its text as well.
+    ///
+    /// # Errors
+    /// Returns an error if the text has no place for a seed, which no text has that was read.
+    pub fn with_seed(&self, seed: u32) -> Result<Config> {
+        let mut config = self.clone();
+        let given = &self.training.seed.span;
+        config.text = if given.is_empty() {
+            // Before the key epochs, which every training has.
+            let value = self.training.epochs.span.start;
+            let key = self.text.get(..value).and_then(|t| t.rfind("epochs"));
+            let key = key.ok_or_else(|| Error::Failed("the training has no place for a seed".into()))?;
+            let alone = self.text[..key].rsplit('\n').next().is_some_and(|line| line.trim().is_empty());
+            let end = if alone { "\n" } else { ", " };
+            format!("{}seed = {seed}{end}{}", &self.text[..key], &self.text[key..])
+        } else {
+            format!("{}{seed}{}", &self.text[..given.start], &self.text[given.end..])
+        };
+        config.training.seed.value = seed;
+        Ok(config)
+    }
+
     /// What tells one training from another: the text and where its runs lie.
     pub fn identity(&self) -> String {
         sha256_of_bytes(format!("{}\n{:?}", self.text, self.runs()).as_bytes())
@@ -293,6 +315,28 @@ classes = ["undefined", "lane"]
             let e = read(&text.replace(from, to)).unwrap_err();
             let told = e.to_string();
             assert!(e.exit_code() == 2 && told.contains(words), "{told}");
+        }
+    }
+
+    #[test]
+    fn another_seed_stands_in_the_text_too() {
+        let inline =
+            TEXT.replace("[training]\nepochs = 3\nbatch = 4\n", "training = { epochs = 3, batch = 4 }\n");
+        let inline = format!(
+            "{}{}",
+            "training = { epochs = 3, batch = 4 }",
+            inline.replace("training = { epochs = 3, batch = 4 }\n", "")
+        );
+        for text in [TEXT.to_string(), TEXT.replace("epochs = 3", "epochs = 3\nseed = 123 # as once"), inline]
+        {
+            let c = read(&text).unwrap();
+            let other = c.with_seed(7).unwrap();
+            assert_eq!(other.training.seed.value, 7);
+            let again = read(&other.text).unwrap();
+            assert_eq!((again.training.seed.value, again.training.epochs.value), (7, 3), "{}", other.text);
+            // And where one stands already.
+            assert_eq!(read(&again.with_seed(12).unwrap().text).unwrap().training.seed.value, 12);
+            assert_eq!(again.with_seed(7).unwrap().text, other.text);
         }
     }
 

@@ -38,6 +38,7 @@ pub mod score;
 pub mod segnet;
 pub mod source;
 pub mod standing;
+pub mod study;
 pub mod task;
 pub mod train;
 

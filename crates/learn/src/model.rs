@@ -16,7 +16,7 @@ use crate::score::cell;
 use crate::segnet::SegNet;
 use crate::source::Source;
 use crate::standing::place_of;
-use crate::task::{Aim, Task, VerdictOf, judge};
+use crate::task::{Aim, Task, Verdict, VerdictOf, judge};
 use burn::module::Module;
 use burn::store::{ModuleRecord, RecordError};
 use burn::tensor::Device;
@@ -67,6 +67,22 @@ impl Evaluation {
         match self {
             Evaluation::Classes(judged) => Some(judged),
             Evaluation::Objects(_) => None,
+        }
+    }
+
+    /// Names of the classes that have figures.
+    pub fn names(&self) -> &[String] {
+        match self {
+            Evaluation::Classes(judged) => judged.names(),
+            Evaluation::Objects(detected) => detected.names(),
+        }
+    }
+
+    /// The figure of each class by which trainings are compared: F1, or the average precision at an intersection over union of 0.5.
+    pub fn figures(&self) -> Vec<Option<f64>> {
+        match self {
+            Evaluation::Classes(judged) => judged.figures(),
+            Evaluation::Objects(detected) => detected.figures(),
         }
     }
 

@@ -122,7 +122,7 @@ impl<'a, T: Task> Trainer<'a, T> {
         let device = device.clone().autodiff();
         let mut truths = sets.training.iter().map(|p| task.given(&examples[*p], &Move::NONE).1);
         Trainer {
-            net: task.net(config.training.seed, &device),
+            net: task.net(config.training.seed.value, &device),
             optimiser: AdamConfig::new().with_epsilon(1e-8).init(),
             loss: task.aim().loss(&mut truths, config.training.balance.value, &device),
             best: Vec::new(),
@@ -139,7 +139,7 @@ impl<'a, T: Task> Trainer<'a, T> {
     fn epoch(&mut self, control: &Control<'_>) -> Result<()> {
         let t = &self.config.training;
         let mut order = self.sets.training.clone();
-        let mut draws = Draws::new(t.seed, self.state.next_stream);
+        let mut draws = Draws::new(t.seed.value, self.state.next_stream);
         shuffle(&mut order, &mut draws);
         let augment = t.augment.as_ref().map_or_else(Augment::default, |a| a.value);
         self.state.next_stream += 1;
@@ -315,7 +315,7 @@ fn train_task<T: Task>(
     let (staged, notes) = StagedDir::resumable(out, force, "learn", &config.identity())?;
     let sources = task.find(&config.runs())?;
     let examples = sources.iter().map(|s| task.read(s)).collect::<Result<Vec<T::Example>>>()?;
-    let sets = split(&sources, d.split, d.block_frames.value, config.training.seed)?;
+    let sets = split(&sources, d.split, d.block_frames.value, config.training.seed.value)?;
     let mut trainer = Trainer::new(config, task, &examples, &sets, device);
     trainer.resume(&notes)?;
     trainer.state.rows.iter().for_each(tell);

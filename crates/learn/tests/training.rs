@@ -6,6 +6,7 @@ use catseye::formats::npy;
 use catseye::road::mask::{CellClass, Grid};
 use catseye_learn::config::Config;
 use catseye_learn::model::Model;
+use catseye_learn::study::{OWN_TEST, PAGE, Study, TABLE};
 use catseye_learn::train::{EpochRow, train};
 use catseye_learn::{Device, device};
 use std::fs;
@@ -186,4 +187,79 @@ fn the_shipped_network_opens() {
     assert!(found.data.contains(&0) && found.data.iter().any(|c| *c != 0));
     let bytes: u64 = fs::read_dir(&weights).unwrap().map(|f| f.unwrap().metadata().unwrap().len()).sum();
     assert!(bytes < 3_000_000, "{bytes}");
+}
+
+/// Two trainings with two seeds, judged on a run that none has seen: the table follows from their folders, and an interrupted study goes on
+/// to the same bytes without training twice.
+#[test]
+fn a_study_tells_what_its_trainings_reached() {
+    let t = tempfile::tempdir().unwrap();
+    write_runs(t.path(), 10);
+    fs::rename(t.path().join("run_9"), t.path().join("unlike")).unwrap();
+    let text = config(t.path(), 9, 3).text;
+    let files =
+        [("amplitude", text.clone()), ("binary", text.replace("\"A\"", "\"B\""))].map(|(name, text)| {
+            let path = t.path().join(format!("{name}.toml"));
+            fs::write(&path, text).unwrap();
+            path
+        });
+    let on = [t.path().join("unlike")];
+    let study = Study::new(&files, 2, &on).unwrap();
+    let whole = t.path().join("whole");
+    let (_, rows) = study.run(&whole, false, &cpu(), &Control::default(), &|..| {}).unwrap();
+
+    let f1 = |training: &str, seed: u32| {
+        let net = Model::load(&whole.join(training).join(format!("seed_{seed}")), &cpu()).unwrap();
+        net.evaluate(&on).unwrap().figures()
+    };
+    for (k, class) in ["undefined", "lane", "vehicle"].iter().enumerate() {
+        let of = |training: &str| [1, 2].map(|seed| f1(training, seed)[k].unwrap());
+        let (a, b) = (of("amplitude"), of("binary"));
+        let row = |training: &str| {
+            rows.iter().find(|r| r.training == training && r.data == "unlike" && r.class == *class).unwrap()
+        };
+        for (values, training) in [(a, "amplitude"), (b, "binary")] {
+            let r = row(training);
+            assert_eq!((r.figure.as_str(), r.seeds), ("F1", 2));
+            assert!((r.mean - 0.5 * (values[0] + values[1])).abs() < 1e-12);
+            // Student's t of one degree of freedom at 97.5 % is tan(0.475 pi).
+            let half = (0.475 * std::f64::consts::PI).tan() * 0.5 * (values[0] - values[1]).abs();
+            assert!((r.half.unwrap() - half).abs() < 1e-6 * half.max(1e-3), "{half} {:?}", r.half);
+        }
+        assert_eq!(row("amplitude").difference, None);
+        let difference = row("binary").difference.unwrap()[0].unwrap();
+        assert!((difference - 0.5 * (b[0] - a[0] + b[1] - a[1])).abs() < 1e-12);
+    }
+    assert!(rows.iter().any(|r| r.data == OWN_TEST && r.training == "binary" && r.difference.is_some()));
+    let lines = fs::read_to_string(whole.join(TABLE)).unwrap().lines().count();
+    assert_eq!(lines, 1 + rows.len());
+    assert!(whole.join("study_unlike.png").is_file() && whole.join("study_test.png").is_file());
+
+    // Cancelled in the second training, and taken up again.
+    let broken = t.path().join("broken");
+    let cancel = AtomicBool::new(false);
+    let control = Control { cancel: Some(&cancel), ..Control::default() };
+    let tell = |_: &str, seed: u32, _: Option<&EpochRow>| cancel.store(seed == 2, Relaxed);
+    let e = study.run(&broken, false, &cpu(), &control, &tell).unwrap_err();
+    assert_eq!(e.exit_code(), 130, "{e}");
+    assert!(!broken.exists());
+    let again = std::cell::RefCell::new(Vec::new());
+    let tell = |name: &str, seed: u32, row: Option<&EpochRow>| {
+        row.iter().for_each(|r| again.borrow_mut().push((name.to_string(), seed, r.epoch)));
+    };
+    study.run(&broken, false, &cpu(), &Control::default(), &tell).unwrap();
+    assert!(!again.borrow().iter().any(|(name, seed, _)| name == "amplitude" && *seed == 1));
+    for file in [TABLE, PAGE, "study_unlike.png", "binary/seed_2/weights.bpk"] {
+        assert_eq!(bytes(&broken, file), bytes(&whole, file), "{file}");
+    }
+
+    let refused =
+        |files: &[PathBuf], seeds, on: &[PathBuf]| Study::new(files, seeds, on).unwrap_err().to_string();
+    assert!(refused(&files, 0, &on).contains("allowed: 1 to 100"));
+    assert!(
+        refused(&[files[0].clone(), files[0].clone()], 2, &on).contains("has the name of another training")
+    );
+    let both = [on[0].clone(), on[0].clone()];
+    assert!(refused(&files, 2, &both).contains("has the name of another set of frames"));
+    assert!(refused(&[], 2, &on).contains("no training is given"));
 }
