@@ -100,7 +100,8 @@ impl Verdict for Judged {
 
     fn card(&self) -> String {
         let test = &self.confusion;
-        let mut text = "On the test set (`confusion.png`, `precision_recall.png`):\n\n| class | precision | recall | F1 | average precision |\n\
+        let mut text = "On the test set (`confusion.png`, `precision_recall.png`):\n\n\
+                        | class | precision | recall | F1 | average precision |\n\
                         |---|---:|---:|---:|---:|\n"
             .to_string();
         for (k, class) in test.classes().iter().enumerate() {

@@ -70,8 +70,8 @@ impl ObjectAim {
     }
 
     /// Adds what the outputs of a frame should be. The cell that holds the middle of an object should say that it is there. Its eight
-    /// neighbours need not say that it is not, and all nine should say where its corners are. Where two objects of a class want the same cell,
-    /// the one whose middle is nearer has it.
+    /// neighbours need not say that it is not, and all nine should say where its corners are. Where two objects of a class want the same
+    /// cell, the one whose middle is nearer has it.
     fn aimed(&self, truth: &Objects, class_weights: &[f32], targets: &mut Targets) {
         let (cells, width) = (self.cells.rows * self.cells.columns, self.width());
         let start = targets.wanted.len();
@@ -284,8 +284,8 @@ impl Task for DetectTask {
     fn words(&self) -> String {
         let (shape, cells) = (&self.shape, &self.aim.cells);
         format!(
-            "A detector of {} layers, {} channels and {} x {} kernels that predicts for each of {} x {} coarse cells of the {} grid and for \
-             each class whether an object has its middle there, and its four corners. It sees the input {:?}, at a scale of {}.",
+            "A detector of {} layers, {} channels and {} x {} kernels that predicts for each of {} x {} coarse cells of the {} grid and \
+             for each class whether an object has its middle there, and its four corners. It sees the input {:?}, at a scale of {}.",
             shape.layers,
             shape.channels,
             shape.kernel,

@@ -2,10 +2,12 @@
 //! (lane, vehicle, guard rail, marker), learned from runs with `[output] masks = true` and datasets with
 //! `[keep] masks = true`.
 //!
-//! Grids are learned by [`segnet`], and contours of objects in them by [`detector`]; [`pointnet`] learns the points themselves, each of which gets a class.
+//! Grids are learned by [`segnet`], and contours of objects in them by [`detector`]; [`pointnet`] learns the points themselves, each of
+//! which gets a class.
 //!
 //! Types keep what a radar measures apart from what only a simulation knows: [`data::Features`] and [`cloud::PointFeatures`] are all
-//! that networks see, [`data::Labels`] is what they are judged by, and no function makes the first from the second.
+//! that networks see, [`data::Labels`] and [`objects::Objects`] are what they are judged by, and no function makes the first from the
+//! second.
 
 #![forbid(unsafe_code)]
 

@@ -70,7 +70,8 @@ pub trait Aim {
     /// Whether a frame holds anything that can be learned or judged.
     fn counts(&self, truth: &Self::Truth) -> bool;
 
-    /// The loss for the truths of a training set, in which rare classes weigh more: `balance` from 0, all items the same, to 1, all classes.
+    /// The loss for the truths of a training set, in which rare classes weigh more: `balance` from 0, all items the same, to 1, all
+    /// classes.
     fn loss(
         &self,
         truths: &mut dyn Iterator<Item = Self::Truth>,
