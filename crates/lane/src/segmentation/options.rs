@@ -13,7 +13,6 @@ const WEIGHTS: &str = "road";
 /// Settings of `catseye lane segmentation`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-#[schemars(rename = "SegmentationOptions")]
 pub struct SegmentationOptions {
     /// The trained network: a folder that `catseye learn train` wrote, relative to the scenario's file, or the name of
     /// a network that comes with the program.
