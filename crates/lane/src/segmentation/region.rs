@@ -20,7 +20,7 @@ const LEAST_ROWS: usize = 6;
 /// Cells over which a probability falls from one to zero beyond which edges are not taken for less certain.
 const WIDEST_FALL: f64 = 5.0;
 /// Number of neighbouring rows that err alike, as a network looks at many at once: they count as one.
-const ROWS_ALIKE: f64 = 4.0;
+const ROWS_ALIKE: f64 = 16.0;
 /// What a further parameter of an edge's curve has to gain.
 const GAIN: f64 = 9.0;
 
@@ -235,7 +235,11 @@ fn line(
     // in all rows.
     let worse = fitted.residual.max(1.0).powi(2);
     fitted.covariance.iter_mut().flatten().for_each(|c| *c *= worse);
-    fitted.covariance[0][0] += cell_m * cell_m / 12.0;
+    let variance = cell_m * cell_m / 12.0;
+    fitted.covariance[0][0] += variance;
+    // A curve of another curvature that leaves the places by as much in its middle is no worse; a straight line is not
+    // certain to be straight.
+    fitted.covariance[2][2] += variance * (8.0 / fitted.curve.length_m.powi(2)).powi(2);
     let seen = places.len() as f64 / region.rows as f64;
     Some(Line { fitted, confidence: region.probability * seen.min(1.0), members: Vec::new() })
 }
