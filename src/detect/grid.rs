@@ -3,6 +3,7 @@
 use super::points::Point;
 use crate::base::frames::{Pose, Sensor, World};
 use crate::road::mask::{Grid, Level};
+use glam::DVec2;
 
 /// Points in cells: one value for each cell and plane, `[row, column]` as [`Grid`] says. Cells without a point are 0 in
 /// every plane.
@@ -20,27 +21,51 @@ pub struct PointGrid {
     pub azimuth_rad: Vec<f32>,
 }
 
+/// A point in a radar's level axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlacedPoint {
+    /// Place, x along the boresight in plan and y to the left of it, m.
+    pub at_m: DVec2,
+    /// Power over any reference that all points of the scan share, dB.
+    pub power_db: f64,
+    /// Range from the radar, m.
+    pub range_m: f64,
+    /// Azimuth from the boresight, rad, positive to the left.
+    pub azimuth_rad: f64,
+}
+
 impl PointGrid {
     /// Puts the points of a scan, whose places are in the sensor's frame, into the cells of its level axes.
     pub fn new(grid: Grid, points: &[Point], radar: &Pose<Sensor, World>) -> PointGrid {
         let level = Level::of(radar);
+        let placed = |p: &Point| PlacedPoint {
+            at_m: level.from_world(radar.point(p.position_m)),
+            power_db: p.power_dbm,
+            range_m: p.range_m,
+            azimuth_rad: p.azimuth_rad,
+        };
+        PointGrid::of_placed(grid, points.iter().map(placed))
+    }
+
+    /// Puts points that are in the radar's level axes already into the cells. Powers count by their differences alone, so
+    /// any reference will do that all points share.
+    pub fn of_placed(grid: Grid, points: impl IntoIterator<Item = PlacedPoint>) -> PointGrid {
         let zero = vec![0f64; grid.cells()];
-        let (mut count, mut power_dbm) = (zero.clone(), vec![f64::NEG_INFINITY; grid.cells()]);
+        let (mut count, mut power_db) = (zero.clone(), vec![f64::NEG_INFINITY; grid.cells()]);
         let (mut range, mut azimuth) = (zero.clone(), zero);
         for p in points {
-            let at = level.from_world(radar.point(p.position_m));
-            if let Some(cell) = grid.cell(at.x, at.y) {
+            if let Some(cell) = grid.cell(p.at_m.x, p.at_m.y) {
                 count[cell] += 1.0;
-                power_dbm[cell] = power_dbm[cell].max(p.power_dbm);
+                power_db[cell] = power_db[cell].max(p.power_db);
                 range[cell] += p.range_m;
                 azimuth[cell] += p.azimuth_rad;
             }
         }
-        let strongest = power_dbm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let strongest = power_db.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let mean = |sums: &[f64]| sums.iter().zip(&count).map(|(s, n)| (s / n.max(1.0)) as f32).collect();
         PointGrid {
             grid,
-            amplitude: power_dbm
+            amplitude: power_db
                 .iter()
                 .map(|p| if p.is_finite() { 10f64.powf((p - strongest) / 20.0) as f32 } else { 0.0 })
                 .collect(),

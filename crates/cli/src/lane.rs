@@ -55,6 +55,9 @@ impl Lane {
             "compare" => None,
             name => Some(Method::named(name)?),
         };
+        if let Some(method) = method {
+            method.check_built()?;
+        }
         if let (Some(_), [_, second, ..]) = (method, self.scenarios.as_slice()) {
             return Err(BadInput::new("a method runs on one scenario")
                 .key("SCENARIO")

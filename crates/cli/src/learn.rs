@@ -39,7 +39,7 @@ pub enum What {
     },
     /// Score a trained network on runs or datasets with truth: precision, recall and F1 of each class, or how well objects are found
     Eval {
-        /// Folder that `catseye learn train` wrote
+        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road
         dir: PathBuf,
         /// Folders that `catseye simulate` or `catseye dataset` wrote
         #[arg(required = true, value_name = "RUN")]
@@ -50,7 +50,7 @@ pub enum What {
     },
     /// Score a trained network on made-up scans of a lane: other distances of points, widths, noise and objects (Feng 2019, table 5.6)
     Robustness {
-        /// Folder that `catseye learn train` wrote
+        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road
         dir: PathBuf,
         /// Scans of each set
         #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=10_000))]
@@ -58,7 +58,7 @@ pub enum What {
     },
     /// Write the classes that a trained network gives to the cells or the points of a run, or the objects that it finds
     Predict {
-        /// Folder that `catseye learn train` wrote
+        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road
         dir: PathBuf,
         /// Folder that `catseye simulate` or `catseye dataset` wrote; its truth is not looked at
         run: PathBuf,
@@ -189,7 +189,7 @@ mod with_networks {
     }
 
     pub fn eval(global: &Global, dir: &Path, runs: &[PathBuf], scans: usize, device: &Device) -> Result<()> {
-        let judged = match Model::load(dir, device)?.with_scans(scans)?.evaluate(runs)? {
+        let judged = match Model::open(Path::new(""), dir, device)?.with_scans(scans)?.evaluate(runs)? {
             Evaluation::Classes(judged) => judged,
             Evaluation::Objects(detected) => return eval_objects(global, &detected),
         };
@@ -245,7 +245,7 @@ mod with_networks {
 
     pub fn robustness(global: &Global, dir: &Path, pictures: u32, device: &Device) -> Result<()> {
         let seed = global.seed.map_or(1, |s| s as u32);
-        let found = Model::load(dir, device)?.robustness(pictures, seed)?;
+        let found = Model::open(Path::new(""), dir, device)?.robustness(pictures, seed)?;
         let lane = |judged: &Judged| {
             let m = &judged.confusion;
             let place = m.classes().iter().position(|c| c == "lane").unwrap_or(0);
@@ -303,7 +303,8 @@ mod with_networks {
         device: &Device,
     ) -> Result<()> {
         check_extension(output, &["npy", "csv"])?;
-        let frames = Model::load(dir, device)?.with_scans(scans)?.predict(run, output, global.force)?;
+        let frames =
+            Model::open(Path::new(""), dir, device)?.with_scans(scans)?.predict(run, output, global.force)?;
         let answer = serde_json::json!({ "file": output.display().to_string(), "frames": frames });
         global.answer(&answer, || format!("wrote {} ({frames} frames)", output.display()))
     }

@@ -16,6 +16,7 @@ pub mod registry;
 pub mod road_shape;
 mod robust;
 pub mod score;
+pub mod segmentation;
 mod side;
 pub mod signature;
 mod standing;

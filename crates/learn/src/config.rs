@@ -105,7 +105,14 @@ impl Config {
     /// # Errors
     /// Returns `BadInput` with line, key and value for what is not TOML, an unknown or missing key, or a value out of its range.
     pub fn read(path: &Path) -> Result<Config> {
-        let text = read_text(path)?;
+        Config::parse(path, read_text(path)?)
+    }
+
+    /// Checks the text of a file at `path`, which errors name and to whose folder runs are relative.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Config::read`] but for those of the file itself.
+    pub fn parse(path: &Path, text: String) -> Result<Config> {
         let doc = Document::parse(path, &text)?;
         let Tables { network, training, data } = doc.read()?;
         let mut config = Config { network: Network::of(&doc, network)?, training, data, text: String::new() };

@@ -61,7 +61,12 @@ impl GridTask {
     /// # Errors
     /// Returns the errors of [`Source::points`].
     pub fn seen(&self, source: &Source) -> Result<Features> {
-        Ok(Features::new(self.input, &Scan::new(&source.points(self.kind)?), self.scale))
+        Ok(self.seen_of(&Scan::new(&source.points(self.kind)?)))
+    }
+
+    /// What the network sees of a scan.
+    pub fn seen_of(&self, scan: &Scan) -> Features {
+        Features::new(self.input, scan, self.scale)
     }
 }
 

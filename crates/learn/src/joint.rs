@@ -36,9 +36,9 @@ pub struct ScaledGrid {
     /// Number of columns.
     pub columns: usize,
     /// Length of a cell ahead and across, m.
-    cell_m: DVec2,
+    pub cell_m: DVec2,
     /// Distance of the left edge from the middle, m.
-    left_m: f64,
+    pub left_m: f64,
 }
 
 impl ScaledGrid {

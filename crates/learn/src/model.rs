@@ -12,8 +12,10 @@ use crate::network::Network;
 use crate::point_task::PointTask;
 use crate::pointnet::PointNet;
 use crate::robustness::{RobustnessSet, SETS};
+use crate::scan::Scan;
 use crate::score::cell;
 use crate::segnet::SegNet;
+use crate::shipped::{self, Shipped};
 use crate::source::Source;
 use crate::standing::place_of;
 use crate::task::{Aim, Task, Verdict, VerdictOf, judge};
@@ -100,7 +102,11 @@ impl Evaluation {
 /// # Errors
 /// Returns an error if the file cannot be read, and `BadInput` if it holds the weights of another network.
 pub fn load_weights<N: Module>(net: N, path: &Path) -> Result<N> {
-    let bytes = input::read(path, "a file of weights", MOST_BYTES)?;
+    weights_of(net, path, input::read(path, "a file of weights", MOST_BYTES)?)
+}
+
+/// Puts weights into a network of the same shape; `path` is named in errors.
+fn weights_of<N: Module>(net: N, path: &Path, bytes: Vec<u8>) -> Result<N> {
     let record = ModuleRecord::from_bytes(burn::tensor::Bytes::from_bytes_vec(bytes));
     record.and_then(|r| net.try_load_record(r)).map_err(|e| foreign(path, &e))
 }
@@ -112,6 +118,29 @@ pub fn foreign(path: &Path, e: &RecordError) -> Error {
 }
 
 impl Model {
+    /// Opens the folder that a training wrote, or where there is none of this name, the network of this name that comes with
+    /// the program ([`crate::shipped`]). A relative folder is looked for in `base`.
+    ///
+    /// # Errors
+    /// Returns `BadInput` if the folder holds no trained network, or if there is neither such a folder nor such a network.
+    pub fn open(base: &Path, place: &Path, device: &Device) -> Result<Model> {
+        let dir = base.join(place);
+        match place.to_str().and_then(shipped::find) {
+            Some(network) if !dir.exists() => Model::shipped(network, device),
+            _ => Model::load(&dir, device),
+        }
+    }
+
+    /// Opens a network that comes with the program.
+    ///
+    /// # Errors
+    /// Returns the errors of its file and its weights, which a test opens.
+    pub fn shipped(network: &Shipped, device: &Device) -> Result<Model> {
+        let dir = Path::new(network.name);
+        let config = Config::parse(&dir.join(CONFIG), network.config.to_string())?;
+        Model::of(config, &dir.join(WEIGHTS), network.weights.to_vec(), device)
+    }
+
     /// Opens the folder that a training wrote.
     ///
     /// # Errors
@@ -119,29 +148,57 @@ impl Model {
     pub fn load(dir: &Path, device: &Device) -> Result<Model> {
         if !dir.join(CONFIG).is_file() || !dir.join(WEIGHTS).is_file() {
             let bad = BadInput::new("holds no trained network").file(dir);
-            return Err(bad.remedy("give a folder that catseye learn train wrote").into());
+            let names = shipped::names();
+            let remedy = format!(
+                "give a folder that catseye learn train wrote, or the name of a shipped network: {names}"
+            );
+            return Err(bad.remedy(remedy).into());
         }
         let config = Config::read(&dir.join(CONFIG))?;
-        let device = device.clone().without_autodiff();
         let weights = dir.join(WEIGHTS);
+        let bytes = input::read(&weights, "a file of weights", MOST_BYTES)?;
+        Model::of(config, &weights, bytes, device)
+    }
+
+    /// The network of a training with its weights; `weights` is the file that errors name.
+    fn of(config: Config, weights: &Path, bytes: Vec<u8>, device: &Device) -> Result<Model> {
+        let device = device.clone().without_autodiff();
         let trained = match &config.network {
             Network::Grids(network) => {
                 let task = GridTask::new(&config, network, config.grid()?)?;
-                let net = opened(&task, &weights, &device)?;
+                let net = weights_of(task.net(0, &device).valid(), weights, bytes)?;
                 Trained::Grids(task, net)
             }
             Network::Objects(network) => {
                 let task = DetectTask::new(&config, network, config.grid()?)?;
-                let net = opened(&task, &weights, &device)?;
+                let net = weights_of(task.net(0, &device).valid(), weights, bytes)?;
                 Trained::Objects(task, Box::new(net))
             }
             Network::Points(network) => {
                 let task = PointTask::new(&config, network)?;
-                let net = opened(&task, &weights, &device)?;
+                let net = weights_of(task.net(0, &device).valid(), weights, bytes)?;
                 Trained::Points(task, Box::new(net))
             }
         };
         Ok(Model { config, trained, device, scans: 1 })
+    }
+
+    /// The task of a network that gives each cell of a grid a class; None for another network.
+    pub fn grids(&self) -> Option<&GridTask> {
+        match &self.trained {
+            Trained::Grids(task, _) => Some(task),
+            Trained::Objects(..) | Trained::Points(..) => None,
+        }
+    }
+
+    /// What a network that gives each cell of a grid a class says of a scan, `[cell, class]`; empty for another network.
+    pub fn cell_probabilities(&self, scan: &Scan) -> Vec<f32> {
+        match &self.trained {
+            Trained::Grids(task, net) => {
+                probabilities(task.outputs(net, &[&task.seen_of(scan)], &self.device))
+            }
+            Trained::Objects(..) | Trained::Points(..) => Vec::new(),
+        }
     }
 
     /// Takes so many scans of a radar together, 1 to 100: the joint probability of the last ones in each cell, after which gaps of lanes
@@ -353,11 +410,6 @@ impl<'a> Joined<'a> {
         };
         Ok((p, found))
     }
-}
-
-/// The network of a task with the weights of a file, without gradients.
-fn opened<T: Task>(task: &T, weights: &Path, device: &Device) -> Result<T::Net> {
-    load_weights(task.net(0, device).valid(), weights)
 }
 
 fn evaluate<T: Task>(task: &T, net: &T::Net, device: &Device, runs: &[PathBuf]) -> Result<VerdictOf<T>> {

@@ -206,7 +206,7 @@ fn a_study_tells_what_its_trainings_reached() {
     let on = [t.path().join("unlike")];
     let study = Study::new(&files, 2, &on).unwrap();
     let whole = t.path().join("whole");
-    let (_, rows) = study.run(&whole, false, &cpu(), &Control::default(), &|..| {}).unwrap();
+    let (_, rows) = study.run(&whole, false, &cpu(), &Control::default(), &|_, _, _| {}).unwrap();
 
     let f1 = |training: &str, seed: u32| {
         let net = Model::load(&whole.join(training).join(format!("seed_{seed}")), &cpu()).unwrap();

@@ -80,7 +80,7 @@ impl ComparedDrive {
         run: u32,
     ) -> Result<ComparedDrive> {
         let mut out = ComparedDrive::default();
-        for method in Method::ALL {
+        for method in Method::ALL.into_iter().filter(|m| m.is_built()) {
             let named = |variant: String| MethodVariant { method, variant };
             match table.method(method).ready(given, drive, run) {
                 Ok(found) => out.driven.extend(found.into_iter().map(|(variant, method)| {
@@ -167,6 +167,7 @@ pub fn drive_once(
         }
         let truth = own_lines(&drive, &edges, time_s);
         let bounds = TrueLanes { also: truth.also.clone(), ..edges.truth(&level, RANGE_M) };
+        let region = region_edges(&drive, &truth, time_s);
         for Driven { method, looks, steps, .. } in &mut out.driven {
             let mut look = base.clone();
             let radar = method.radar.and_then(|which| seen.get(&which));
@@ -185,6 +186,7 @@ pub fn drive_once(
             let truth = match method.finds {
                 Finds::OwnLines => &truth,
                 Finds::RoadEdges => &bounds,
+                Finds::LaneRegion => &region,
             };
             steps.push(Step::new(run, index, estimate, truth.clone()));
             if with_looks {
@@ -198,6 +200,14 @@ pub fn drive_once(
 
 /// Least and largest distance at which lines are compared, m.
 const RANGE_M: [f64; 2] = [5.0, 40.0];
+
+/// The outer edges of the lanes, with all other true lines of the road in `also` as `own` has them.
+fn region_edges(drive: &Drive<'_>, own: &TrueLanes, time_s: f64) -> TrueLanes {
+    let mut region = drive.truth_of_region(time_s, RANGE_M);
+    region.lines.iter_mut().for_each(|line| line.retain(|p| p[0] > 0.0));
+    region.also.clone_from(&own.also);
+    region
+}
 
 /// The lines of the vehicle's own lane, with all other true lines of the road in `also`.
 fn own_lines(drive: &Drive<'_>, edges: &Edges, time_s: f64) -> TrueLanes {

@@ -6,7 +6,7 @@ use catseye::base::error::Result;
 use catseye::detect::points::Point;
 use catseye::detect::tracker::Track;
 use catseye::engine::Engine;
-use catseye::road::labels::{Polyline, RoadTruth};
+use catseye::road::labels::{LaneLabel, Polyline, RoadLabel, RoadTruth};
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar;
 use catseye::scene::waveform::Waveform;
@@ -108,6 +108,15 @@ impl<'a> Drive<'a> {
     pub fn truth_of_rows(&self, time_s: f64, range_m: [f64; 2]) -> TrueLanes {
         let lines = self.rows(time_s).into_iter().map(|(_, row)| row).filter(|r| r.len() > 1).collect();
         with_own(TrueLanes { lines, ..self.truth(time_s, range_m) })
+    }
+
+    /// The truth as of [`Drive::truth`], with the outer edges of the drivable lanes beside each other as the lines, and the
+    /// offset from the middle between them.
+    pub fn truth_of_region(&self, time_s: f64, range_m: [f64; 2]) -> TrueLanes {
+        match &self.site.road {
+            Some(road) => lane_region(road, &self.level(time_s), range_m),
+            None => TrueLanes { range_m, ..TrueLanes::default() },
+        }
     }
 
     /// Rows of markers with their names, in the level frame at that time, m.
@@ -248,13 +257,72 @@ fn with_own(mut t: TrueLanes) -> TrueLanes {
     t
 }
 
+/// The road whose axis is nearest to the vehicle.
+fn nearest_road<'r>(road: &'r RoadTruth, level: &Level) -> Option<&'r RoadLabel> {
+    let distance =
+        |line: &Polyline| nearest_piece(line, level.at_m).map_or(f64::INFINITY, |(_, distance)| distance);
+    road.roads.iter().min_by(|a, b| distance(&a.axis_m).total_cmp(&distance(&b.axis_m)))
+}
+
+/// Largest gap between lanes beside each other, m.
+const TOUCHING_M: f64 = 0.1;
+
+/// The outer edges of the drivable lanes beside each other that hold the vehicle's lane, at each station of the nearest
+/// road; lanes of other roads that join it are not in it. Where the vehicle's lane is not there, neither is the region.
+pub fn lane_region(road: &RoadTruth, level: &Level, range_m: [f64; 2]) -> TrueLanes {
+    let own = true_lanes(road, level, range_m);
+    let out = TrueLanes { lines: Vec::new(), own: [None; 2], offset_m: None, ..own.clone() };
+    let (Some(label), Some(number)) = (nearest_road(road, level), own.lane_number) else { return out };
+    let at = |line: &Polyline, i: usize| line.get(i).map(|p| DVec2::new(p[0], p[1]));
+    let mut pieces: [Vec<Polyline>; 2] = [vec![Vec::new()], vec![Vec::new()]];
+    for i in 0..label.s_m.len() {
+        let there: Vec<&LaneLabel> = label
+            .lanes
+            .iter()
+            .filter(|l| l.kind.is_drivable() && l.width_m.get(i).is_some_and(|w| *w > 0.0))
+            .collect();
+        let Some(vehicle) = there.iter().find(|l| l.number == number) else {
+            pieces.iter_mut().for_each(|p| p.push(Vec::new()));
+            continue;
+        };
+        let touches = |a: &Polyline, b: &Polyline| {
+            at(a, i).zip(at(b, i)).is_some_and(|(p, q)| p.distance(q) < TOUCHING_M)
+        };
+        let (mut left, mut right) = (*vehicle, *vehicle);
+        // No road has more lanes beside each other than lanes.
+        for _ in 0..there.len() {
+            left = there.iter().find(|l| touches(&l.right_m, &left.left_m)).unwrap_or(&left);
+            right = there.iter().find(|l| touches(&l.left_m, &right.right_m)).unwrap_or(&right);
+        }
+        for (piece, line) in pieces.iter_mut().zip([&right.right_m, &left.left_m]) {
+            if let (Some(open), Some(p)) = (piece.last_mut(), line.get(i)) {
+                open.push(*p);
+            }
+        }
+    }
+    let lines: Vec<Vec<[f64; 2]>> = pieces
+        .iter()
+        .flatten()
+        .filter(|p| p.len() > 1)
+        .flat_map(|p| line_in(level, p, range_m[1] + 20.0))
+        .collect();
+    let mut t = with_own(TrueLanes { lines, ..out });
+    // The region may be wider than a lane can be.
+    let y: Vec<Option<f64>> = t.lines.iter().map(|l| beside(l).map(|b| b.0)).collect();
+    t.own = [
+        y.iter().rposition(|y| y.is_some_and(|y| y <= 0.0)),
+        y.iter().position(|y| y.is_some_and(|y| y > 0.0)),
+    ];
+    if let [Some(r), Some(l)] = t.own.map(|i| i.and_then(|i| y[i])) {
+        t.offset_m = Some(-0.5 * (l + r));
+    }
+    t
+}
+
 /// The lines of the lanes of the road nearest to the vehicle, and its own lane.
 pub fn true_lanes(road: &RoadTruth, level: &Level, range_m: [f64; 2]) -> TrueLanes {
     let reach_m = range_m[1] + 20.0;
-    let distance =
-        |line: &Polyline| nearest_piece(line, level.at_m).map_or(f64::INFINITY, |(_, distance)| distance);
-    let Some(label) = road.roads.iter().min_by(|a, b| distance(&a.axis_m).total_cmp(&distance(&b.axis_m)))
-    else {
+    let Some(label) = nearest_road(road, level) else {
         return TrueLanes { range_m, ..TrueLanes::default() };
     };
     // Neighbours share a line; a missing lane has none.

@@ -3,7 +3,7 @@
 use crate::trial::context::settings;
 use crate::trial::method::Method;
 use crate::trial::ready::LaneMethod;
-use crate::trial::{camera_fusion, hd_map, markers, range_doppler, road_shape, signature, uwb};
+use crate::trial::{camera_fusion, hd_map, markers, range_doppler, road_shape, segmentation, signature, uwb};
 use catseye::base::error::{BadInput, Error, Result};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -29,6 +29,8 @@ pub struct LaneTable {
     pub hd_map: hd_map::Settings,
     /// Settings of the method camera-fusion.
     pub camera_fusion: camera_fusion::CameraFusionOptions,
+    /// Settings of the method segmentation, which needs a build with the feature learn.
+    pub segmentation: segmentation::SegmentationOptions,
 }
 
 impl LaneTable {
@@ -39,9 +41,10 @@ impl LaneTable {
     pub fn load(path: &Path) -> Result<LaneTable> {
         let table: LaneTable = settings(path)?;
         let LaneTable { uwb, markers, range_doppler, signature, .. } = &table;
-        let LaneTable { road_shape, hd_map, camera_fusion, .. } = &table;
+        let LaneTable { road_shape, hd_map, camera_fusion, segmentation, .. } = &table;
         let first = [uwb.check(), markers.check_in_scenario(), range_doppler.check(), signature.check()];
-        let rest = [road_shape.check(), hd_map.check(), camera_fusion.check()];
+        let rest =
+            [road_shape.check(), hd_map.check(), camera_fusion.check(), segmentation.check_in_scenario()];
         first.into_iter().chain(rest).collect::<Result<()>>().map_err(|e| match e {
             Error::Input(b) => BadInput { file: b.file.clone().or(Some(path.into())), ..*b }.into(),
             e => e,
@@ -65,6 +68,7 @@ impl LaneTable {
             Method::RoadShape => &self.road_shape,
             Method::HdMap => &self.hd_map,
             Method::CameraFusion => &self.camera_fusion,
+            Method::Segmentation => &self.segmentation,
         }
     }
 }

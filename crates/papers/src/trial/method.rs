@@ -21,15 +21,17 @@ pub enum Method {
     HdMap,
     /// Camera near, radar tracks far (Sangeetha Lakshmi)
     CameraFusion,
+    /// Edges of the lanes by a trained network (needs a build with `--features learn`)
+    Segmentation,
 }
 
 /// Names of the methods in order.
-const NAMES: [&str; 7] =
-    ["uwb", "markers", "range-doppler", "signature", "road-shape", "hd-map", "camera-fusion"];
+const NAMES: [&str; 8] =
+    ["uwb", "markers", "range-doppler", "signature", "road-shape", "hd-map", "camera-fusion", "segmentation"];
 
 impl Method {
     /// All methods in the order in which they are listed.
-    pub const ALL: [Method; 7] = [
+    pub const ALL: [Method; 8] = [
         Method::Uwb,
         Method::Markers,
         Method::RangeDoppler,
@@ -37,7 +39,26 @@ impl Method {
         Method::RoadShape,
         Method::HdMap,
         Method::CameraFusion,
+        Method::Segmentation,
     ];
+
+    /// Whether this build has the method: segmentation belongs to the cargo feature `learn`. A comparison leaves out what a
+    /// build has not.
+    pub fn is_built(self) -> bool {
+        self != Method::Segmentation || cfg!(feature = "learn")
+    }
+
+    /// Checks that this build has the method.
+    ///
+    /// # Errors
+    /// Returns `BadInput` with the command that builds it.
+    pub fn check_built(self) -> Result<()> {
+        if self.is_built() {
+            return Ok(());
+        }
+        let bad = BadInput::new("this program was built without networks").key("method").value(self.name());
+        Err(bad.remedy("cargo install --path crates/cli --locked --features learn").into())
+    }
 
     /// Name of the method on the command line.
     pub fn name(self) -> &'static str {

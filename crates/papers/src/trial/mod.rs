@@ -22,6 +22,7 @@ mod result_folder;
 pub mod road_shape;
 mod run;
 mod runner;
+pub mod segmentation;
 mod sensors;
 pub mod signature;
 mod stats;

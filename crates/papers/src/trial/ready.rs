@@ -46,6 +46,9 @@ pub enum Finds {
     OwnLines,
     /// The barriers that bound the road; lines, offset, heading and curvature are theirs.
     RoadEdges,
+    /// The outer edges of the drivable lanes beside each other in which the vehicle is; offset, heading and curvature are
+    /// those of all of them together.
+    LaneRegion,
 }
 
 /// A method that is ready for a drive.

@@ -5,5 +5,7 @@ mod hd_map;
 mod markers;
 mod range_doppler;
 mod road_shape;
+#[cfg(feature = "learn")]
+mod segmentation;
 mod signature;
 mod uwb;

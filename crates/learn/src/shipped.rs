@@ -1,0 +1,29 @@
+//! Trained networks that come with the program, by name.
+
+/// A trained network that comes with the program.
+#[derive(Debug, Clone, Copy)]
+pub struct Shipped {
+    /// Its name on the command line and in scenarios.
+    pub name: &'static str,
+    /// The training's TOML.
+    pub config: &'static str,
+    /// The file of its weights.
+    pub weights: &'static [u8],
+}
+
+/// All of them: their folders lie in `crates/learn/weights`, each with its model card.
+pub const SHIPPED: [Shipped; 1] = [Shipped {
+    name: "road",
+    config: include_str!("../weights/road/config.toml"),
+    weights: include_bytes!("../weights/road/weights.bpk"),
+}];
+
+/// The network of this name.
+pub fn find(name: &str) -> Option<&'static Shipped> {
+    SHIPPED.iter().find(|s| s.name == name)
+}
+
+/// Names of all of them in one line.
+pub fn names() -> String {
+    SHIPPED.map(|s| s.name).join(", ")
+}
