@@ -492,6 +492,7 @@ def simulate(
     scene: Scene | None = None,
     engine: _Engine | None = None,
     trace: str | None = None,
+    source: _Path | None = None,
 ) -> Frames: ...
 def process(adc: NDArray[Any], *, radar: Radar | _Path, engine: _Engine | None = None) -> Detections: ...
 @final

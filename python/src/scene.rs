@@ -418,7 +418,7 @@ pub fn road_scene(py: Python<'_>, path_or_text: PathBuf, folder: PathBuf) -> PyR
             true => scene_toml::parse(&folder.join("road.toml"), &text)?,
             false => scene_toml::load(&path_or_text)?,
         };
-        let (contents, truth) = build::build(&plan, &material::parse_spec)?;
+        let (contents, truth) = build::build(&plan)?;
         Ok(Scene { truth: Some(Arc::new(truth)), ..Scene::of(plan.name, contents) })
     })
 }

@@ -13,9 +13,10 @@ use catseye::road::labels::RoadTruth;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar as Described;
 use catseye::scene::scenario;
-use catseye::simulate::{Depths, Frame as Made, remarks, simulate_with};
+use catseye::simulate::{Depths, Frame as Made, remarks, simulate_recalling, simulate_with};
 use catseye::trace::Echoes;
 use catseye_io::files::Truth;
+use catseye_io::kept_run::KeptRun;
 use catseye_io::manifest::Axes;
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -100,6 +101,8 @@ pub struct Frames {
     wanted: Vec<(u32, usize)>,
     next: usize,
     depths: Depths,
+    /// Where echoes come from that are not traced.
+    kept: Option<Arc<KeptRun>>,
     /// What the scene's meshes have that may show in the frames, one line each; each was also given to `warnings.warn`.
     #[pyo3(get)]
     remarks: Vec<String>,
@@ -131,10 +134,20 @@ impl Frames {
                 road,
             )
         };
-        let depths = slf.try_borrow()?.depths.clone();
+        let (depths, kept) = {
+            let this = slf.try_borrow()?;
+            (this.depths.clone(), this.kept.clone())
+        };
         let radar = scenario.radars[which].clone();
         let (made, truth) = work::run(py, None, move |watch| {
-            let frame = simulate_with(&engine, &scenario, &scene, (which, index), &depths, watch.control())?;
+            let at = (which, index);
+            let frame = match &kept {
+                None => simulate_with(&engine, &scenario, &scene, at, &depths, watch.control())?,
+                Some(kept) => {
+                    let recall = |which: usize, index| kept.trace(&scenario, &scenario.radars[which].name, index);
+                    simulate_recalling(&engine, &scenario, &scene, at, Box::new(recall), watch.control())?
+                }
+            };
             let truth = Truth::new(&scenario, &scene, &frame, labels.as_deref());
             let truth = serde_json::to_string(&truth).map_err(|e| Error::Failed(format!("truth: {e}")))?;
             Ok((frame, truth))
@@ -312,11 +325,12 @@ pub fn points(py: Python<'_>, list: &[Point]) -> PyResult<Py<PyAny>> {
 /// scenario: a Scenario or the path of one. frames: how many, or which (a sequence of indices); default: what the
 /// scenario says. seed: in place of the scenario's. radar: the name of one of several; default: all, each frame once for
 /// each. scene: a Scene in place of what the scenario says. engine: an Engine or the name of a device. trace: "host" or "device", where
-/// beams are followed, as for Engine.
+/// beams are followed, as for Engine. source: folder of a run of the same scene and drive that kept its echoes (`[output] echoes = true`): the
+/// scenario's radar, waveform, array and front end listen to them and nothing is traced, as `catseye simulate --from` does.
 ///
 /// Ctrl-C ends the frame in work; the iterator can go on with the same frame.
 #[pyfunction]
-#[pyo3(signature = (scenario, *, frames = None, seed = None, radar = None, scene = None, engine = None, trace = None))]
+#[pyo3(signature = (scenario, *, frames = None, seed = None, radar = None, scene = None, engine = None, trace = None, source = None))]
 #[allow(clippy::too_many_arguments)] // keywords
 pub fn simulate(
     py: Python<'_>,
@@ -327,6 +341,7 @@ pub fn simulate(
     scene: Option<&Bound<'_, Scene>>,
     engine: Option<&Bound<'_, PyAny>>,
     trace: Option<&str>,
+    source: Option<PathBuf>,
 ) -> PyResult<Frames> {
     let mut scenario = match scenario.cast::<Scenario>() {
         Ok(s) => s.get().scenario.clone(),
@@ -335,7 +350,7 @@ pub fn simulate(
     if let Some(seed) = seed {
         Arc::make_mut(&mut scenario).seed = seed;
     }
-    let indices = match frames {
+    let indices: Vec<u32> = match frames {
         None => (0..scenario.frames.count).collect(),
         Some(f) => match f.extract::<u32>() {
             Ok(0) => {
@@ -378,6 +393,20 @@ pub fn simulate(
             (Arc::new(site.scenario), Arc::new(site.scene), site.road.map(Arc::new))
         }
     };
+    let kept = match source {
+        None => None,
+        Some(folder) => {
+            // As many frames as are asked for, which may be fewer than the scenario has.
+            let mut asked = scenario::SitedScenario::clone(&scenario);
+            asked.frames.count = indices.iter().max().map_or(0, |last| last + 1);
+            let open = move |_: &work::Watch| {
+                let kept = KeptRun::open(&folder)?;
+                kept.check(&asked)?;
+                Ok(kept)
+            };
+            Some(Arc::new(work::run(py, None, open)?))
+        }
+    };
     let remarks = {
         let (scenario, scene) = (scenario.clone(), scene.clone());
         let first = which.first().copied().unwrap_or(0);
@@ -388,6 +417,7 @@ pub fn simulate(
         warn.call1((line,))?;
     }
     let road = labels.as_deref().map(|t| crate::arrays::plain(py, t)).transpose()?;
+    let (depths, next) = (Depths::default(), 0);
     let wanted = indices.into_iter().flat_map(|i| which.iter().map(move |w| (i, *w))).collect();
-    Ok(Frames { engine, scenario, scene, labels, road, wanted, next: 0, depths: Depths::default(), remarks })
+    Ok(Frames { engine, scenario, scene, labels, road, wanted, next, depths, kept, remarks })
 }

@@ -1,5 +1,6 @@
 import os
 import signal
+import subprocess
 import sys
 import threading
 
@@ -137,6 +138,36 @@ builtin = "w3"
 [frames]
 count = 100
 """
+
+
+def test_another_radar_listens_to_a_run(tmp_path, engine):
+    """Frames of kept echoes are those of a run that traces, to the bit; another seed changes the noise and not the echoes."""
+    text = "name = \"kept\"\nradar = \"demo77\"\n[frames]\ncount = 2\ninterval_s = 0.1\n[[point]]\nposition_m = [14, 2, 1]\nrcs_dbsm = 5\n[output]\nechoes = true\nplots = false\n"
+    path = tmp_path / "scenario.toml"
+    path.write_text(text)
+    program = os.environ.get("CATSEYE_PROGRAM")
+    if not program:
+        pytest.skip("CATSEYE_PROGRAM names no program that keeps echoes")
+    subprocess.run([program, "simulate", str(path), "-o", str(tmp_path / "run"), "--device", "cpu", "--quiet"], check=True)
+    scenario = catseye.Scenario(path)
+    kept = list(catseye.simulate(scenario, engine=engine, source=tmp_path / "run"))
+    whole = list(catseye.simulate(scenario, engine=engine))
+    assert len(kept) == len(whole) == 2
+    for a, b in zip(kept, whole):
+        np.testing.assert_array_equal(a.adc, b.adc)
+        assert a.points.tobytes() == b.points.tobytes()
+    other = next(catseye.simulate(scenario, engine=engine, source=tmp_path / "run", seed=99))
+    assert not np.array_equal(other.adc, kept[0].adc)
+    np.testing.assert_array_equal(other.returns["power_dbm"], kept[0].returns["power_dbm"])
+    # Fewer frames than the run has are served, more are not.
+    assert next(catseye.simulate(scenario, engine=engine, source=tmp_path / "run", frames=[1])).index == 1
+    with pytest.raises(catseye.BadInput, match="fewer frames"):
+        catseye.simulate(scenario, engine=engine, source=tmp_path / "run", frames=5)
+    with pytest.raises(catseye.BadInput, match="manifest"):
+        catseye.simulate(scenario, engine=engine, source=tmp_path)
+    moved = catseye.Scenario.parse(text.replace("14, 2, 1", "15, 2, 1"))
+    with pytest.raises(catseye.BadInput):
+        next(catseye.simulate(moved, engine=engine, source=tmp_path / "run"))
 
 
 def test_ctrl_c_ends_a_frame_and_the_iterator_goes_on():
