@@ -368,7 +368,7 @@ pub struct Output {
     pub truth: bool,
     /// Classes and points on grids: mask_road.npy, mask_markers.npy, grid_road.npy, grid_markers.npy.
     pub masks: bool,
-    /// lidar.csv: the nearest surfaces around the vehicle, as the ideal lidar of `[lidar]` sees them.
+    /// lidar.csv: the nearest surfaces around the vehicle, as the ideal lidar of `[lidar]` sees them; default false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub lidar: bool,
     /// scene.glb beside the frames: the whole scene as binary glTF with its motions and, of a road, its labels.
