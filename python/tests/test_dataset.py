@@ -1,6 +1,7 @@
 import csv
 import os
 import pickle
+import re
 import shutil
 import signal
 import sys
@@ -226,3 +227,43 @@ def test_another_radar_listens_to_kept_echoes(recipe, engine, tmp_path):
         catseye.dataset(recipe, tmp_path / "no", engine=engine, source=tmp_path / "whole")
     with pytest.raises(catseye.BadInput, match="seed"):
         catseye.dataset(recipe, tmp_path / "no", engine=engine, source=tmp_path / "traced", seed=12345)
+
+
+@pytest.mark.parametrize("layout", ["frames", "zarr", "hdf5"])
+def test_the_lidar_of_every_format(recipe, engine, tmp_path, layout):
+    """Points lie at their range from the lidar's place in the world, on objects of the frame, and the same in every format."""
+    text = recipe.read_text()
+    assert "[keep]\n" in text
+    text = text.replace("[keep]\n", "[keep]\nlidar = true\n")
+    text += "\n[scenario.lidar]\nchannels = 8\nazimuth_step_deg = 5\nmax_range_m = 60\n"
+    if "[store]\n" in text:
+        text = re.sub(r"(?m)^format = .*\n", "", text).replace("[store]\n", f'[store]\nformat = "{layout}"\n')
+    else:
+        text += f'\n[store]\nformat = "{layout}"\n'
+    for name in recipe.parent.iterdir():
+        if name.is_file():
+            shutil.copy(name, tmp_path)
+    (tmp_path / "lidar.toml").write_text(text)
+    catseye.dataset(tmp_path / "lidar.toml", tmp_path / "data", engine=engine)
+    total = 0
+    for sample in catseye.Dataset(tmp_path / "data"):
+        points, place, ego = sample["lidar"], sample["lidars"], sample["frames"]
+        assert len(place) == 1
+        # From the vehicle's axes to the world, by the quaternion of the table `frames`.
+        x, y, z, w = (ego[f"rotation_{axis}"][0] for axis in "xyzw")
+        turn = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        world = np.stack([points[f"{a}_m"] for a in "xyz"], axis=1) @ turn.T + [ego[f"{a}_m"][0] for a in "xyz"]
+        distance = np.linalg.norm(world - [place[f"{a}_m"][0] for a in "xyz"], axis=1)
+        np.testing.assert_allclose(distance, points["range_m"], atol=1e-9)
+        assert (points["range_m"] < 60).all() and (points["channel"] < 8).all()
+        assert ((points["incidence_deg"] >= 0) & (points["incidence_deg"] <= 90)).all()
+        classes = dict(zip(sample["boxes"]["id"], sample["boxes"]["class"]))
+        assert [classes[i] for i in points["object_id"]] == list(points["class"])
+        total += len(points)
+    assert total > 100

@@ -15,7 +15,7 @@ use std::io::Write;
 /// # Errors
 /// Returns an error if the output cannot be written.
 pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
-    write(out, &POINTS, points)
+    write_rows(out, &POINTS, points)
 }
 
 /// Writes echoes as CSV with a header; the columns are those of [`super::columns::echoes`].
@@ -23,7 +23,7 @@ pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
 /// # Errors
 /// Returns an error if the output cannot be written.
 pub fn write_echoes<W: Write>(out: W, radar: &Radar, echoes: &Echoes) -> std::io::Result<W> {
-    write(out, &echo_columns(), &heard(radar, echoes))
+    write_rows(out, &echo_columns(), &heard(radar, echoes))
 }
 
 /// Writes the cells of angular spectra as CSV with a header; the columns are [`ANGLE_CELLS`].
@@ -31,10 +31,14 @@ pub fn write_echoes<W: Write>(out: W, radar: &Radar, echoes: &Echoes) -> std::io
 /// # Errors
 /// Returns the error of the writer.
 pub fn write_angle_cells<W: Write>(out: W, cells: &[SpectrumCell]) -> std::io::Result<W> {
-    write(out, &ANGLE_CELLS, cells)
+    write_rows(out, &ANGLE_CELLS, cells)
 }
 
-fn write<W: Write, T>(out: W, columns: &[Column<T>], rows: &[T]) -> std::io::Result<W> {
+/// Writes rows as CSV with a header of the columns' names.
+///
+/// # Errors
+/// Returns the error of the writer.
+pub fn write_rows<W: Write, T>(out: W, columns: &[Column<T>], rows: &[T]) -> std::io::Result<W> {
     let header: Vec<&str> = columns.iter().map(|c| c.name).collect();
     let mut table = Writer::new(out, &[], &header)?;
     let mut cells: Vec<Cow<'_, str>> = Vec::with_capacity(columns.len());

@@ -91,6 +91,30 @@ impl Bvh {
         (best.triangle != u32::MAX).then_some(best)
     }
 
+    /// Finds the nearest triangle along the unit vector `dir`, at a distance in (t_min, t_max), where no ray slips between two triangles
+    /// that share an edge ([`Triangle::intersect_within`]).
+    #[inline]
+    pub fn closest_without_gaps(
+        &self,
+        triangles: &[Triangle],
+        origin: DVec3,
+        dir: DVec3,
+        slack: f64,
+        t_max: f64,
+    ) -> Option<Hit> {
+        let mut best = Hit { t: t_max, triangle: u32::MAX };
+        self.visit(triangles, origin, dir, t_max, |i, tri| {
+            if let Some(t) = tri.intersect_within(origin, dir, slack)
+                && t > self.t_min_m
+                && (t < best.t || (t == best.t && i < best.triangle))
+            {
+                best = Hit { t, triangle: i };
+            }
+            Some(best.t)
+        });
+        (best.triangle != u32::MAX).then_some(best)
+    }
+
     /// Whether anything but `skip_patch` stands within (t_min, t_max).
     #[inline]
     pub fn any_hit(

@@ -6,6 +6,7 @@ pub mod drive;
 pub mod front_end;
 pub mod gltf;
 pub mod interferer;
+pub mod lidar;
 pub mod material;
 pub mod mesh_file;
 pub mod motion;

@@ -4,6 +4,7 @@
 use super::drive::{Drive, DriveTable};
 use super::gltf::ImportOptions;
 use super::interferer::{self, Interferer, InterfererTable};
+use super::lidar::{self, Lidar, LidarTable};
 use super::mesh_file::{self, ImportTable};
 use super::motion::{Channel, Joint, Motion, Moving};
 pub use super::place_reader::Lasting;
@@ -70,6 +71,9 @@ pub struct ScenarioFile {
     /// How waves are followed.
     #[serde(default)]
     pub trace: TraceTable,
+    /// An ideal lidar beside the radars, whose points `output.lidar` writes.
+    #[serde(default)]
+    pub lidar: LidarTable,
     /// What is kept of each frame.
     #[serde(default)]
     pub output: Output,
@@ -364,6 +368,9 @@ pub struct Output {
     pub truth: bool,
     /// Classes and points on grids: mask_road.npy, mask_markers.npy, grid_road.npy, grid_markers.npy.
     pub masks: bool,
+    /// lidar.csv: the nearest surfaces around the vehicle, as the ideal lidar of `[lidar]` sees them; default false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub lidar: bool,
     /// scene.glb beside the frames: the whole scene as binary glTF with its motions and, of a road, its labels.
     pub scene: bool,
     /// Whether the PNGs are written.
@@ -384,6 +391,7 @@ impl Default for Output {
             echoes: false,
             truth: true,
             masks: false,
+            lidar: false,
             scene: false,
             plots: true,
         }
@@ -422,6 +430,8 @@ pub struct Scenario<E = EgoPlan> {
     pub frames: Frames,
     /// How waves are followed.
     pub trace: TraceSettings,
+    /// The ideal lidar on the vehicle.
+    pub lidar: Lidar,
     /// What is kept of each frame.
     pub output: Output,
     /// How long its trajectories last; frames may last longer.
@@ -713,7 +723,7 @@ impl<E> Scenario<E> {
     pub fn with_ego<F>(self, ego: F) -> Scenario<F> {
         let Scenario { name, seed, radars, scene, points, objects, interferers, mutual_interference, .. } =
             self;
-        let Scenario { weather, ego: _, frames, trace, output, trajectories, .. } = self;
+        let Scenario { weather, ego: _, frames, trace, lidar, output, trajectories, .. } = self;
         Scenario {
             name,
             seed,
@@ -727,6 +737,7 @@ impl<E> Scenario<E> {
             ego,
             frames,
             trace,
+            lidar,
             output,
             trajectories,
         }
@@ -1231,6 +1242,7 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             exact: exact(&doc, &f.trace)?,
             convention: f.trace.convention,
         },
+        lidar: lidar::build(&doc, &f.lidar)?,
         output: f.output,
         trajectories,
     })

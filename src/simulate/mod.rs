@@ -1,6 +1,7 @@
 //! The whole chain for one frame.
 
 pub mod kept;
+pub mod lidar;
 pub mod thermal_floor;
 pub mod truth;
 

@@ -1,6 +1,7 @@
 //! `truth.json`: what is true of one frame, beside what the radar made of it.
 
 use super::Frame;
+use super::lidar::lidar_pose;
 use super::thermal_floor::thermal_floor_w;
 use crate::adc::synthesis::{Levels, passes};
 use crate::base::units::{dbm_from_w, wavenumber};
@@ -107,6 +108,9 @@ pub struct Truth {
     pub ego: PoseRecord,
     /// Pose of the radar.
     pub radar: PoseRecord,
+    /// Pose of the lidar, where the scenario asks for its points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lidar: Option<PoseRecord>,
     /// Boxes of all objects in the world, in the order of the scene; those without `part` are whole objects.
     pub boxes: Vec<TruthBox>,
     /// All actors except the ground.
@@ -158,6 +162,15 @@ impl Truth {
                 velocity_mps: frame.velocity_mps.to_array(),
                 spin_rad_per_s,
             },
+            lidar: scenario.output.lidar.then(|| {
+                let (pose, velocity_mps) = lidar_pose(&scenario.lidar, &scenario.ego, frame.time_s);
+                PoseRecord {
+                    position_m: pose.translation_m.to_array(),
+                    rotation_xyzw: pose.rotation.to_array(),
+                    velocity_mps: velocity_mps.to_array(),
+                    spin_rad_per_s,
+                }
+            }),
             boxes: truth_boxes(scene, frame.time_s),
             actors: actors.collect(),
             lanes: lanes_of(frame, road),

@@ -157,7 +157,11 @@ impl Export {
         let run = Run::open(&self.run)?;
         let mut exporter = self.exporter(&run, global.force)?;
         let bar = global.bar("sweeps", run.len() as u64, Kept::Nothing);
-        let extras = Extras { map: self.format == Format::Mcap, grids: self.format == Format::Coco };
+        let extras = Extras {
+            map: self.format == Format::Mcap,
+            grids: self.format == Format::Coco,
+            lidar: matches!(self.format, Format::Kitti | Format::Nuscenes),
+        };
         for at in 0..run.len() {
             exporter.push(&run.sweep(at, extras)?)?;
             bar.inc(1);

@@ -9,11 +9,14 @@
 //! An annotation is one connected object of one class: cells of the class that touch at a side or a corner. Its segmentation is
 //! a run-length code, exact to the cell, its area the number of cells, and its box (`bbox`) x, y, width, height in cells. The number
 //! of a category is that of the class in the mask; cells of the class `undefined` have no annotation. Besides COCO's own keys an
-//! image has its mask, radar, frame, time, the size of a cell (m, along a column and along a row), and the poses of radar and vehicle.
+//! image has its mask, radar, frame, time, the size of a cell (`cell_m`: along a column and along a row), the extent of the grid
+//! (`extent_m`: ahead and across), the pose of the grid's axes in the world (`grid_in_world`: its origin at the radar, x level along the
+//! boresight, y to the left), and the poses of radar and vehicle. The middle of cell `[row, column]` has x = (row + ½) `cell_m[0]` and
+//! y = ½ `extent_m[1]` − (column + ½) `cell_m[1]` in these axes.
 
-use super::{Exporter, Finished, MaskedGrid, Order, Sweep};
+use super::{Exporter, Finished, MaskedGrid, Order, Sweep, heading};
 use catseye::base::error::{BadInput, Error, Result};
-use catseye::base::frames::Pose;
+use catseye::base::frames::{Pose, Sensor, World};
 use catseye::formats::stage::{MANIFEST, StagedDir};
 use catseye::road::mask::CellClass;
 use image::{GrayImage, RgbImage};
@@ -159,11 +162,15 @@ impl Folder {
                 .collect(),
             ..Annotations::default()
         });
+        let radar = sweep.sensor_in_world();
+        let level = glam::DQuat::from_rotation_z(heading(radar.rotation));
+        let grid_in_world = Pose::<Sensor, World>::new(level, radar.translation_m);
         let image = of.images.len() + 1;
         of.images.push(json!({
             "id": image, "file_name": name, "mask_file_name": format!("masks/{name}"), "width": grid.columns,
             "height": grid.rows, "radar": sweep.radar, "frame": sweep.frame, "time_s": sweep.time_ns as f64 * 1e-9,
-            "cell_m": grid.cell_m, "radar_in_vehicle": pose_record(&sweep.sensor_in_vehicle),
+            "cell_m": grid.cell_m, "extent_m": [grid.rows as f64 * grid.cell_m[0], grid.columns as f64 * grid.cell_m[1]],
+            "grid_in_world": pose_record(&grid_in_world), "radar_in_vehicle": pose_record(&sweep.sensor_in_vehicle),
             "vehicle_in_world": pose_record(&sweep.vehicle_in_world),
         }));
         for component in components(&grid.mask, grid.rows, grid.columns) {

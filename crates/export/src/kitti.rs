@@ -1,6 +1,9 @@
 //! The layout of KITTI's object detection (<https://www.cvlibs.net/datasets/kitti/eval_object.php>) with the radar points of
 //! View-of-Delft (<https://github.com/tudelft-iv/view-of-delft-dataset>): what OpenPCDet, MMDetection3D and View-of-Delft's own
-//! tools read. A run of several radars becomes a folder of this layout for each of them, by its name.
+//! tools read. A run of several radars becomes a folder of this layout for each of them, by its name. A run with the points of an ideal
+//! lidar (`[output] lidar = true`) has a folder `lidar` of this layout as well, whose `velodyne` holds four float32 for each point as
+//! KITTI's own does: x, y, z in the lidar's axes, and the cosine of the angle of incidence in place of a reflectance, and whose `calib`
+//! is that of the lidar.
 //!
 //! | file | content |
 //! |---|---|
@@ -18,9 +21,9 @@
 use super::class::{RoadUser, road_user};
 use super::map_mask::within;
 use super::tusimple::{Camera, NEAREST_M, Optical};
-use super::{Exporter, Finished, Order, Sweep, SweepBox, occlusion};
+use super::{Exporter, Finished, LidarCloud, Order, Sweep, SweepBox, occlusion};
 use catseye::base::error::{BadInput, Error, Result};
-use catseye::base::frames::{Pose, Vehicle, World};
+use catseye::base::frames::{Pose, Sensor, Vehicle, World};
 use catseye::formats::stage::{MANIFEST, StagedDir};
 use glam::{DMat3, DVec2, DVec3};
 use serde_json::json;
@@ -33,6 +36,8 @@ use std::path::Path;
 pub const POINT_VALUES: usize = 7;
 /// The last number that six digits write.
 const LAST_FRAME: u64 = 999_999;
+/// Folder of the lidar, as View-of-Delft's tools expect it.
+const LIDAR: &str = "lidar";
 /// Tilts that are smaller are none, rad.
 const LEVEL_RAD: f64 = 1e-4;
 
@@ -177,6 +182,8 @@ pub struct Folder {
     order: Order,
     /// Numbers of the frames of each radar, in the order of time.
     frames: BTreeMap<String, Vec<u64>>,
+    /// Numbers of the frames of the lidar, in the order of time.
+    lidar_frames: Vec<u64>,
     /// The vehicle at the first frame.
     start: Option<Pose<Vehicle, World>>,
     sweeps: usize,
@@ -199,6 +206,7 @@ impl Folder {
             camera,
             order: Order::default(),
             frames: BTreeMap::new(),
+            lidar_frames: Vec::new(),
             start: None,
             sweeps: 0,
             points: 0,
@@ -208,16 +216,17 @@ impl Folder {
         })
     }
 
-    fn calibration(&self, sweep: &Sweep) -> String {
+    /// The text of `calib` for a sensor with this pose in the vehicle.
+    fn calibration(&self, sensor_in_vehicle: &Pose<Sensor, Vehicle>) -> String {
         let c = &self.camera;
         let [cx, cy] = c.centre_px;
         let projection = [c.focal_px, 0.0, cx, 0.0, 0.0, c.focal_px, cy, 0.0, 0.0, 0.0, 1.0, 0.0];
         let mut out: String = (0..4).map(|i| matrix_line(&format!("P{i}"), &projection)).collect();
         out += &matrix_line("R0_rect", &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-        let radar = sweep.sensor_in_vehicle.then(&c.mounting.inverse());
-        let turn = turn_to_camera() * DMat3::from_quat(radar.rotation);
-        out += &matrix_line("Tr_velo_to_cam", &rows(turn, right_down_ahead(radar.translation_m)));
-        let vehicle = sweep.sensor_in_vehicle.inverse();
+        let sensor = sensor_in_vehicle.then(&c.mounting.inverse());
+        let turn = turn_to_camera() * DMat3::from_quat(sensor.rotation);
+        out += &matrix_line("Tr_velo_to_cam", &rows(turn, right_down_ahead(sensor.translation_m)));
+        let vehicle = sensor_in_vehicle.inverse();
         out + &matrix_line("Tr_imu_to_velo", &rows(DMat3::from_quat(vehicle.rotation), vehicle.translation_m))
     }
 
@@ -248,6 +257,15 @@ fn cloud(sweep: &Sweep) -> Vec<u8> {
     values.flat_map(|x| (x as f32).to_le_bytes()).collect()
 }
 
+/// The lidar's points as the bytes of a file.
+fn lidar_cloud(lidar: &LidarCloud) -> Vec<u8> {
+    let values = lidar.points.iter().flat_map(|p| {
+        let [x, y, z] = p.position_m.to_array();
+        [x, y, z, p.cos_incidence]
+    });
+    values.flat_map(|x| (x as f32).to_le_bytes()).collect()
+}
+
 fn save(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
@@ -269,6 +287,13 @@ impl Exporter for Folder {
         if self.frames.get(&sweep.radar).is_some_and(|frames| frames.contains(&sweep.frame)) {
             return Err(Error::Failed(format!("frame {} of radar {} came twice", sweep.frame, sweep.radar)));
         }
+        if sweep.lidar.is_some() && sweep.radar == LIDAR {
+            return Err(BadInput::new("is the name of the lidar's folder")
+                .key("radar")
+                .value(LIDAR)
+                .remedy("rename the radar")
+                .into());
+        }
         let start = *self.start.get_or_insert(sweep.vehicle_in_world);
         let in_world = self.camera.mounting.then(&sweep.vehicle_in_world);
         let mut text = String::new();
@@ -284,12 +309,21 @@ impl Exporter for Folder {
             self.labels += 1;
             self.tilt_rad = self.tilt_rad.max(label.tilt_rad);
         }
-        let folder = self.staged.path().join(&sweep.radar).join("training");
-        let file = |kind: &str, end: &str| folder.join(kind).join(format!("{:06}.{end}", sweep.frame));
-        save(&file("velodyne", "bin"), cloud(sweep))?;
-        save(&file("label_2", "txt"), text)?;
-        save(&file("calib", "txt"), self.calibration(sweep))?;
-        save(&file("pose", "json"), self.poses(sweep, &start))?;
+        let root = self.staged.path();
+        let save_all = |sensor: &str, points: Vec<u8>, mounting: &Pose<Sensor, Vehicle>| -> Result<()> {
+            let folder = root.join(sensor).join("training");
+            let file = |kind: &str, end: &str| folder.join(kind).join(format!("{:06}.{end}", sweep.frame));
+            save(&file("velodyne", "bin"), points)?;
+            save(&file("label_2", "txt"), &text)?;
+            save(&file("calib", "txt"), self.calibration(mounting))?;
+            save(&file("pose", "json"), self.poses(sweep, &start))
+        };
+        save_all(&sweep.radar, cloud(sweep), &sweep.sensor_in_vehicle)?;
+        // All radars of a frame see the same lidar.
+        if let Some(lidar) = sweep.lidar.as_ref().filter(|_| self.lidar_frames.last() != Some(&sweep.frame)) {
+            save_all(LIDAR, lidar_cloud(lidar), &lidar.in_vehicle)?;
+            self.lidar_frames.push(sweep.frame);
+        }
         self.frames.entry(sweep.radar.clone()).or_default().push(sweep.frame);
         self.sweeps += 1;
         self.points += sweep.points.len();
@@ -298,17 +332,18 @@ impl Exporter for Folder {
 
     fn finish(self: Box<Self>) -> Result<Finished> {
         let root = self.staged.path();
-        for (radar, frames) in &self.frames {
+        let lidar = Some((LIDAR, &self.lidar_frames)).filter(|(_, frames)| !frames.is_empty());
+        for (sensor, frames) in self.frames.iter().map(|(r, f)| (r.as_str(), f)).chain(lidar) {
             let list = |frames: &[u64]| frames.iter().map(|f| format!("{f:06}\n")).collect::<String>();
             // A whole block of time, so that no frame of one split stands between two of the other.
             let (train, val) = frames.split_at((4 * frames.len()).div_ceil(5));
             for (split, of) in [("train", train), ("val", val), ("trainval", frames), ("test", &[])] {
-                save(&root.join(radar).join("ImageSets").join(format!("{split}.txt")), list(of))?;
+                save(&root.join(sensor).join("ImageSets").join(format!("{split}.txt")), list(of))?;
             }
         }
         let mut notes =
             vec!["there are no pictures: image_2 is what a renderer of the camera would write".to_string()];
-        if let Some(radar) = self.frames.keys().next().filter(|_| self.frames.len() == 1) {
+        if let Some(radar) = self.frames.keys().next().filter(|_| self.frames.len() == 1 && lidar.is_none()) {
             // One radar needs no folder of its own.
             let from = root.join(radar);
             for part in ["training", "ImageSets"] {
@@ -316,7 +351,7 @@ impl Exporter for Folder {
             }
             fs::remove_dir(&from).map_err(|e| Error::io(&from, e))?;
         } else {
-            notes.push("each radar has a folder of its own".into());
+            notes.push("each sensor has a folder of its own".into());
         }
         if self.outside > 0 {
             notes.push(format!("{} boxes are not in the picture and have no label", self.outside));
@@ -332,6 +367,7 @@ impl Exporter for Folder {
             "catseye": env!("CARGO_PKG_VERSION"),
             "format": "KITTI object detection, points of View-of-Delft's radar",
             "radars": self.frames.keys().collect::<Vec<_>>(),
+            "lidar": lidar.map(|(folder, _)| folder),
             "labels": self.labels,
             "camera": {
                 "width_px": c.width_px, "height_px": c.height_px, "focal_px": c.focal_px, "centre_px": c.centre_px,

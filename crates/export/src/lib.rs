@@ -60,6 +60,28 @@ pub struct Sweep {
     pub drivable: Vec<LaneArea>,
     /// Grids of points with their masks, where they were stored and asked for.
     pub grids: Vec<MaskedGrid>,
+    /// What the vehicle's ideal lidar sees in the frame, where it was stored and asked for; the same for all radars of a frame.
+    pub lidar: Option<LidarCloud>,
+}
+
+/// What an ideal lidar sees at one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LidarCloud {
+    /// Pose of the lidar in the vehicle.
+    pub in_vehicle: Pose<Sensor, Vehicle>,
+    /// Points, in the order of their rays.
+    pub points: Vec<LidarPlace>,
+}
+
+/// A place on a surface that a lidar sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LidarPlace {
+    /// Position in the lidar's axes, m.
+    pub position_m: DVec3,
+    /// Cosine of the angle between the ray and the surface's normal, 0 to 1: what a matt white surface returns.
+    pub cos_incidence: f64,
+    /// Number of the channel, from the lowest.
+    pub channel: u32,
 }
 
 /// A detection.
@@ -242,6 +264,15 @@ impl Sweep {
                 map.range_columns,
                 map.power_w.len()
             )));
+        }
+        if let Some(lidar) = &self.lidar {
+            let finite = |p: &LidarPlace| p.position_m.is_finite() && (0.0..=1.0).contains(&p.cos_incidence);
+            if let Some(i) = lidar.points.iter().position(|p| !finite(p)) {
+                return wrong(format!("a value of lidar point {i}"));
+            }
+            if !lidar.in_vehicle.translation_m.is_finite() || !lidar.in_vehicle.rotation.is_normalized() {
+                return wrong("the pose of the lidar".into());
+            }
         }
         for grid in &self.grids {
             check_name("grid", &grid.name)?;

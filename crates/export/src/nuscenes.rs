@@ -4,7 +4,7 @@
 //!
 //! | what nuScenes asks for | what stands there |
 //! |---|---|
-//! | channel | `RADAR_` and the radar's name in capitals |
+//! | channel | `RADAR_` and the radar's name in capitals; `LIDAR_TOP` for the ideal lidar, where the run has its points (five float32 each: x, y, z in the lidar's axes, 255 times the cosine of the angle of incidence as intensity, and the channel as ring) |
 //! | sample (key frame) | the first frame, then the first one [`Settings::key_interval_s`] after the key frame before, and the last frame |
 //! | time | microseconds from the start of the run, as if it had started on 1 January 1970 |
 //! | global coordinates | the world of the run, moved by whole metres along x and y so that nothing is negative, as the picture of the map needs it (`world_offset_m` of `manifest.json`) |
@@ -12,11 +12,12 @@
 //! | attribute | `vehicle.moving` or `vehicle.stopped`, `pedestrian.moving` or `pedestrian.standing`, `cycle.with_rider` or `cycle.without_rider` |
 //! | visibility | the share of the box that no other road user's box hides from the frame's first radar |
 //! | num_radar_pts | the points of all radars in the key frame that lie in the box |
+//! | num_lidar_pts | the points of the lidar in the key frame that lie in the box |
 //! | prev, next | the same instance in the key frame before and after |
 
 use super::class::{RoadUser, road_user};
 use super::map_mask::{Lattice, within};
-use super::{Exporter, Finished, Order, Sweep, SweepBox, check_name, occlusion, pcd};
+use super::{Exporter, Finished, LidarCloud, Order, Sweep, SweepBox, check_name, occlusion, pcd};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::frames::{Pose, Sensor, Vehicle, World};
 use catseye::formats::stage::{MANIFEST, StagedDir, sha256_of_bytes};
@@ -32,6 +33,10 @@ pub const VERSION: &str = "v1.0-catseye";
 const SAME_MOUNTING: f64 = 1e-6;
 /// Room around all that a map shows, m.
 const MARGIN_M: f64 = 10.0;
+/// Channel of the lidar, as the tools of nuScenes know it.
+const LIDAR: &str = "LIDAR_TOP";
+/// Surfaces of an object lie on the faces of its box, where rounding decides; so far outside a lidar point still counts, m.
+const ON_FACE_M: f64 = 1e-6;
 
 /// What a data set is called, and which frames are its samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,6 +70,15 @@ struct Annotation {
     attribute: Option<&'static str>,
     visibility: &'static str,
     radar_points: usize,
+    lidar_points: usize,
+}
+
+impl Annotation {
+    /// Whether a place of the world, m, lies in the box, or outside it by no more than `slack_m`.
+    fn holds(&self, place_m: DVec3, slack_m: f64) -> bool {
+        let place = self.seen.rotation.inverse() * (place_m - self.seen.centre_m);
+        place.abs().cmple(0.5 * self.seen.size_m + slack_m).all()
+    }
 }
 
 /// A data set of one scene under construction.
@@ -182,10 +196,51 @@ impl Tables {
                 _ => "4",
             };
             let attribute = attribute(b);
-            boxes.push(Annotation { seen: b.clone(), category, attribute, visibility, radar_points: 0 });
+            boxes.push(Annotation {
+                seen: b.clone(),
+                category,
+                attribute,
+                visibility,
+                radar_points: 0,
+                lidar_points: 0,
+            });
         }
         self.frames.insert(sweep.frame, Frame { time_us, key, boxes });
         self.arrived.push(sweep.frame);
+        Ok(())
+    }
+
+    /// Writes the lidar's points of a frame, once for all of its radars, and counts those in the boxes.
+    fn push_lidar(&mut self, sweep: &Sweep, lidar: &LidarCloud, time_us: i64, key: bool) -> Result<()> {
+        let mut this = self.records.iter().rev().take_while(|r| r.frame == sweep.frame);
+        if this.any(|r| r.channel == LIDAR) {
+            return Ok(());
+        }
+        let in_world = lidar.in_vehicle.then(&sweep.vehicle_in_world);
+        if let Some(frame) = self.frames.get_mut(&sweep.frame) {
+            let points: Vec<DVec3> = lidar.points.iter().map(|p| in_world.point(p.position_m)).collect();
+            for a in &mut frame.boxes {
+                a.lidar_points = points.iter().filter(|p| a.holds(**p, ON_FACE_M)).count();
+            }
+        }
+        self.channels.insert(LIDAR.into(), "lidar".into());
+        let record = Record {
+            frame: sweep.frame,
+            file: format!("{}__{LIDAR}__{time_us:016}.pcd.bin", self.settings.scene),
+            time_us,
+            mounting: self.mounting(LIDAR, &lidar.in_vehicle),
+            vehicle_in_world: sweep.vehicle_in_world,
+            channel: LIDAR.into(),
+        };
+        let values = lidar.points.iter().flat_map(|p| {
+            let [x, y, z] = p.position_m.to_array();
+            [x, y, z, 255.0 * p.cos_incidence, f64::from(p.channel)]
+        });
+        let bytes: Vec<u8> = values.flat_map(|x| (x as f32).to_le_bytes()).collect();
+        let path = self.staged.path().join(self.file_name(&record, if key { "samples" } else { "sweeps" }));
+        make_folder_of(&path)?;
+        fs::write(&path, bytes).map_err(|e| Error::io(&path, e))?;
+        self.records.push(record);
         Ok(())
     }
 
@@ -327,11 +382,7 @@ impl Exporter for Tables {
             let pose = sweep.sensor_in_world();
             let points: Vec<DVec3> = sweep.points.iter().map(|p| pose.point(p.position_m)).collect();
             for a in &mut frame.boxes {
-                let inside = |p: &&DVec3| {
-                    let place = a.seen.rotation.inverse() * (**p - a.seen.centre_m);
-                    place.abs().cmple(0.5 * a.seen.size_m).all()
-                };
-                a.radar_points += points.iter().filter(inside).count();
+                a.radar_points += points.iter().filter(|p| a.holds(**p, 0.0)).count();
             }
         }
         for area in &sweep.drivable {
@@ -347,7 +398,10 @@ impl Exporter for Tables {
         self.points += sweep.points.len();
         self.empty += usize::from(sweep.points.is_empty());
         self.records.push(record);
-        Ok(())
+        match &sweep.lidar {
+            Some(lidar) => self.push_lidar(sweep, lidar, time_us, key),
+            None => Ok(()),
+        }
     }
 
     fn finish(mut self: Box<Self>) -> Result<Finished> {
@@ -430,7 +484,10 @@ impl Exporter for Tables {
             "sensor",
             self.channels
                 .keys()
-                .map(|c| json!({ "token": self.token("sensor", c), "channel": c, "modality": "radar" }))
+                .map(|c| {
+                    let modality = if c == LIDAR { "lidar" } else { "radar" };
+                    json!({ "token": self.token("sensor", c), "channel": c, "modality": modality })
+                })
                 .collect(),
         ));
         let calibration = |i: usize| self.token("calibrated_sensor", i);
@@ -516,7 +573,7 @@ impl Exporter for Tables {
                     "token": tokens[i], "sample_token": sample(frame), "instance_token": instance,
                     "visibility_token": a.visibility, "attribute_tokens": attributes, "translation": translation,
                     "size": [a.seen.size_m.y, a.seen.size_m.x, a.seen.size_m.z], "rotation": rotation, "prev": prev,
-                    "next": next, "num_lidar_pts": 0, "num_radar_pts": a.radar_points,
+                    "next": next, "num_lidar_pts": a.lidar_points, "num_radar_pts": a.radar_points,
                 }));
             }
         }
@@ -565,7 +622,8 @@ impl Exporter for Tables {
                 self.empty
             ));
         }
-        let sweeps = self.records.len();
+        // Sweeps are those of radars; a frame's lidar belongs to each of them.
+        let sweeps = self.records.iter().filter(|r| r.channel != LIDAR).count();
         Ok(Finished { output: self.staged.commit()?, sweeps, points: self.points, notes })
     }
 }

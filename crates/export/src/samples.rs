@@ -22,6 +22,7 @@ pub fn empty(radar: &str, frame: u64, time_ns: i64) -> Sweep {
         lanes: Vec::new(),
         drivable: Vec::new(),
         grids: Vec::new(),
+        lidar: None,
     }
 }
 
@@ -200,6 +201,23 @@ pub fn sweeps() -> Vec<Sweep> {
             s.drivable = vec![lane_area()];
             s.grids = vec![grid("road", 48, 32, [CellClass::GuardRail, CellClass::Vehicle], frame)];
             s.grids.push(grid("markers", 20, 20, [CellClass::Marker, CellClass::Vehicle], frame));
+            // One lidar on the vehicle, tilted and turned, which sees places of the world: the car's rear, and some beside it.
+            let in_vehicle = Pose::from_yaw_pitch_roll(DVec3::new(0.9, 0.0, 1.9), 0.1, 0.03, 0.0);
+            let into = in_vehicle.then(&s.vehicle_in_world).inverse();
+            let car = &s.boxes[0];
+            let rear = car.centre_m + car.rotation * DVec3::new(-2.2, 0.3, -0.1);
+            let places = [rear, DVec3::new(20.0, -3.0, 0.0), DVec3::new(25.0, 20.0, 1.0)];
+            s.lidar = Some(LidarCloud {
+                in_vehicle,
+                points: (0u32..)
+                    .zip(places)
+                    .map(|(channel, p)| LidarPlace {
+                        position_m: into.point(p),
+                        cos_incidence: 1.0 - 0.25 * f64::from(channel),
+                        channel,
+                    })
+                    .collect(),
+            });
             out.push(s);
         }
     }
@@ -239,6 +257,12 @@ pub fn expected(sweeps: &[Sweep]) -> Value {
                 "id": b.id, "class": b.class, "centre_m": b.centre_m.to_array(), "size_m": b.size_m.to_array(),
                 "rotation_xyzw": b.rotation.to_array(), "velocity_mps": b.velocity_mps.to_array(), "moving": b.moving,
             })).collect::<Vec<_>>(),
+            "lidar": s.lidar.as_ref().map(|l| json!({
+                "in_vehicle": pose_json(&l.in_vehicle),
+                "position_m": l.points.iter().map(|p| p.position_m.to_array()).collect::<Vec<_>>(),
+                "cos_incidence": l.points.iter().map(|p| p.cos_incidence).collect::<Vec<_>>(),
+                "channel": l.points.iter().map(|p| p.channel).collect::<Vec<_>>(),
+            })),
             "range_doppler": s.range_doppler.as_ref().map(|m| json!({
                 "rows": m.doppler_rows, "columns": m.range_columns, "power_w": m.power_w,
             })),

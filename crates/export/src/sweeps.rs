@@ -1,9 +1,11 @@
 //! The frames of a run folder (`catseye simulate`) as sweeps for the exporters of [`crate`]: points from
 //! `points.csv`, poses, boxes and lane lines from `truth.json`, maps from `range_doppler.npy`.
 
-use crate::{LaneArea, MaskedGrid, PowerImage, Sweep, SweepBox, SweepLane, SweepPoint};
+use crate::{
+    LaneArea, LidarCloud, LidarPlace, MaskedGrid, PowerImage, Sweep, SweepBox, SweepLane, SweepPoint,
+};
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
-use catseye::base::frames::{Pose, World};
+use catseye::base::frames::{Pose, Sensor, Vehicle, World};
 use catseye::base::units::dbm_from_w;
 use catseye::formats::csv::Table;
 use catseye::formats::stage::MANIFEST;
@@ -40,6 +42,8 @@ struct FrameHead {
 struct Truth {
     ego: PoseRead,
     radar: PoseRead,
+    /// The lidar, where the run has its points.
+    lidar: Option<PoseRead>,
     #[serde(default)]
     boxes: Vec<BoxRead>,
     /// Boxes of whole things, where the run knows them.
@@ -104,6 +108,8 @@ pub struct Extras {
     pub map: bool,
     /// The grids of points with their masks, which then have to be there.
     pub grids: bool,
+    /// The points of the lidar, if the run has them.
+    pub lidar: bool,
 }
 
 /// A run folder.
@@ -193,7 +199,7 @@ impl Run {
                 // This run says it itself.
                 return Ok(HashMap::new());
             }
-            let ahead = truth.ego.pose::<catseye::base::frames::Vehicle>().direction(DVec3::X);
+            let ahead = truth.ego.pose::<Vehicle>().direction(DVec3::X);
             seen.push((head.index, head.time_s, ahead.y.atan2(ahead.x)));
         }
         let rate = |i: usize| {
@@ -232,10 +238,16 @@ impl Run {
             lanes: lanes(&truth, &vehicle_in_world.inverse()),
             drivable: drivable(&truth),
             grids: Vec::new(),
+            lidar: None,
         };
         sweep.points = read_points(&dir.join("points.csv"), boxes)?;
         if extras.map {
             sweep.range_doppler = self.map(head)?;
+        }
+        if let Some(pose) = truth.lidar.as_ref().filter(|_| extras.lidar) {
+            // It stands on the vehicle, so its file lies beside the folders of several radars.
+            let path = self.folder.join(frame_name(head.index)).join("lidar.csv");
+            sweep.lidar = Some(lidar_cloud(&path, pose.pose().then(&vehicle_in_world.inverse()))?);
         }
         if extras.grids {
             sweep.grids = vec![
@@ -301,7 +313,7 @@ fn read_box(b: &BoxRead) -> SweepBox {
     }
 }
 
-fn lanes(truth: &Truth, into_vehicle: &Pose<World, catseye::base::frames::Vehicle>) -> Vec<SweepLane> {
+fn lanes(truth: &Truth, into_vehicle: &Pose<World, Vehicle>) -> Vec<SweepLane> {
     let of_lanes = truth.lanes.iter().map(|l| &l.line);
     let lines = truth.lane_lines.iter().chain(of_lanes).filter(|l| !l.points_m.is_empty());
     lines
@@ -369,6 +381,39 @@ fn masked_grid(dir: &Path, name: &str, grid: Grid, classes: &[CellClass]) -> Res
         classes: classes.to_vec(),
         planes: planes.data,
     })
+}
+
+/// `lidar.csv`, whose places are in the vehicle's axes.
+fn lidar_cloud(path: &Path, in_vehicle: Pose<Sensor, Vehicle>) -> Result<LidarCloud> {
+    if !path.is_file() {
+        return Err(BadInput::new("no such file")
+            .file(path)
+            .remedy("truth.json speaks of a lidar: simulate again with [output] lidar = true")
+            .into());
+    }
+    let table = Table::read(path)?;
+    let numbers = |name: &str| table.numbers(name);
+    let (x, y, z) = (numbers("x_m")?, numbers("y_m")?, numbers("z_m")?);
+    let (incidence_deg, channel) = (numbers("incidence_deg")?, numbers("channel")?);
+    let from_vehicle = in_vehicle.inverse();
+    let point = |i: usize| {
+        let number = channel[i];
+        if !(number >= 0.0 && number <= f64::from(u32::MAX) && number.fract() == 0.0) {
+            return Err(BadInput::new("is no channel's number")
+                .file(path)
+                .line(table.line(i))
+                .key("channel")
+                .value(number)
+                .allowed("0 to 4294967295")
+                .into());
+        }
+        Ok(LidarPlace {
+            position_m: from_vehicle.point(DVec3::new(x[i], y[i], z[i])),
+            cos_incidence: incidence_deg[i].to_radians().cos().clamp(0.0, 1.0),
+            channel: number as u32,
+        })
+    };
+    Ok(LidarCloud { in_vehicle, points: (0..table.len()).map(point).collect::<Result<_>>()? })
 }
 
 /// Points carry the id of the box that their object is a part of.
@@ -439,7 +484,7 @@ mod tests {
     use super::*;
     use std::fs;
 
-    const MAP: Extras = Extras { map: true, grids: false };
+    const MAP: Extras = Extras { map: true, grids: false, lidar: false };
     const POINTS: &str = "range_m,range_rate_mps,azimuth_deg,elevation_deg,x_m,y_m,z_m,power_dbm,snr_db,rcs_dbsm,object_id,class,\
         range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity,bounces,ghost,share,side_lobe\n\
         20,-3,30,0,17.3,10,0,-80,25,10,4,car.wheel,0.01,0.02,0.5,,unambiguous,1,0,0.9,0\n\

@@ -2,7 +2,7 @@
 
 use super::echo_file;
 use catseye::base::error::{Error, Result};
-use catseye::detect::files::{write_angle_cells, write_echoes, write_points};
+use catseye::detect::files::{write_angle_cells, write_echoes, write_points, write_rows};
 use catseye::detect::grid::PointGrid;
 use catseye::detect::points::Point;
 use catseye::detect::spectra::angle_spectra;
@@ -18,6 +18,7 @@ use catseye::scene::Scene;
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::Output;
 use catseye::scene::scenario::SitedScenario;
+use catseye::simulate::lidar::{self, scan};
 pub use catseye::simulate::truth::{PoseRecord, Truth};
 use catseye::simulate::{Frame, Heard, Stages};
 use catseye::trace::Echoes;
@@ -147,6 +148,19 @@ pub fn write_masks(dir: &Path, scene: &Scene, frame: &Frame, truth: &Truth) -> R
     Ok(())
 }
 
+/// Writes `lidar.csv`: what the scenario's ideal lidar sees at a time from the middle of frame 0, a row for each point with the
+/// columns of [`lidar::columns`].
+///
+/// # Errors
+/// Returns an error if the file cannot be written.
+pub fn write_lidar(dir: &Path, scenario: &SitedScenario, scene: &Scene, time_s: f64) -> Result<()> {
+    let path = dir.join("lidar.csv");
+    let points = scan(&scenario.lidar, scene, &scenario.ego, time_s);
+    let file = File::create(&path).map_err(|e| Error::io(&path, e))?;
+    write_rows(BufWriter::new(file), &lidar::columns(), &points).map_err(|e| Error::io(&path, e))?;
+    Ok(())
+}
+
 /// Writes `return_places.npy`, float32 `[echo, bounce, 3]`: a row for each row of `returns.csv`, the places of its bounces in the order met,
 /// sensor frame, m, and not a number after the last.
 fn write_places(dir: &Path, echoes: &Echoes) -> Result<()> {
@@ -161,7 +175,7 @@ fn write_places(dir: &Path, echoes: &Echoes) -> Result<()> {
     npy::write(dir.join("return_places.npy"), &[echoes.list.len(), most, 3], &data)
 }
 
-/// Writes the files that `output` selects, except the pictures and what [`write_masks`] writes.
+/// Writes the files that `output` selects, except the pictures and what [`write_masks`] and [`write_lidar`] write.
 ///
 /// # Errors
 /// Returns an error if a folder or file cannot be written.
@@ -272,6 +286,12 @@ pub fn expected_bytes(
     }
     if let Some(kept) = &heard.kept {
         bytes.arrays += echo_file::table_bytes(kept);
+    }
+    // One lidar stands on the vehicle, however many radars there are.
+    if o.lidar && which == 0 {
+        let points = scan(&scenario.lidar, scene, &scenario.ego, heard.time_s);
+        let counter = write_rows(Counter(0), &lidar::columns(), &points);
+        bytes.tables += counter.map_err(|e| Error::Failed(format!("lidar: {e}")))?.0;
     }
     if o.returns {
         let counter = write_echoes(Counter(0), radar, &heard.echoes);

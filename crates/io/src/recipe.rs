@@ -144,6 +144,9 @@ pub struct Keep {
     /// Whether the grids before the radar are kept, with their points and the class of each cell; default false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub masks: bool,
+    /// Whether the points of the scenario's ideal lidar are kept, in the tables `lidar` and `lidars`; default false.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub lidar: bool,
 }
 
 impl Default for Keep {
@@ -156,6 +159,7 @@ impl Default for Keep {
             echoes: false,
             truth: true,
             masks: false,
+            lidar: false,
         }
     }
 }
@@ -245,12 +249,13 @@ impl Recipe {
             || file.keep.returns
             || file.keep.echoes
             || file.keep.truth
-            || file.keep.masks)
+            || file.keep.masks
+            || file.keep.lidar)
         {
             return Err(BadInput::new("nothing is kept")
                 .file(path)
                 .key("keep")
-                .allowed("at least one of adc, range_doppler, points, returns, echoes, truth, masks")
+                .allowed("at least one of adc, range_doppler, points, returns, echoes, truth, masks, lidar")
                 .into());
         }
         let seed = seed.unwrap_or(file.seed.value);

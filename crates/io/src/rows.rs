@@ -14,6 +14,7 @@ use catseye::road::mask::CellClass;
 use catseye::road::truth_boxes;
 use catseye::scene::radar::Radar;
 use catseye::simulate::Frame;
+use catseye::simulate::lidar::{self, lidar_pose, scan};
 use catseye::simulate::truth::{Visibility, lanes_of, visibility};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -55,6 +56,9 @@ fn tables(recipe: &Recipe, site: &DrawnScene, radars: &[Frame]) -> Vec<Made> {
     }
     if recipe.keep.echoes {
         tables.extend([trace_table(site, radars), echo_table(site, radars)]);
+    }
+    if recipe.keep.lidar {
+        tables.extend(lidar_tables(site, radars));
     }
     if recipe.keep.truth {
         tables.extend(truth_tables(site, radars));
@@ -265,6 +269,28 @@ fn return_table(site: &DrawnScene, radars: &[Frame]) -> Made {
     .text("radar", "name of the radar", |(radar, _)| radar.name.clone())
     .columns(&columns::echoes(), |(_, e)| e)
     .made()
+}
+
+/// Tables of the lidar's place and of its points, with the columns of lidar.csv.
+fn lidar_tables(site: &DrawnScene, radars: &[Frame]) -> [Made; 2] {
+    let (settings, ego) = (&site.scenario.lidar, &site.scenario.ego);
+    // All radars of a frame share its middle.
+    let time_s = radars.first().map(|f| f.time_s);
+    let place = time_s.map(|t| lidar_pose(settings, ego, t));
+    let places = Rows::new("lidars", "one row for each frame: where the ideal lidar is, in the world", place)
+        .vector(PLACE, |(pose, _)| pose.translation_m.to_array())
+        .rotation(|(pose, _)| pose.rotation.to_array())
+        .vector(VELOCITY, |(_, velocity_mps)| velocity_mps.to_array())
+        .made();
+    let points = time_s.map(|t| scan(settings, &site.scene, ego, t));
+    let points = Rows::new(
+        "lidar",
+        "one row for each point of the nearest surfaces, as an ideal lidar sees them, in the vehicle's frame of reference",
+        points.into_iter().flatten(),
+    )
+    .columns(&lidar::columns(), |p| p)
+    .made();
+    [places, points]
 }
 
 /// Table of what the traces of a frame follow from.

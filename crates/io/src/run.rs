@@ -1,7 +1,7 @@
 //! Runs many frames into one folder. Each frame appears under its name when it is complete; an interrupted
 //! run continues where it stopped; the folder gets its own name at the very end.
 
-use super::files::{Truth, frame_name, write_frame, write_masks, write_spectra};
+use super::files::{Truth, frame_name, write_frame, write_lidar, write_masks, write_spectra};
 use super::follow;
 use super::kept_run::KeptRun;
 use super::manifest::{Axes, FrameRecord, Manifest, PerRadar, RunTrace, keep_radars};
@@ -174,6 +174,10 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
             }
             if scenario.output.masks {
                 write_masks(&dir, scene, &frame, &truth)?;
+            }
+            // The frame has one lidar, whose points stand beside the folders of several radars.
+            if scenario.output.lidar && which == 0 {
+                write_lidar(&unfinished, scenario, scene, frame.time_s)?;
             }
             if scenario.output.plots {
                 (options.pictures)(scenario, scene, &frame, &truth, &dir)?;

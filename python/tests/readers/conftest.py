@@ -68,6 +68,14 @@ bounces = 1
 plots = false
 adc = false
 masks = true
+lidar = true
+[lidar]
+channels = 24
+azimuth_step_deg = 1
+[lidar.mounting]
+position_m = [1.1, 0.2, 1.7]
+yaw_deg = 20
+pitch_deg = 2
 """
 
 
@@ -91,8 +99,8 @@ class Exported:
         self.call("export", "run", "--format", layout, "-o", layout, *arguments)
         return self.folder / layout
 
-    def points(self, frame):
-        with open(self.folder / f"run/frame_{frame:06}/points.csv") as lines:
+    def points(self, frame, table="points"):
+        with open(self.folder / f"run/frame_{frame:06}/{table}.csv") as lines:
             return list(csv.DictReader(line for line in lines if not line.startswith("#")))
 
 

@@ -6,6 +6,7 @@ import pytest
 from pycocotools import mask as codes
 from pycocotools.coco import COCO
 from scipy import ndimage
+from sweep_truth import Pose, sensor_to_vehicle, vehicle_to_world
 
 GRIDS = ["road", "markers"]
 CLASSES = ["undefined", "lane", "vehicle", "guard rail", "marker"]
@@ -62,6 +63,14 @@ def test_samples(samples, expected, name):
         (sweep,) = [s for s in expected if (s["radar"], s["frame"]) == (image["radar"], image["frame"])]
         assert image["radar_in_vehicle"] == sweep["sensor_in_vehicle"]
         assert image["vehicle_in_world"] == sweep["vehicle_in_world"]
+        np.testing.assert_allclose(image["extent_m"], np.array(grid["cell_m"]) * shape)
+        # The grid's axes: level, at the radar, and its x in plan along the boresight.
+        pose = Pose(image["grid_in_world"])
+        radar = vehicle_to_world(sweep)(sensor_to_vehicle(sweep)(np.zeros(3)))
+        np.testing.assert_allclose(pose.position, radar, atol=1e-9)
+        ahead = vehicle_to_world(sweep)(sensor_to_vehicle(sweep)(np.array([1.0, 0, 0]))) - radar
+        level = np.array([*ahead[:2], 0]) / np.hypot(*ahead[:2])
+        np.testing.assert_allclose(pose.rotation, np.array([level, np.cross([0, 0, 1], level), [0, 0, 1]]).T, atol=1e-9)
         mask = np.array(grid["mask"], np.uint8).reshape(shape)
         np.testing.assert_array_equal(cv2.imread(str(folder / image["mask_file_name"]), cv2.IMREAD_UNCHANGED), mask)
         assert check(coco, image, mask) >= 4

@@ -67,8 +67,14 @@ def same_places(a, b):
 
 
 @pytest.fixture(scope="module")
-def run(exported):
+def both(exported):
+    """The folders of radar and lidar beside each other."""
     return exported.export("kitti")
+
+
+@pytest.fixture(scope="module")
+def run(both):
+    return both / "demo77"
 
 
 def test_labels_go_back_to_the_world(exported, run):
@@ -143,10 +149,32 @@ def test_points_and_calibration(samples, expected):
     assert splits == {"train": ["000000", "000001"], "val": [], "trainval": ["000000", "000001"], "test": []}
 
 
-def test_the_loader_of_view_of_delft(exported, run, tmp_path):
+def test_the_lidar_of_samples(samples, expected):
+    """x, y, z and a reflectance, and a calibration that puts the points where the truth says."""
+    for sweep in expected:
+        folder = samples / "kitti/lidar/training"
+        points = np.fromfile(folder / f"velodyne/{sweep['frame']:06}.bin", "<f4").reshape(-1, 4)
+        lidar = sweep["lidar"]
+        np.testing.assert_allclose(points[:, :3], lidar["position_m"], rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(points[:, 3], lidar["cos_incidence"], rtol=1e-6)
+        lines = (folder / f"calib/{sweep['frame']:06}.txt").read_text().splitlines()
+        calib = {k: np.array(v.split(), float) for k, v in (line.split(":") for line in lines)}
+        to_camera = np.vstack([calib["Tr_velo_to_cam"].reshape(3, 4), [0, 0, 0, 1]])
+        pose = json.loads((folder / f"pose/{sweep['frame']:06}.json").read_text().splitlines()[1])
+        to_world = np.array(pose["mapToCamera"]).reshape(4, 4) @ to_camera
+        in_vehicle = Pose(lidar["in_vehicle"])
+        for place in lidar["position_m"]:
+            truth = vehicle_to_world(sweep)(in_vehicle(np.array(place)))
+            np.testing.assert_allclose((to_world @ [*place, 1])[:3], truth, atol=1e-9)
+            from_vehicle = np.vstack([calib["Tr_imu_to_velo"].reshape(3, 4), [0, 0, 0, 1]])
+            np.testing.assert_allclose((from_vehicle @ [*in_vehicle(np.array(place)), 1])[:3], place, atol=1e-9)
+    assert (samples / "kitti/lidar/ImageSets/train.txt").read_text().split() == ["000000", "000001"]
+
+
+def test_the_loader_of_view_of_delft(exported, both, tmp_path):
     """It wants radar and lidar in folders of these names, and a score behind each label."""
-    for sensor in ("radar", "lidar"):
-        (tmp_path / sensor).symlink_to(run)
+    for sensor, folder in (("radar", "demo77"), ("lidar", "lidar")):
+        (tmp_path / sensor).symlink_to(both / folder)
     for number, truth in enumerate(exported.frames):
         data = FrameDataLoader(KittiLocations(root_dir=str(tmp_path)), f"{number:06}")
         transforms = FrameTransformMatrix(data)
@@ -157,6 +185,14 @@ def test_the_loader_of_view_of_delft(exported, run, tmp_path):
         points = np.hstack([data.radar_data[:, :3], np.ones((len(rows), 1))])
         world = points @ (transforms.t_map_camera @ transforms.t_camera_radar).T
         np.testing.assert_allclose(world[:, :3], radar(data.radar_data[:, :3]), atol=1e-4)
+        # The lidar's points, in its own axes and by its own calibration.
+        seen = exported.points(number, "lidar")
+        assert data.lidar_data.shape == (len(seen), 4) and len(seen) > 1000
+        vehicle = np.array([[float(r[k]) for k in ("x_m", "y_m", "z_m")] for r in seen])
+        world = np.hstack([data.lidar_data[:, :3], np.ones((len(seen), 1))]) @ (transforms.t_map_camera @ transforms.t_camera_lidar).T
+        np.testing.assert_allclose(world[:, :3], Pose(truth["ego"])(vehicle), atol=1e-4)
+        cosine = np.cos(np.radians([float(r["incidence_deg"]) for r in seen]))
+        np.testing.assert_allclose(data.lidar_data[:, 3], cosine, atol=1e-6)
         labels = FrameLabels([f"{line.rstrip()} 1" for line in data.raw_labels]).labels_dict
         assert labels
         for label in labels:

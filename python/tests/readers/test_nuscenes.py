@@ -7,7 +7,7 @@ import pytest
 import shapely
 from sweep_truth import Pose, rotation, sensor_to_vehicle, vehicle_to_world
 from nuscenes.nuscenes import NuScenes
-from nuscenes.utils.data_classes import RadarPointCloud
+from nuscenes.utils.data_classes import LidarPointCloud, RadarPointCloud
 from nuscenes.utils.geometry_utils import points_in_box
 
 CHANNEL = "RADAR_DEMO77"
@@ -144,6 +144,46 @@ def test_points_in_boxes(run):
     assert total > 0
 
 
+def test_the_lidar(exported, run):
+    """Its points in its own axes, where the tables put them in the world, and num_lidar_pts as the reader counts."""
+    nusc, offset = run
+    records = in_time(nusc, "LIDAR_TOP")
+    assert len(records) == len(exported.frames)
+    assert [r["sensor_modality"] for r in records] == ["lidar"] * len(records)
+    total = 0
+    for number, (record, truth) in enumerate(zip(records, exported.frames, strict=True)):
+        path, boxes, _ = nusc.get_sample_data(record["token"])
+        cloud = LidarPointCloud.from_file(path).points
+        rows = exported.points(number, "lidar")
+        assert cloud.shape == (4, len(rows)) and len(rows) > 1000
+        mounting = nusc.get("calibrated_sensor", record["calibrated_sensor_token"])
+        np.testing.assert_allclose(mounting["translation"], [1.1, 0.2, 1.7], atol=1e-9)
+        w, x, y, z = mounting["rotation"]
+        vehicle = cloud[:3].T @ rotation([x, y, z, w]).T + mounting["translation"]
+        np.testing.assert_allclose(vehicle, [[float(r[k]) for k in ("x_m", "y_m", "z_m")] for r in rows], atol=2e-5)
+        cosine = np.cos(np.radians([float(r["incidence_deg"]) for r in rows]))
+        np.testing.assert_allclose(cloud[3], 255 * cosine, atol=1e-3)
+        raw = np.fromfile(path, "<f4").reshape(-1, 5)
+        np.testing.assert_array_equal(raw[:, 4], [int(r["channel"]) for r in rows])
+        # The file says the same pose in the world as truth.json.
+        lidar = Pose(truth["lidar"])
+        ego = Pose(truth["ego"])
+        np.testing.assert_allclose(ego(np.array(mounting["translation"])), lidar.position, atol=1e-9)
+        if record["is_key_frame"]:
+            actors = list(road_users(truth).values())
+            for box in boxes:
+                told = nusc.get("sample_annotation", box.token)["num_lidar_pts"]
+                # Surfaces lie on the faces of their box, where single precision decides either way.
+                least, most = (int(points_in_box(box, cloud[:3], 1 + e).sum()) for e in (-1e-4, 1e-4))
+                assert least <= told <= most
+                # All that is seen of the object itself lies in its box.
+                actor = near(box, actors, lambda a: lidar.back(a["centre_m"]))
+                own = sum(int(r["object_id"]) in actor["parts"] for r in rows)
+                assert own <= told
+                total += own
+    assert total > 50
+
+
 def test_sweeps_are_joined(exported, run):
     """`from_file_multisweep` brings earlier points into the last radar's axes by the poses of the tables."""
     nusc, _ = run
@@ -185,7 +225,8 @@ def test_the_map_shows_the_lanes(exported, run):
 
 def test_two_radars_and_their_mountings(made, expected):
     nusc, offset = made
-    assert sorted(s["channel"] for s in nusc.sensor) == ["RADAR_FRONT", "RADAR_LEFT"]
+    kinds = {"LIDAR_TOP": "lidar", "RADAR_FRONT": "radar", "RADAR_LEFT": "radar"}
+    assert {s["channel"]: s["modality"] for s in nusc.sensor} == kinds
     for sweep in expected:
         channel = f"RADAR_{sweep['radar'].upper()}"
         record = in_time(nusc, channel)[sweep["frame"]]

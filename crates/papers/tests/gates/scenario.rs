@@ -366,6 +366,7 @@ fn the_committed_schema_of_tables_is_that_of_the_code() {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let mut recipe = Recipe::load(&root.join("scenes/recipes/template.toml"), None).unwrap();
     recipe.keep.returns = true;
+    recipe.keep.lidar = true;
     let specs = rows::table_specs(&recipe, &dataset::drawn_scene(&recipe, 0).unwrap());
     let mut tables = serde_json::to_value(&specs).unwrap();
     for column in tables.as_array_mut().unwrap().iter_mut().flat_map(|t| t["columns"].as_array_mut().unwrap())
