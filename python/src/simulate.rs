@@ -144,7 +144,8 @@ impl Frames {
             let frame = match &kept {
                 None => simulate_with(&engine, &scenario, &scene, at, &depths, watch.control())?,
                 Some(kept) => {
-                    let recall = |which: usize, index| kept.trace(&scenario, &scenario.radars[which].name, index);
+                    let recall =
+                        |which: usize, index| kept.trace(&scenario, &scenario.radars[which].name, index);
                     simulate_recalling(&engine, &scenario, &scene, at, Box::new(recall), watch.control())?
                 }
             };

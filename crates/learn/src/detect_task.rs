@@ -69,8 +69,8 @@ impl ObjectAim {
         self.units_m.len() * NUMBERS
     }
 
-    /// Adds what the outputs of a frame should be. The cell that holds the middle of an object should say that it is there, and no other
-    /// cell. Its eight neighbours should say where its corners are as well, so that a middle near a border costs little. Where two objects of a class want the same
+    /// Adds what the outputs of a frame should be. The cell that holds the middle of an object should say that it is there. Its eight
+    /// neighbours need not say that it is not, and all nine should say where its corners are. Where two objects of a class want the same
     /// cell, the one whose middle is nearer has it.
     fn aimed(&self, truth: &Objects, class_weights: &[f32], targets: &mut Targets) {
         let (cells, width) = (self.cells.rows * self.cells.columns, self.width());
@@ -97,7 +97,9 @@ impl ObjectAim {
                         (start + cell * width + class * NUMBERS, cell * self.units_m.len() + class);
                     let from = self.cells.middle_m(cell);
                     if cell == home {
-                        targets.wanted[at] = 1.0;
+                        (targets.wanted[at], targets.weights[at]) = (1.0, weight);
+                    } else if targets.wanted[at] == 0.0 {
+                        targets.weights[at] = 0.0;
                     }
                     let apart = from.distance(middle);
                     if apart >= nearest[owner] {
@@ -345,9 +347,10 @@ mod tests {
         // All corners off by a unit: that far out the smooth L1 is 1 less half of the bend.
         let off = outputs.iter().enumerate().map(|(k, v)| if k % NUMBERS == 0 { *v } else { v + 1.0 });
         assert!((loss(off.collect()) - CORNERS * (1.0 - 0.5 * BEND)).abs() < 1e-4);
-        // Without any opinion each confidence costs ln 2, that of the neighbours too: they shall not report the object again.
+        // Without any opinion each confidence costs ln 2: all but the neighbours, which may say anything.
         let blank = outputs.iter().enumerate().map(|(k, v)| if k % NUMBERS == 0 { 0.0 } else { *v });
-        let wanted = 300.0 * 2f64.ln() / 3.0;
-        assert!((loss(blank.collect()) - wanted).abs() < 1e-3, "{wanted}");
+        let free = targets.weights.iter().step_by(NUMBERS).filter(|w| **w == 0.0).count();
+        let wanted = (300 - free) as f64 * 2f64.ln() / 3.0;
+        assert!(free == 24 && (loss(blank.collect()) - wanted).abs() < 1e-3, "{free}");
     }
 }
