@@ -8,3 +8,5 @@ pub mod look;
 pub mod numbers;
 pub mod published;
 
+pub mod report;
+pub mod scatter;
