@@ -40,14 +40,14 @@ pub struct Scatter {
     /// Kinds of the library that --vehicles looks at, by commas (default: all)
     #[arg(long, requires = "vehicles", value_delimiter = ',', value_name = "LIST")]
     pub kinds: Vec<String>,
-    /// Distances from the radar to a body, m, by commas
+    /// Distances from the radar to the bodies of --vehicles, m, by commas
     #[arg(long, requires = "vehicles", value_delimiter = ',', value_name = "LIST", default_values_t = [7.0, 15.0, 30.0])]
     pub distances: Vec<f64>,
-    /// Number of directions around a body
+    /// Number of directions around the bodies of --vehicles
     #[arg(long, requires = "vehicles", value_name = "N", default_value_t = 12)]
     pub aspects: usize,
-    /// Number of bodies of each kind, which differ in metal, tilt, pose and noise
-    #[arg(long, requires = "vehicles", value_name = "N", default_value_t = 2)]
+    /// Looks of --vehicles in each direction, each at a body of its own: metal, bumper, tilt, place and noise differ
+    #[arg(long, requires = "vehicles", value_name = "N", default_value_t = 1)]
     pub bodies: usize,
     /// Folder for statistics.csv, looks.csv and scatter.png of --vehicles
     #[arg(short, long, requires = "vehicles", value_name = "DIR")]

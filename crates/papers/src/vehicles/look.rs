@@ -36,7 +36,8 @@ pub struct Grid {
     pub distances_m: Vec<f64>,
     /// Number of directions around a body, evenly spaced; each look is moved within its step.
     pub aspects: usize,
-    /// Number of bodies of each kind, which differ in metal, bumper, tilt, the phase of wheels and limbs, place and noise.
+    /// Number of looks in each direction. Every look has a body of its own: bodies differ in metal, bumper, tilt, the phase of wheels
+    /// and limbs, direction, place and noise.
     pub bodies: usize,
     /// Seed of all draws.
     pub seed: u64,
@@ -119,11 +120,10 @@ impl Grid {
     ) -> Result<Look> {
         let number = Kind::ALL.iter().position(|k| *k == kind).unwrap_or(0) as u32;
         let seed = (self.seed ^ (self.seed >> 32)) as u32;
-        // A body keeps its metal through all looks; everything else is drawn anew for each.
-        let mut finish = Draws::new(seed, 16 * b as u32 + number);
-        let body = finished(vehicle(kind, &material::by_name)?, &mut finish)?;
         let stream = 16 * (b + 100 * (a + 360 * d)) as u32 + number;
-        let mut draws = Draws::new(seed ^ 0x5ca7_7e12, stream);
+        let mut draws = Draws::new(seed, stream);
+        // Every look has a body of its own.
+        let body = finished(vehicle(kind, &material::by_name)?, &mut draws)?;
         let mut within = |half: f64| half * (2.0 * draws.uniform() - 1.0);
         let step_deg = 360.0 / self.aspects as f64;
         let aspect_deg = (a as f64 * step_deg + within(0.5 * step_deg)).rem_euclid(360.0);
@@ -291,7 +291,7 @@ pub struct Seen {
 pub struct Look {
     /// Kind of the body.
     pub kind: Kind,
-    /// Number of the body among those of its kind.
+    /// Number of the body among those in its direction.
     pub body: usize,
     /// Distance to the body's box, m.
     pub distance_m: f64,

@@ -7,6 +7,5 @@
 pub mod look;
 pub mod numbers;
 pub mod published;
-
 pub mod report;
 pub mod scatter;

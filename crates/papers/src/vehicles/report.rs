@@ -86,7 +86,7 @@ pub fn summary(grid: &Grid, looks: &[Look], rows: &[Row]) -> String {
     };
     let number = |r: Option<&Row>, digits: usize| r.map_or("-".into(), |r| format!("{:.digits$}", r.ours));
     let mut text = format!(
-        "{} looks: {} directions, {} bodies of each kind; levels in VV at 77 GHz, dBsm, of all echoes of a body as mean power over the band\n\
+        "{} looks: {} directions, {} bodies in each; levels in VV at 77 GHz, dBsm, of all echoes of a body as mean power over the band\n\
          (p: probability of so large a Kolmogorov-Smirnov distance under the published law; x dB: outside its corridor of one standard deviation)\n\
          {:12} {:>5} {:>6} {:>7} {:>6} {:>6} {:>5} | {:>9} {:>9} {:>6} {:>6} | {:>8} {:>8} {:>8} | {:>6} {:>6} {:>7}\n",
         looks.len(),
