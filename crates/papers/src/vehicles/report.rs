@@ -86,7 +86,7 @@ pub fn summary(grid: &Grid, looks: &[Look], rows: &[Row]) -> String {
     };
     let number = |r: Option<&Row>, digits: usize| r.map_or("-".into(), |r| format!("{:.digits$}", r.ours));
     let mut text = format!(
-        "{} looks: {} directions, {} bodies in each; levels in VV at 77 GHz, dBsm, of all echoes of a body as mean power over the band\n\
+        "{} looks: {} directions, looks in each: {}; levels in VV at 77 GHz, dBsm, of all echoes of a body as mean power over the band\n\
          (p: probability of so large a Kolmogorov-Smirnov distance under the published law; x dB: outside its corridor of one standard deviation)\n\
          {:12} {:>5} {:>6} {:>7} {:>6} {:>6} {:>5} | {:>9} {:>9} {:>6} {:>6} | {:>8} {:>8} {:>8} | {:>6} {:>6} {:>7}\n",
         looks.len(),
@@ -206,8 +206,8 @@ pub fn picture(grid: &Grid, looks: &[Look]) -> Result<Picture> {
     let groups: [(&str, &[Kind]); 4] = [
         ("passenger cars", &[Kind::Sedan, Kind::Hatchback, Kind::Suv]),
         ("vans and trucks", &[Kind::Van, Kind::Truck, Kind::SemiTrailer]),
-        ("two-wheelers with riders", &[Kind::Cyclist, Kind::Motorcycle]),
-        ("people on foot", &[Kind::Pedestrian, Kind::Child]),
+        ("two-wheelers with riders (published: a cyclist)", &[Kind::Cyclist, Kind::Motorcycle]),
+        ("people on foot (published: an adult)", &[Kind::Pedestrian, Kind::Child]),
     ];
     let mut panels = Vec::new();
     for (name, kinds) in groups {
