@@ -4,10 +4,16 @@ use super::bar::Kept;
 use super::global::{Global, print, print_json};
 use catseye::base::error::{Error, Result};
 use catseye::base::units::{LEAST_DB, level_text};
+use catseye::formats::stage::StagedDir;
+use catseye::road::vehicle::Kind;
 use catseye_papers::comparison::{Comparison, Tolerance};
 use catseye_papers::measured::{DOWN_TO_DB, Residual, residuals};
 use catseye_papers::validate::GROUPS;
+use catseye_papers::vehicles::look::Grid;
+use catseye_papers::vehicles::report::{looks_csv, picture, statistics_csv, summary};
+use catseye_papers::vehicles::scatter::statistics;
 use clap::Args;
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Measure known targets and radar quantities on the chosen engine against their gates
@@ -20,6 +26,32 @@ pub struct Validate {
     /// Show instead how far cross sections are from those that were measured on a range, on the cpu engine in f64; without gates
     #[arg(long)]
     pub measured: bool,
+    #[command(flatten)]
+    pub scatter: Scatter,
+}
+
+/// The scatter of vehicles and people.
+#[derive(Debug, Args)]
+pub struct Scatter {
+    /// Show instead how cross sections and the places of points scatter over many vehicles and people and all directions, beside
+    /// published statistics; without gates
+    #[arg(long, conflicts_with = "measured")]
+    pub vehicles: bool,
+    /// Kinds of the library that --vehicles looks at, by commas (default: all)
+    #[arg(long, requires = "vehicles", value_delimiter = ',', value_name = "LIST")]
+    pub kinds: Vec<String>,
+    /// Distances from the radar to the bodies of --vehicles, m, by commas
+    #[arg(long, requires = "vehicles", value_delimiter = ',', value_name = "LIST", default_values_t = [7.0, 15.0, 30.0])]
+    pub distances: Vec<f64>,
+    /// Number of directions around the bodies of --vehicles
+    #[arg(long, requires = "vehicles", value_name = "N", default_value_t = 12)]
+    pub aspects: usize,
+    /// Looks of --vehicles in each direction, each at a body of its own: metal, bumper, tilt, place and noise differ
+    #[arg(long, requires = "vehicles", value_name = "N", default_value_t = 1)]
+    pub bodies: usize,
+    /// Folder for statistics.csv, looks.csv and scatter.png of --vehicles
+    #[arg(short, long, requires = "vehicles", value_name = "DIR")]
+    pub output: Option<PathBuf>,
 }
 
 #[derive(serde::Serialize)]
@@ -57,6 +89,9 @@ impl Validate {
         if self.measured {
             return measured(global);
         }
+        if self.scatter.vehicles {
+            return self.scatter.run(global);
+        }
         let engine = global.engine()?;
         let start = Instant::now();
         let bar = global.bar("groups", GROUPS.len() as u64, Kept::Nothing);
@@ -93,6 +128,58 @@ impl Validate {
             0 => Ok(()),
             n => Err(Error::Failed(format!("{n} of the canonical table's gates failed"))),
         }
+    }
+}
+
+impl Scatter {
+    fn run(&self, global: &Global) -> Result<()> {
+        let kinds = match &self.kinds[..] {
+            [] => Kind::ALL.to_vec(),
+            names => names.iter().map(|n| n.trim().parse()).collect::<Result<Vec<Kind>>>()?,
+        };
+        let grid = Grid {
+            kinds,
+            distances_m: self.distances.clone(),
+            aspects: self.aspects,
+            bodies: self.bodies,
+            seed: global.seed.unwrap_or(0),
+        };
+        grid.check()?;
+        let staged = match &self.output {
+            Some(folder) => Some(StagedDir::new(folder, global.force, "vehicles")?),
+            None => None,
+        };
+        let engine = global.engine()?;
+        let start = Instant::now();
+        let bar = global.bar("looks", grid.looks() as u64, Kept::Nothing);
+        let looks = grid.run(&engine, &|| bar.inc(1))?;
+        drop(bar);
+        let rows = statistics(&looks);
+        let seconds = start.elapsed().as_secs_f64();
+        let folder = match staged {
+            Some(staged) => {
+                let write = |file: &str, bytes: &[u8]| {
+                    let path = staged.path().join(file);
+                    std::fs::write(&path, bytes).map_err(|e| Error::io(&path, e))
+                };
+                write("statistics.csv", statistics_csv(&rows).as_bytes())?;
+                write("looks.csv", looks_csv(&looks).as_bytes())?;
+                write("scatter.png", &picture(&grid, &looks)?.png()?)?;
+                Some(staged.commit()?)
+            }
+            None => None,
+        };
+        let object = serde_json::json!({
+            "engine": engine.report(),
+            "seconds": seconds,
+            "grid": grid,
+            "folder": folder.as_ref().map(|f| f.display().to_string()),
+            "statistics": rows,
+        });
+        global.answer(&object, || {
+            let wrote = folder.map_or(String::new(), |f| format!("; wrote {}", f.display()));
+            format!("{}\n{seconds:.0} s{wrote}", summary(&grid, &looks, &rows))
+        })
     }
 }
 

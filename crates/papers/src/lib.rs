@@ -9,3 +9,4 @@ pub mod measured;
 pub mod study;
 pub mod trial;
 pub mod validate;
+pub mod vehicles;

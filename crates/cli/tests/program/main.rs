@@ -11,3 +11,4 @@ mod kept_echoes;
 mod lane;
 mod learn;
 mod radar_cli;
+mod vehicles;

@@ -349,17 +349,23 @@ pub fn kolmogorov_smirnov(a: &[f64], b: &[f64]) -> KsTest {
         distance = distance.max((i as f64 / x.len() as f64 - j as f64 / y.len() as f64).abs());
     }
     let (n, m) = (x.len() as f64, y.len() as f64);
-    let root = (n * m / (n + m).max(1.0)).sqrt();
+    let p_value = ks_p_value(distance, n * m / (n + m).max(1.0));
+    KsTest { distance, p_value, counts: [x.len(), y.len()] }
+}
+
+/// Probability of a Kolmogorov–Smirnov distance of at least `distance` where the distributions are the same (asymptotic; Stephens
+/// 1970). `count` is the number of values of one sample, or n m / (n + m) of two.
+pub fn ks_p_value(distance: f64, count: f64) -> f64 {
+    let root = count.sqrt();
     let z = (root + 0.12 + 0.11 / root.max(1.0)) * distance;
-    let p_value = match z {
+    match z {
         // The series converges slowly there, and the probability is one within 1e-10.
         z if z < 0.2 => 1.0,
         z => {
             let term = |k: i32| f64::from(1 - 2 * ((k + 1) % 2)) * (-2.0 * f64::from(k * k) * z * z).exp();
             (2.0 * (1..=100).map(term).sum::<f64>()).clamp(0.0, 1.0)
         }
-    };
-    KsTest { distance, p_value, counts: [x.len(), y.len()] }
+    }
 }
 
 /// One curve of both cubes.
