@@ -11,12 +11,19 @@ pub struct Shipped {
     pub weights: &'static [u8],
 }
 
-/// All of them: their folders lie in `crates/learn/weights`, each with its model card.
-pub const SHIPPED: [Shipped; 1] = [Shipped {
-    name: "road",
-    config: include_str!("../weights/road/config.toml"),
-    weights: include_bytes!("../weights/road/weights.bpk"),
-}];
+macro_rules! shipped {
+    ($($name:literal),*) => {
+        [$(Shipped {
+            name: $name,
+            config: include_str!(concat!("../weights/", $name, "/config.toml")),
+            weights: include_bytes!(concat!("../weights/", $name, "/weights.bpk")),
+        }),*]
+    };
+}
+
+/// All of them: `road` gives cells of the road grid a class, `points` the points of a scan. Their folders lie in `crates/learn/weights`, each
+/// with its model card.
+pub const SHIPPED: [Shipped; 2] = shipped!["road", "points"];
 
 /// The network of this name.
 pub fn find(name: &str) -> Option<&'static Shipped> {

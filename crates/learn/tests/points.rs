@@ -75,6 +75,22 @@ fn config(folder: &Path, network: &str, runs: usize, epochs: usize, data: &str) 
     Config::read(&path)
 }
 
+/// The network of points that comes with the source opens by its name, and gives each point of a run a class.
+#[test]
+fn the_shipped_network_of_points_opens() {
+    let t = tempfile::tempdir().unwrap();
+    write_runs(t.path(), 1);
+    let model = Model::open(t.path(), Path::new("points"), &cpu()).unwrap();
+    assert_eq!(model.config.data.classes.value, ["others", "vehicle", "guard rail"]);
+    let file = t.path().join("classes.csv");
+    assert_eq!(model.predict(&t.path().join("run_0"), &file, false).unwrap(), 3);
+    let text = fs::read_to_string(&file).unwrap();
+    let rows = text.lines().filter(|l| !l.starts_with('#')).count();
+    assert_eq!(rows, 1 + (0..3).map(|frame| points(0, frame).len()).sum::<usize>());
+    // It tells things apart, though these are none of its roads.
+    assert!(["others", "guard rail"].iter().all(|class| text.contains(class)), "{text}");
+}
+
 #[test]
 fn points_that_can_be_told_apart_are_learned() {
     let t = tempfile::tempdir().unwrap();
