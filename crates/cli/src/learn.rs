@@ -132,6 +132,15 @@ mod with_networks {
         }
     }
 
+    /// The seed of the command line.
+    fn seed_of(global: &Global) -> Result<Option<u32>> {
+        let one = |seed: u64| {
+            let bad = BadInput::new("is out of range for networks").key("--seed").value(seed);
+            u32::try_from(seed).map_err(|_| bad.allowed(format!("0 to {}", u32::MAX)).into())
+        };
+        global.seed.map(one).transpose()
+    }
+
     fn by_class(classes: &[String], f1: &[Option<f64>]) -> String {
         let one = |(class, f): (&String, &Option<f64>)| format!("{class} {}", figure(*f));
         classes.iter().zip(f1).map(one).collect::<Vec<_>>().join(", ")
@@ -139,6 +148,7 @@ mod with_networks {
 
     pub fn train(global: &Global, config: &Path, output: &Path, device: &Device) -> Result<()> {
         let config = Config::read(config)?;
+        let config = seed_of(global)?.map_or(Ok(config.clone()), |seed| config.with_seed(seed))?;
         let (names, figure) = config.figures();
         let bar = global.bar("frames of an epoch", 0, Kept::Itself);
         let progress = |done, all| {
@@ -174,6 +184,11 @@ mod with_networks {
         on: &[PathBuf],
         device: &Device,
     ) -> Result<()> {
+        if let Some(seed) = global.seed {
+            let bad =
+                BadInput::new("a study trains with several seeds, 1 to --seeds").key("--seed").value(seed);
+            return Err(bad.remedy("leave it out").into());
+        }
         let study = Study::new(configs, seeds, on)?;
         let all = study.trainings.len() as u64 * u64::from(seeds);
         let bar = global.bar("trainings", all, Kept::Itself);
@@ -244,7 +259,7 @@ mod with_networks {
     }
 
     pub fn robustness(global: &Global, dir: &Path, pictures: u32, device: &Device) -> Result<()> {
-        let seed = global.seed.map_or(1, |s| s as u32);
+        let seed = seed_of(global)?.unwrap_or(1);
         let found = Model::open(Path::new(""), dir, device)?.robustness(pictures, seed)?;
         let lane = |judged: &Judged| {
             let m = &judged.confusion;
