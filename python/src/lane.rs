@@ -94,10 +94,10 @@ pub fn lane_compare(
     plain(py, &report)
 }
 
-/// Names of the lane methods.
+/// Names of the lane methods that this package has.
 #[pyfunction]
-pub fn lane_methods() -> Vec<&'static str> {
-    Method::ALL.map(Method::name).to_vec()
+pub fn lane_methods() -> Vec<String> {
+    Registry::of_methods().names().map(String::from).collect()
 }
 
 /// An estimator of lanes that takes points, tracks, pulses or pictures from any source, one look after another.
@@ -129,7 +129,7 @@ impl LaneEstimator {
     ///
     /// points: a structured array or a dictionary of columns, as Frame.points: range_m, azimuth_deg (positive left) and range_rate_mps
     /// (positive receding) in the radar's frame, and, where known, elevation_deg, range_std_m, range_rate_std_mps, azimuth_std_deg, rcs_dbsm,
-    /// snr_db. mounting: (x, y, z) of the radar on the vehicle, m, yaw_deg its yaw. speed_mps, speed_std_mps, yaw_rate_dps: of the vehicle.
+    /// snr_db, power_dbm. mounting: (x, y, z) of the radar on the vehicle, m, yaw_deg its yaw. speed_mps, speed_std_mps, yaw_rate_dps: of the vehicle.
     /// tracks: columns id, x_m, y_m, vx_mps, vy_mps (vehicle's frame, over the ground) and, where known, x_std_m, y_std_m. pulse: samples of an
     /// impulse radar's scan. image: grey picture [height, width], 0 to 1. place: (latitude_deg, longitude_deg, height_m, azimuth_deg) of the
     /// radar on the earth, azimuth clockwise from north.
@@ -241,7 +241,7 @@ fn columns<const N: usize>(
 }
 
 fn lane_points(table: &Bound<'_, PyAny>, mount: &Pose<Sensor, Vehicle>) -> PyResult<Vec<LanePoint>> {
-    let [range, azimuth, rate, elevation, range_std, rate_std, azimuth_std, rcs, snr] = columns(
+    let [range, azimuth, rate, elevation, range_std, rate_std, azimuth_std, rcs, snr, power] = columns(
         "points",
         table,
         [
@@ -254,6 +254,7 @@ fn lane_points(table: &Bound<'_, PyAny>, mount: &Pose<Sensor, Vehicle>) -> PyRes
             ("azimuth_std_deg", Some(1.0)),
             ("rcs_dbsm", Some(0.0)),
             ("snr_db", Some(20.0)),
+            ("power_dbm", Some(f64::NAN)),
         ],
     )?;
     Ok((0..range.len())
@@ -271,6 +272,7 @@ fn lane_points(table: &Bound<'_, PyAny>, mount: &Pose<Sensor, Vehicle>) -> PyRes
                 azimuth_rad: level.y.atan2(level.x),
                 rcs_dbsm: rcs[i],
                 snr_db: snr[i],
+                power_dbm: Some(power[i]).filter(|p| p.is_finite()),
             }
         })
         .collect())

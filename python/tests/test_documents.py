@@ -72,7 +72,7 @@ def place(tmp_path_factory, scenario, engine):
     recipe = recipe.replace("scenes = 4", "scenes = 12").replace("frames_per_shard = 2", "frames_per_shard = 12")
     # A car with wheels.
     assert "passenger-car" in recipe
-    recipe = recipe.replace("passenger-car", "sedan")
+    recipe = recipe.replace("passenger-car", "sedan").replace("[keep]", "[keep]\nlidar = true")
     recipe = recipe.replace("train = [0, 2]\nvalidation = [1]\ntest = [3]", "train = 0.75\ntest = 0.25")
     for name, kind, out in [("recipe.toml", "zarr", "data"), ("recipe-h5.toml", "hdf5", "data-h5")]:
         (at / name).write_text(recipe.replace('"frames"', f'"{kind}"'), encoding="utf-8")

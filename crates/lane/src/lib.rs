@@ -66,6 +66,9 @@ pub struct LanePoint {
     pub rcs_dbsm: f64,
     /// Signal-to-noise ratio, dB.
     pub snr_db: f64,
+    /// Received power, dBm, or dB over any level that all points of a look share; None where the sensor does not tell it.
+    #[serde(default)]
+    pub power_dbm: Option<f64>,
 }
 
 /// A moving object as a tracker reports it.

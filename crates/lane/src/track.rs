@@ -619,6 +619,7 @@ mod tests {
                 azimuth_rad: at.to_angle(),
                 rcs_dbsm: -20.0,
                 snr_db: 20.0,
+                power_dbm: None,
             })
             .collect();
         let at: Vec<DVec2> = points.iter().map(|p| DVec2::from_array(p.at_m)).collect();

@@ -104,12 +104,13 @@ impl Segmentation {
         Segmentation::new(model, options, mount)
     }
 
-    /// The cells of a look that hold points, as the network's training had them. Amplitudes come from the signal-to-noise
-    /// ratios, which differ from powers by the radar's noise alone.
+    /// The cells of a look that hold points, as the network's training had them. Amplitudes come from the powers; where a point tells
+    /// none, those of the whole look come from the signal-to-noise ratios, whose noise the detector estimates anew around each cell.
     pub fn scan(&self, points: &[LanePoint]) -> Scan {
+        let told = points.iter().all(|p| p.power_dbm.is_some());
         let placed = |p: &LanePoint| PlacedPoint {
             at_m: self.mount.from_vehicle(DVec2::from_array(p.at_m)),
-            power_db: p.snr_db,
+            power_db: p.power_dbm.filter(|_| told).unwrap_or(p.snr_db),
             range_m: p.range_m,
             azimuth_rad: p.azimuth_rad - self.mount.yaw_rad,
         };
@@ -238,6 +239,7 @@ mod tests {
                 azimuth_rad: at.to_angle(),
                 rcs_dbsm: 0.0,
                 snr_db: 60.0 - 40.0 * at.length().log10(),
+                power_dbm: None,
             }
         };
         (4..50).flat_map(|k| [place(k, -2.45), place(k, 2.45)]).collect()

@@ -35,6 +35,7 @@ fn point(at: DVec2, moving_mps: f64, dice: &mut Dice) -> LanePoint {
         azimuth_rad,
         rcs_dbsm: -10.0,
         snr_db: 20.0,
+        power_dbm: None,
     }
 }
 

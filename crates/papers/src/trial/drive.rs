@@ -164,6 +164,7 @@ pub fn lane_point(radar: &Radar, p: &Point) -> Option<LanePoint> {
         azimuth_rad: from.y.atan2(from.x),
         rcs_dbsm: p.rcs_dbsm,
         snr_db: p.snr_db,
+        power_dbm: Some(p.power_dbm).filter(|p| p.is_finite()),
     })
 }
 

@@ -114,6 +114,7 @@ fn point(x: f64, y: f64) -> LanePoint {
         azimuth_rad: y.atan2(x),
         rcs_dbsm: -10.0,
         snr_db: 20.0,
+        power_dbm: None,
     }
 }
 

@@ -184,6 +184,7 @@ fn point(range_m: f64, range_rate_mps: f64) -> LanePoint {
         azimuth_rad: f64::NAN,
         rcs_dbsm: 0.0,
         snr_db: 20.0,
+        power_dbm: None,
     }
 }
 

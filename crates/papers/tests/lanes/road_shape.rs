@@ -197,6 +197,7 @@ fn at_rest(x: f64, y: f64) -> LanePoint {
         azimuth_rad,
         rcs_dbsm: 0.0,
         snr_db: 30.0,
+        power_dbm: None,
     }
 }
 

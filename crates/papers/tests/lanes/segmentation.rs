@@ -85,7 +85,8 @@ fn the_network_sees_the_grid_of_the_frame_and_no_truth() {
     let points = drive.points(&frame);
     let seen = method.scan(&points);
     let grid = Scan::new(&PointGrid::new(Grid::ROAD, &frame.points, &frame.pose));
-    assert!(seen.cells.len() > 20 && seen.cells.len() == grid.cells.len(), "{}", seen.cells.len());
+    assert!(seen.cells.len() > 10, "{}", seen.cells.len());
+    assert_eq!(seen.cells.len(), grid.cells.len());
     for (a, b) in seen.cells.iter().zip(&grid.cells) {
         assert_eq!((a.cell, a.count), (b.cell, b.count));
         assert!((a.amplitude - b.amplitude).abs() < 0.02, "{a:?} {b:?}");

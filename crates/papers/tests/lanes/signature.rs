@@ -170,6 +170,7 @@ fn seen(at: DVec2, from: DVec2, speed: f64, d: &mut Draws) -> LanePoint {
         azimuth_rad,
         rcs_dbsm: 0.0,
         snr_db: 20.0,
+        power_dbm: None,
     }
 }
 

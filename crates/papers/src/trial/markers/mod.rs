@@ -321,6 +321,7 @@ fn injected(s: &MarkerLook, missing: f64, extra: u32) -> Vec<LanePoint> {
             azimuth_rad: d.to_angle(),
             rcs_dbsm: levels[(draws.uniform() * levels.len() as f64) as usize],
             snr_db: 20.0,
+            power_dbm: None,
         });
     }
     points

@@ -139,6 +139,7 @@ pub fn points_of(radar: &Radar, frame: &Frame) -> Vec<LanePoint> {
             azimuth_rad: from.y.atan2(from.x),
             rcs_dbsm: finite(p.rcs_dbsm, -300.0),
             snr_db: finite(p.snr_db, 200.0),
+            power_dbm: None,
         }
     };
     let is_number = |p: &&Point| p.range_m.is_finite() && p.range_rate_mps.is_finite();

@@ -249,6 +249,7 @@ mod tests {
                     azimuth_rad: seen.to_angle(),
                     rcs_dbsm: -20.0,
                     snr_db: 20.0,
+                    power_dbm: None,
                 }
             })
             .collect();
