@@ -47,7 +47,7 @@ fn trial(path: &Path) -> catseye::Result<Trial> {
 }
 
 /// The left edge, along which a rail stands, is found in a left and in a right bend: at 35 m ahead the two lie 6.2 m apart, so
-/// no constant lane of up to 4 m width has both within a metre. The shipped network was off by 0.07 to 0.49 m.
+/// no constant lane of up to 4 m width has both within a metre.
 #[test]
 fn edges_follow_the_bend_to_its_own_side() {
     let dir = tempfile::tempdir().unwrap();
