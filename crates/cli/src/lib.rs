@@ -89,7 +89,7 @@ const ACTING: [(&str, &[&str]); 23] = [
     ("calibrate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("fit-sensor", &["json", "quiet", "seed", "force"]),
     ("plot", &["json", "quiet", "force"]),
-    ("validate", &["device", "precision", "trace", "json", "quiet", "seed"]),
+    ("validate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("bench", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("help", &[]),
 ];

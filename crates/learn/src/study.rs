@@ -137,7 +137,10 @@ impl Study {
                 let made = match note.is_file() {
                     true => {
                         let text = fs::read(&note).map_err(|e| Error::io(&note, e))?;
-                        let foreign = |e| BadInput::new(format!("is no note of a study: {e}")).file(&note);
+                        let foreign = |e| {
+                            let bad = BadInput::new(format!("is no note of a study: {e}")).file(&note);
+                            bad.remedy("delete it, and its training is done again")
+                        };
                         serde_json::from_slice(&text).map_err(foreign)?
                     }
                     false => {
