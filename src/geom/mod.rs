@@ -281,7 +281,7 @@ impl<'a> RigidScene<'a> {
         let (mut placed, mut bodies) = (Vec::new(), Vec::new());
         let (mut points, mut tables) = (Vec::new(), Vec::new());
         let mut meshes_there = std::collections::HashSet::new();
-        for (number, object) in scene.objects.iter().enumerate() {
+        for (number, object) in scene.objects.iter().enumerate().filter(|(_, o)| o.radar) {
             let now = object.at(time_s);
             let shifts = match reach_s > 0.0 {
                 true => [-reach_s, reach_s].map(|dt| Shift::between(&now, &object.at(time_s + dt))),

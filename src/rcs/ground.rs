@@ -165,7 +165,7 @@ fn check(scene: &Scene, aspects: &[BistaticAspect]) -> Result<()> {
 /// Returns an error for a scattering table, whose image is seen from directions that it does not hold.
 fn with_image(scene: &Scene) -> Result<Scene> {
     let mut out = Scene { materials: scene.materials.clone(), ..Default::default() };
-    for o in &scene.objects {
+    for o in scene.objects.iter().filter(|o| o.radar) {
         match o.shape {
             Shape::Point { .. } => {
                 for at in [o.pose.translation_m, image(o.pose.translation_m)] {

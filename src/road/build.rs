@@ -19,7 +19,7 @@ use crate::road::plan::{
 };
 use crate::road::profile::Profile;
 use crate::road::shape::{Profile as Outline, append, area_vector_m2, cuboid, polygon, weld};
-use crate::road::traffic::{driven, vehicle};
+use crate::road::traffic::{as_a_point, driven, vehicle};
 use crate::scene::motion::{Channel, Joint, Motion};
 use crate::scene::{Mesh, Scene, Shape};
 use glam::{DQuat, DVec2, DVec3};
@@ -559,7 +559,7 @@ impl Builder<'_> {
     ) -> Result<u32> {
         let key = match source {
             Source::Reflector(r) => format!("reflector {}", r.spec()),
-            Source::Vehicle(kind) => format!("vehicle {kind}"),
+            Source::Vehicle { kind, rcs_dbsm } => format!("vehicle {kind} {rcs_dbsm:?}"),
             // Files are few, and compared by what is in them.
             Source::File(_) => String::new(),
         };
@@ -572,7 +572,10 @@ impl Builder<'_> {
             None => {
                 let mut built = match source {
                     Source::Reflector(r) => r.to_scene(self.materials)?,
-                    Source::Vehicle(kind) => vehicle(kind, self.materials)?,
+                    Source::Vehicle { kind, rcs_dbsm: None } => vehicle(kind, self.materials)?,
+                    Source::Vehicle { kind, rcs_dbsm: Some(rcs_dbsm) } => {
+                        as_a_point(vehicle(kind, self.materials)?, *rcs_dbsm)
+                    }
                     Source::File(scene) => scene.clone(),
                 };
                 built.meshes.iter_mut().for_each(in_single_precision);
@@ -597,10 +600,10 @@ impl Builder<'_> {
             let place = Pose::new(pose.rotation * part.pose.rotation, pose.point(part.pose.translation_m));
             let velocity = going.velocity_mps + pose.direction(part.velocity_mps);
             let new = self.scene.add_object(&name, class, shape, place, velocity);
-            let parked = matches!(source, Source::Vehicle(_)) && going.speed_mps == 0.0;
+            let parked = matches!(source, Source::Vehicle { .. }) && going.speed_mps == 0.0;
             if going.joints.is_some() || part.motion.is_some() && !parked {
                 let mut joints = match source {
-                    Source::Vehicle(_) => driven(part.joints(), going.speed_mps, &going.way_m, clock_s),
+                    Source::Vehicle { .. } => driven(part.joints(), going.speed_mps, &going.way_m, clock_s),
                     _ => part.joints(),
                 };
                 match &going.joints {
@@ -614,6 +617,7 @@ impl Builder<'_> {
                 }
                 self.scene.move_by(new, Motion { joints });
             }
+            self.scene.set_radar(new, part.radar);
             id.get_or_insert(new);
         }
         id.ok_or_else(|| BadInput::new("has no parts").key(name).into())

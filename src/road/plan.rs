@@ -233,8 +233,13 @@ pub struct RowPlan {
 pub enum Source {
     /// A reflector of the library.
     Reflector(Reflector),
-    /// A vehicle of the library, by its name.
-    Vehicle(String),
+    /// A vehicle of the library.
+    Vehicle {
+        /// Its name in the library.
+        kind: String,
+        /// dBsm: its echo is that of a point in its middle with this cross section, and the radar sees through its body.
+        rcs_dbsm: Option<f64>,
+    },
     /// The scene of a file.
     File(Scene),
 }

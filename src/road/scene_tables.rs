@@ -460,6 +460,9 @@ pub struct VehicleTable {
     /// What goes there: a vehicle or a person of the library.
     #[schemars(extend("enum" = VEHICLES))]
     pub kind: At<String>,
+    /// Cross section, dBsm, of a point in its middle that scatters in its place, alike in all directions; the radar then sees
+    /// through its body, which labels, masks and lidar show as before; from -200 to 200. Default: its shape scatters.
+    pub rcs_dbsm: Option<At<f64>>,
     /// Station of its middle, m; from 0 to the road's length.
     pub s_m: At<f64>,
     /// Lateral position of its middle: from the axis, in a lane, or from the edge of the drivable lanes.

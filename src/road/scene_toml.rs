@@ -764,6 +764,8 @@ impl Reader<'_> {
             Base::Lane(side, i, _) => road.side(side)[i].driven == Driven::Backward,
             _ => false,
         };
+        let rcs_dbsm = v.rcs_dbsm.as_ref();
+        let rcs_dbsm = rcs_dbsm.map(|x| self.doc.in_range(x, -200.0..=200.0, "give dBsm")).transpose()?;
         let (heading, speed) = (self.angle(&v.heading_deg)?, self.speed(&v.speed_mps)?);
         let drive = match &v.drive {
             Some(d) if speed != 0.0 || heading != 0.0 => {
@@ -783,7 +785,7 @@ impl Reader<'_> {
         Ok(ThingPlan {
             name: v.name.clone().unwrap_or_else(|| format!("{} {}", v.kind.value, i + 1)),
             class: String::new(),
-            source: Source::Vehicle(v.kind.value.clone()),
+            source: Source::Vehicle { kind: v.kind.value.clone(), rcs_dbsm },
             s_m: self.place(road, &v.s_m)?,
             lateral,
             yaw_rad: heading + if back { std::f64::consts::PI } else { 0.0 },

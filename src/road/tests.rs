@@ -492,7 +492,10 @@ fn bad_files_are_refused_in_one_line() {
             with("[[road.object]]\nfile = \"../x.glb\"\ns_m = 5\nlateral = { lane = 1 }"),
             "leaves the folder of the scene file",
         ),
-        (with("[[road]]\nname = \"r\"\nplan = []"), "is empty, or the name of another road"),
+        (
+            with("name = \"one vehicle\"\n[[road]]\nname = \"r\"\nplan = []"),
+            "is empty, or the name of another road",
+        ),
         (
             with(
                 "[[road]]\nname = \"q\"\nplan = [{ kind = \"straight\", length_m = 10 }]\nright = [{ width_m = 3 }]",
@@ -697,4 +700,54 @@ fn rows_keep_their_spacing_along_themselves() {
         axis.len() < along.len() && axis.last().is_some_and(|g| (g - 2.0 * 14.0 / 12.0).abs() < 5e-3),
         "{axis:?}"
     );
+}
+
+/// A vehicle as a point: the radar meets one point of that level in the middle of its box and none of its faces, while boxes and
+/// masks are those of the vehicle itself.
+#[test]
+fn a_vehicle_scatters_as_a_point_and_keeps_its_body() {
+    use crate::base::frames::Pose;
+    use crate::geom::{Facets, RigidScene};
+    use crate::road::mask::{CellClass, Grid, mask};
+    use crate::road::truth::actor_truth;
+    use std::borrow::Cow;
+    let text = |kind: &str, rcs: &str| {
+        format!(
+            "name = \"one vehicle\"\n[[road]]\nname = \"r\"\nplan = [{{ kind = \"straight\", length_m = 100 }}]\nsurface = \"none\"\n\
+             [[road.right]]\nnumber = 1\nwidth_m = 3.5\n\
+             [[road.vehicle]]\nkind = \"{kind}\"\ns_m = 30\nlateral = {{ lane = 1 }}\nspeed_mps = 8\n{rcs}\n"
+        )
+    };
+    for kind in ["passenger-car", "van", "pedestrian"] {
+        let (whole, point) = (made(&text(kind, "")).1, made(&text(kind, "rcs_dbsm = 7.5")).1);
+        let time_s = 0.5;
+        let (a, b) = (actor_truth(&whole, time_s), actor_truth(&point, time_s));
+        let of = |list: &[(_, crate::road::truth::TruthBox)]| -> Vec<_> {
+            list.iter().map(|(_, t)| (t.id, t.class.clone(), t.centre_m, t.size_m, t.velocity_mps)).collect()
+        };
+        assert_eq!(of(&a), of(&b), "{kind}");
+        let seen = |s: &Scene| mask(&Grid::ROAD, s, time_s, &Pose::IDENTITY, &[], &[CellClass::Vehicle]);
+        assert_eq!(seen(&whole), seen(&point), "{kind}");
+        let geometry =
+            RigidScene::new(Cow::Borrowed(&point), 77e9, Facets::Flat).unwrap().at(time_s, 0.0).unwrap();
+        assert_eq!(geometry.triangle_count, 0, "{kind}");
+        assert_eq!(geometry.points.len(), 1, "{kind}");
+        let p = &geometry.points[0];
+        let part = point.object_by_id(p.id).unwrap();
+        assert_eq!(crate::road::actors::base_class(&part.class), b[0].1.class, "{kind}");
+        assert_eq!(p.rcs_dbsm, 7.5);
+        assert!((p.velocity_mps - DVec3::new(8.0, 0.0, 0.0)).length() < 1e-9, "{kind}: {}", p.velocity_mps);
+        // The middle of the body as it was built: limbs that swing move the box a little.
+        assert!(
+            (p.position_m - DVec3::from_array(a[0].1.centre_m)).length() < 0.3,
+            "{kind}: {}",
+            p.position_m
+        );
+        // It comes back from a glTF file.
+        let bytes = gltf::to_glb(&point).unwrap();
+        let back = gltf::import_bytes(&bytes, Path::new("x.glb"), None, &ImportOptions::default()).unwrap();
+        let seen = |s: &Scene| -> Vec<bool> { s.objects.iter().map(|o| o.radar).collect() };
+        assert_eq!(seen(&back), seen(&point));
+        assert_eq!(seen(&point).iter().filter(|r| **r).count(), 1, "{kind}");
+    }
 }

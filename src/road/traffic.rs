@@ -2,12 +2,13 @@
 
 use crate::base::error::{BadInput, Result, nearest};
 use crate::base::frames::Pose;
+use crate::road::actors::base_class;
 use crate::road::materials::MaterialLookup;
 use crate::road::objects::{CarMaterials, passenger_car};
-use crate::scene::Scene;
 use crate::scene::motion::{Channel, Joint};
 use crate::scene::toml_file::clip;
 use crate::scene::turn::Turn;
+use crate::scene::{Scene, Shape};
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
@@ -61,6 +62,16 @@ pub(super) fn unknown(at: BadInput, kind: &str) -> BadInput {
         Some(near) => b.remedy(format!("did you mean '{near}'?")),
         None => b.remedy("choose one of them"),
     }
+}
+
+/// A vehicle that the radar sees as a point in the middle of the box around it, while its body keeps its place in labels.
+pub fn as_a_point(mut vehicle: Scene, rcs_dbsm: f64) -> Scene {
+    vehicle.objects.iter_mut().for_each(|part| part.radar = false);
+    let (from, to) = vehicle.bounds_m(0.0).unwrap_or_default();
+    let class = vehicle.objects.first().map_or("vehicle", |body| base_class(&body.class));
+    let (class, pose) = (format!("{class}.echo"), Pose::new(DQuat::IDENTITY, 0.5 * (from + to)));
+    vehicle.add_object("echo", &class, Shape::Point { rcs_dbsm }, pose, DVec3::ZERO);
+    vehicle
 }
 
 /// The parts of a vehicle at rest, heading +x, the origin on the road below its middle; one object for each part.

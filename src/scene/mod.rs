@@ -77,6 +77,9 @@ pub struct Object {
     pub velocity_mps: DVec3,
     /// How it moves when not straight on at that velocity.
     pub motion: Option<Arc<Motion>>,
+    /// Whether the radar sees it. What it does not see neither scatters nor stands in the way, but has its place in truth,
+    /// masks, pictures and lidar scans: the body of a thing whose echo another object gives, a point or a table.
+    pub radar: bool,
 }
 
 impl Object {
@@ -185,8 +188,15 @@ impl Scene {
     ) -> u32 {
         let id = self.objects.iter().map(|o| o.id).max().unwrap_or(0) + 1;
         let (name, class) = (name.into(), class.into());
-        self.objects.push(Object { id, name, class, shape, pose, velocity_mps, motion: None });
+        self.objects.push(Object { id, name, class, shape, pose, velocity_mps, motion: None, radar: true });
         id
+    }
+
+    /// Says whether the radar sees the object with this id.
+    pub fn set_radar(&mut self, id: u32, radar: bool) {
+        if let Some(object) = self.objects.iter_mut().find(|o| o.id == id) {
+            object.radar = radar;
+        }
     }
 
     /// Gives the object with this id a motion.

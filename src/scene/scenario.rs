@@ -936,6 +936,7 @@ impl Scene {
                 }
                 self.move_by(id, Motion { joints });
             }
+            self.set_radar(id, part.radar);
             ids.push(id);
         }
         ids

@@ -280,7 +280,8 @@ impl<'a> Document<'a> {
         }
         if message.starts_with("missing field ") {
             let word = quoted.first().copied().unwrap_or("");
-            let key = match found {
+            // The whole file has no span, and the first table of one that begins with a table would answer to it.
+            let key = match found.filter(|_| !span.is_empty()) {
                 Some(f) => format!("{}.{word}", f.path),
                 None => word.to_string(),
             };
@@ -480,6 +481,8 @@ mod tests {
         }
         let e = complaint("samples = 1\n[[part]]\n");
         assert!(e.contains("part[0].power_dbm: is missing"), "{e}");
+        let e = complaint("[[part]]\npower_dbm = 1\n");
+        assert!(e.starts_with("a.toml:1: samples: is missing"), "{e}");
         let e = complaint("samples = 1\nsampling = \"iqq\"\npart = []");
         assert_eq!(
             e,

@@ -855,7 +855,7 @@ fn arrivals(scenario: &SitedScenario, scene: &Scene, which: usize, time_s: f64) 
     let mut list = Vec::new();
     for (number, (sender, from)) in senders.iter().enumerate() {
         list.push(interference::direct(sender, number as u32, *from, radar, at)?);
-        for o in &scene.objects {
+        for o in scene.objects.iter().filter(|o| o.radar) {
             if let Shape::Point { rcs_dbsm } = o.shape {
                 let now = o.at(time_s);
                 let body = (now.translation_m, now.velocity_mps, power_from_db(rcs_dbsm));

@@ -108,7 +108,7 @@ pub fn first_clash(
     let mut known: Vec<(Option<VehicleAt>, Footprint)> = vec![(None, ego)];
     for (i, r) in plan.roads.iter().enumerate() {
         let vehicles = r.things.iter().filter_map(|t| match &t.source {
-            Source::Vehicle(kind) => Some((t, kind)),
+            Source::Vehicle { kind, .. } => Some((t, kind)),
             _ => None,
         });
         for (j, (t, kind)) in vehicles.enumerate() {

@@ -37,6 +37,7 @@ pub(super) struct Inherited {
     pub(super) mover: Option<usize>,
     pub(super) class: String,
     pub(super) velocity_mps: DVec3,
+    pub(super) radar: bool,
 }
 
 pub(super) struct Importer<'a> {
@@ -111,6 +112,7 @@ pub(super) struct NodeExtras {
     pub(super) rcs_dbsm: Option<f64>,
     pub(super) rcs_table: Option<usize>,
     pub(super) motion: Option<Vec<Joint>>,
+    pub(super) radar: Option<bool>,
 }
 
 /// Ids that the file gives, and those of the objects so far.

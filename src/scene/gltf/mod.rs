@@ -9,7 +9,8 @@
 //! axes and not in glTF's; both hold for the nodes below as well. `id` (1 or more, unique) and
 //! `rcs_dbsm`, which makes a node without a mesh a point target. `rcs_table`, the path of an RCS table (CSV)
 //! in or below the glTF file's folder: the node scatters as the table says, with x, y and z of its target frame along
-//! the node's ISO axes, and its mesh, if it has one, does not scatter. Such a node may not be scaled.
+//! the node's ISO axes, and its mesh, if it has one, does not scatter. Such a node may not be scaled. `radar` = false, for the
+//! node and those below it, says that the radar sees through them, while labels, pictures and lidar show them.
 //!
 //! Animated nodes move what hangs on them (CONVENTIONS eq. 140): a hierarchy becomes a chain of rigid joints in which each
 //! animated node is a track with its keys as they are (STEP, LINEAR, CUBICSPLINE); before its first key and after its last

@@ -22,7 +22,7 @@ enum Stand {
 
 impl Importer<'_> {
     pub(super) fn node_extras(&mut self, i: usize) -> Result<NodeExtras> {
-        const KEYS: [&str; 6] = ["class", "velocity_mps", "id", "rcs_dbsm", "rcs_table", "motion"];
+        const KEYS: [&str; 7] = ["class", "velocity_mps", "id", "rcs_dbsm", "rcs_table", "motion", "radar"];
         let place = format!("nodes[{i}].extras.catseye");
         let mut known = NodeExtras::default();
         let extras = self.extras(&self.root.nodes[i].extras, &place)?;
@@ -65,6 +65,17 @@ impl Importer<'_> {
                     }
                 },
                 "motion" => known.motion = Some(self.joints(&key, v)?),
+                "radar" => match v.as_bool() {
+                    Some(seen) => known.radar = Some(seen),
+                    None => {
+                        return Err(self
+                            .bad(key, "is not true or false")
+                            .value(clip(&v.to_string()))
+                            .allowed("true, false")
+                            .remedy("give false for a body that only labels, pictures and lidar show")
+                            .into());
+                    }
+                },
                 _ => return Err(self.unknown_key(&place, k, &KEYS).into()),
             }
         }
@@ -85,6 +96,7 @@ impl Importer<'_> {
             here.class.clone_from(class);
         }
         here.velocity_mps = extras.velocity_mps.unwrap_or(here.velocity_mps);
+        here.radar = extras.radar.unwrap_or(here.radar);
         let moves = extras.motion.is_some() || self.moves.get(&i).is_some_and(Moves::any);
         if moves {
             here.mover = Some(i);
@@ -180,7 +192,8 @@ impl Importer<'_> {
                     DVec3::ZERO => here.velocity_mps,
                     given => given,
                 };
-                let frame = Inherited { velocity_mps, class: here.class.clone(), ..part.frame };
+                let frame =
+                    Inherited { velocity_mps, class: here.class.clone(), radar: here.radar, ..part.frame };
                 let (stand, _) = self.stand(&frame, None)?;
                 self.scene.meshes.push(part.mesh);
                 let shape = Shape::Mesh(self.scene.meshes.len() - 1);
@@ -244,6 +257,7 @@ impl Importer<'_> {
             pose,
             velocity_mps: here.velocity_mps,
             motion: None,
+            radar: here.radar,
         };
         if let Stand::Moving(motion) = stand {
             object.set_motion(motion);

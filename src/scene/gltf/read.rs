@@ -150,7 +150,7 @@ impl<'a> Importer<'a> {
         }
         let own: Vec<bool> = extras.iter().map(|e| e.motion.is_some()).collect();
         self.read_animations(&own)?;
-        let start = Inherited::default();
+        let start = Inherited { radar: true, ..Inherited::default() };
         let mut inherited: Vec<Option<Inherited>> = vec![None; self.nodes.len()];
         for (node, parent) in &order {
             let above = parent.and_then(|p| inherited[p].as_ref()).unwrap_or(&start);

@@ -291,12 +291,13 @@ fn extras_of_nodes() {
     for (extras, expect) in [
         (
             json!({"clas": "x"}),
-            "nodes[0].extras.catseye.clas: unknown key; allowed: class, velocity_mps, id, rcs_dbsm, rcs_table, motion; did you mean 'class'?",
+            "nodes[0].extras.catseye.clas: unknown key; allowed: class, velocity_mps, id, rcs_dbsm, rcs_table, motion, radar; did you mean 'class'?",
         ),
         (json!({"id": 0}), "is not an id; allowed: 1..=4294967295"),
         (json!({"velocity_mps": [1, 2]}), "is not 3 numbers"),
         (json!({"velocity_mps": [1, 2, "3"]}), "is not 3 numbers"),
         (json!({"rcs_dbsm": 3}), "has a mesh and rcs_dbsm"),
+        (json!({"radar": 0}), "is not true or false; allowed: true, false"),
         (json!({"class": 3}), "is not a class name"),
         (json!([]), "is not an object"),
     ] {

@@ -129,6 +129,9 @@ pub fn to_glb(scene: &Scene) -> Result<Vec<u8>> {
         if !o.class.is_empty() {
             catseye["class"] = json!(o.class);
         }
+        if !o.radar {
+            catseye["radar"] = json!(false);
+        }
         match &o.motion {
             Some(motion) => {
                 let motion = motions.motion(&motion.joints);

@@ -54,7 +54,7 @@ pub fn stages(given: &TrialContext<'_>, settings: &Settings) -> Result<Vec<Stage
         };
         let mut plan = scene_toml::load(path)?;
         for road in &mut plan.roads {
-            road.things.retain(|t| !matches!(t.source, catseye::road::plan::Source::Vehicle(_)));
+            road.things.retain(|t| !matches!(t.source, catseye::road::plan::Source::Vehicle { .. }));
         }
         if let (Some(on), Some(s_m)) = (scenario.ego.on_road_mut(), table.radar_s_m) {
             on.s_m = s_m;

@@ -134,7 +134,7 @@ fn group(
         plan.roads[road].things.push(ThingPlan {
             name: format!("{prefix} {}", k + 1),
             class: String::new(),
-            source: Source::Vehicle(kind.clone()),
+            source: Source::Vehicle { kind: kind.clone(), rcs_dbsm: None },
             s_m,
             lateral,
             yaw_rad: if back { std::f64::consts::PI } else { 0.0 },

@@ -52,7 +52,7 @@ pub fn moved_on(plan: &ScenePlan, by_m: f64) -> ScenePlan {
     let mut plan = plan.clone();
     for road in &mut plan.roads {
         let length = road.road.axis.length_m();
-        for thing in road.things.iter_mut().filter(|t| matches!(t.source, Source::Vehicle(_))) {
+        for thing in road.things.iter_mut().filter(|t| matches!(t.source, Source::Vehicle { .. })) {
             thing.s_m = (thing.s_m + by_m).rem_euclid(length.max(1.0));
         }
     }
