@@ -13,6 +13,7 @@ use catseye::road::reflector::Reflector;
 use catseye::scene::{material, scenario};
 use catseye_io::run::{RunOptions, run};
 use catseye_plot::{Curve, rcs_polar};
+use catseye_view::Thing;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -23,6 +24,9 @@ pub struct Demo {
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 }
+
+/// Name of the demo's page.
+const PAGE: &str = "view.html";
 
 /// The scenario of the demo, as a user would write it.
 const SCENARIO: &str = include_str!("../../../scenes/presets/demo.toml");
@@ -52,6 +56,10 @@ impl Demo {
                     draw_marker(&engine, dir)
                 },
                 progress: &|done, _| bar.set_position(done.into()),
+                add: Some(&|folder| {
+                    let page = Thing::Run(folder.to_path_buf()).page()?;
+                    page.write(&folder.join(PAGE), false, &|_| ()).map(drop)
+                }),
             },
         )?;
         drop(bar);
@@ -64,6 +72,7 @@ impl Demo {
                     .map(|p| report.folder.join(format!("frame_000000/{p}.png")).display().to_string())
                     .join(", ")
             ))?;
+            print(&format!("to look around, open in a browser: {}", report.folder.join(PAGE).display()))?;
         }
         Ok(())
     }

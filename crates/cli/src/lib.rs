@@ -30,6 +30,7 @@ mod study;
 mod target;
 mod validate;
 mod verify;
+mod view;
 
 pub use frames::draw_frame;
 
@@ -68,7 +69,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 });
 
 /// The global options that act for each command. The others are not in its help, and it says that they change nothing.
-const ACTING: [(&str, &[&str]); 23] = [
+const ACTING: [(&str, &[&str]); 24] = [
     ("demo", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("devices", &["json", "quiet"]),
     ("init", &["json", "quiet", "force"]),
@@ -89,6 +90,7 @@ const ACTING: [(&str, &[&str]); 23] = [
     ("calibrate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("fit-sensor", &["json", "quiet", "seed", "force"]),
     ("plot", &["json", "quiet", "force"]),
+    ("view", &["json", "quiet", "force"]),
     ("validate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("bench", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("help", &[]),
@@ -156,6 +158,7 @@ enum Command {
     Calibrate(calibrate::Calibrate),
     FitSensor(fit_sensor::FitSensor),
     Plot(plot::Plot),
+    View(view::View),
     Validate(validate::Validate),
     Bench(bench::Bench),
     Help(help::Help),
@@ -199,6 +202,7 @@ pub fn run() -> ExitCode {
         Command::Calibrate(c) => c.run(g),
         Command::FitSensor(c) => c.run(g),
         Command::Plot(c) => c.run(g),
+        Command::View(c) => c.run(g),
         Command::Validate(c) => c.run(g),
         Command::Bench(c) => c.run(g),
         Command::Help(c) => c.run(command()),

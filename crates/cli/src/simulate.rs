@@ -127,6 +127,7 @@ pub fn simulate(
                 bar.found(found.into());
                 bar.set_position(done.into());
             },
+            add: None,
         },
     )?;
     drop(bar);

@@ -45,6 +45,8 @@ pub struct RunOptions<'a> {
     pub pictures: Pictures<'a>,
     /// Function that is called with (frames done, frames among them found complete from an earlier run).
     pub progress: &'a dyn Fn(u32, u32),
+    /// Function that adds files to the folder when all else is there, before it gets its name.
+    pub add: Option<&'a dyn Fn(&Path) -> Result<()>>,
 }
 
 /// Number of frames that share submissions on a GPU where no other number is given.
@@ -227,6 +229,9 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
         frames: records.clone(),
     }
     .write(staged.path())?;
+    if let Some(add) = options.add {
+        add(staged.path())?;
+    }
     let sums = with_the_rest(staged.path(), sums)?;
     let folder = staged.commit_with(sums)?;
     Ok(RunReport { folder, resumed, repaired, remarks, frames: records })
@@ -338,6 +343,7 @@ mod tests {
                     _ => Ok(()),
                 },
                 progress: &|_, _| (),
+                add: None,
             };
             run(&Engine::Cpu(Precision::F64), &scenario, &out, &options).map(|r| (r, scenario))
         };

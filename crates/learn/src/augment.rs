@@ -21,11 +21,14 @@ pub struct Augment {
     pub near_m: f64,
     /// Largest share of the points that are left out, 0 to 0.9.
     pub drop: f64,
+    /// Most points of noise that are put anywhere into a picture, 0 to 10000: for networks of grids. Few are as likely as many:
+    /// their number is even in its logarithm. They are as strong as a point of the picture, and no truth goes with them.
+    pub noise: u32,
 }
 
 impl Default for Augment {
     fn default() -> Augment {
-        Augment { mirror: false, turn_deg: 0.0, shift_m: 0.0, near_m: 0.0, drop: 0.0 }
+        Augment { mirror: false, turn_deg: 0.0, shift_m: 0.0, near_m: 0.0, drop: 0.0, noise: 0 }
     }
 }
 
@@ -51,6 +54,9 @@ impl Augment {
         if out(self.drop, 0.9) {
             return Some(("drop", self.drop.to_string(), "0 to 0.9"));
         }
+        if self.noise > 10_000 {
+            return Some(("noise", self.noise.to_string(), "0 to 10000"));
+        }
         // How strong a point is depends on where it stands.
         fixed.filter(|_| self.moves()).map(|allowed| {
             let key = if self.turn_deg > 0.0 { "turn_deg" } else { "shift_m" };
@@ -68,8 +74,20 @@ impl Augment {
         let turn_rad = either(draws, self.turn_deg.to_radians());
         let shift_m = DVec2::new(either(draws, self.shift_m), either(draws, self.shift_m));
         let keep = if self.drop > 0.0 { 1.0 - self.drop * draws.uniform() } else { 1.0 };
-        let seed = if keep < 1.0 { (draws.uniform() * f64::from(u32::MAX)) as u32 } else { 0 };
-        Move { mirror, turn_rad, shift_m, near_m: if self.moves() { self.near_m } else { 0.0 }, keep, seed }
+        let noise = match self.noise {
+            0 => 0,
+            most => (f64::from(most) + 1.0).powf(draws.uniform()) as u32 - 1,
+        };
+        let seed = if keep < 1.0 || noise > 0 { (draws.uniform() * f64::from(u32::MAX)) as u32 } else { 0 };
+        Move {
+            mirror,
+            turn_rad,
+            shift_m,
+            near_m: if self.moves() { self.near_m } else { 0.0 },
+            keep,
+            noise,
+            seed,
+        }
     }
 }
 
@@ -81,13 +99,21 @@ pub struct Move {
     shift_m: DVec2,
     near_m: f64,
     keep: f64,
+    noise: u32,
     seed: u32,
 }
 
 impl Move {
     /// Nothing is moved.
-    pub const NONE: Move =
-        Move { mirror: false, turn_rad: 0.0, shift_m: DVec2::ZERO, near_m: 0.0, keep: 1.0, seed: 0 };
+    pub const NONE: Move = Move {
+        mirror: false,
+        turn_rad: 0.0,
+        shift_m: DVec2::ZERO,
+        near_m: 0.0,
+        keep: 1.0,
+        noise: 0,
+        seed: 0,
+    };
 
     /// Whether left and right change places.
     pub fn mirrors(&self) -> bool {
@@ -130,6 +156,15 @@ impl Move {
                     ..*c
                 });
             }
+        }
+        for _ in 0..self.noise {
+            let pick = |u: f64, n: usize| ((u * n as f64) as usize).min(n.saturating_sub(1));
+            let cell = pick(draws.uniform(), g.cells());
+            let amplitude =
+                scan.cells.get(pick(draws.uniform(), scan.cells.len())).map_or(1.0, |c| c.amplitude);
+            let at = DVec2::from_array(g.middle_m(cell / g.columns, cell % g.columns));
+            let (range_m, azimuth_rad) = (at.length() as f32, at.y.atan2(at.x) as f32);
+            cells.push(ScanCell { cell: cell as u32, count: 1.0, amplitude, range_m, azimuth_rad });
         }
         // In the order of cells, as a scan has them.
         cells.sort_by_key(|c| c.cell);
@@ -245,7 +280,7 @@ mod tests {
 
     #[test]
     fn draws_stay_in_their_ranges_and_change() {
-        let a = Augment { mirror: true, turn_deg: 10.0, shift_m: 2.0, near_m: 1.0, drop: 0.5 };
+        let a = Augment { mirror: true, turn_deg: 10.0, shift_m: 2.0, near_m: 1.0, drop: 0.5, noise: 0 };
         let mut draws = Draws::new(3, 9);
         let all: Vec<Move> = (0..400).map(|_| a.draw(&mut draws)).collect();
         let mirrored = all.iter().filter(|m| m.mirror).count();
@@ -266,6 +301,27 @@ mod tests {
     }
 
     #[test]
+    fn noise_is_anywhere_and_few_points_are_as_likely_as_many() {
+        let a = Augment { noise: 999, ..Augment::default() };
+        let mut draws = Draws::new(5, 2);
+        let moves: Vec<Move> = (0..600).map(|_| a.draw(&mut draws)).collect();
+        // A third each of 0 to 9, 10 to 99 and 100 to 999, within four standard deviations.
+        for (from, to) in [(0, 9), (9, 99), (99, 999)] {
+            let n = moves.iter().filter(|m| (from..to).contains(&m.noise)).count();
+            assert!((150..250).contains(&n), "{from}: {n}");
+        }
+        let noisy = Move { noise: 400, seed: 8, ..Move::NONE };
+        let s = noisy.scan(&scan(&[(2, 1)]));
+        assert!(s.cells.len() > 90 && s.cells.iter().all(|c| c.amplitude == 0.5), "{}", s.cells.len());
+        assert_eq!(s.cells.iter().map(|c| c.count).sum::<f32>(), 401.0);
+        let corner = s.cells.iter().find(|c| c.cell == 99).unwrap();
+        assert!((corner.range_m - 9.5f32.hypot(4.5)).abs() < 1e-6 && corner.azimuth_rad < 0.0);
+        // Truth stays.
+        let mask = mask_of(&[(2, 1)]);
+        assert_eq!(noisy.mask(&SMALL, &mask), mask);
+    }
+
+    #[test]
     fn wrong_numbers_are_named() {
         let wrong = |a: Augment, input: Input| a.wrong(input.fixed()).map(|w| w.0);
         let turn = Augment { turn_deg: 5.0, ..Augment::default() };
@@ -273,6 +329,7 @@ mod tests {
         assert_eq!(wrong(turn, Input::A), Some("turn_deg"));
         assert_eq!(wrong(Augment { turn_deg: 200.0, ..turn }, Input::B), Some("turn_deg"));
         assert_eq!(wrong(Augment { drop: 1.0, ..turn }, Input::B), Some("drop"));
+        assert_eq!(wrong(Augment { noise: 10_001, ..turn }, Input::B), Some("noise"));
         assert_eq!(wrong(Augment { shift_m: f64::NAN, ..turn }, Input::B), Some("shift_m"));
         assert_eq!(wrong(Augment { mirror: true, ..Augment::default() }, Input::C4), None);
     }

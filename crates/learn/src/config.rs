@@ -147,8 +147,14 @@ impl Config {
         within(doc, &t.patience, 1..=100_000)?;
         within(doc, &t.rate, 1e-8..=1.0)?;
         within(doc, &t.balance, 0.0..=1.0)?;
+        let of_points = matches!(network, Network::Points(_));
+        let wrong = |a: &Augment| match a.noise {
+            0 => a.wrong(network.fixed()),
+            n if of_points => Some(("noise", n.to_string(), "0: points of noise are put into grids")),
+            _ => a.wrong(network.fixed()),
+        };
         if let Some(a) = &t.augment
-            && let Some((key, value, allowed)) = a.value.wrong(network.fixed())
+            && let Some((key, value, allowed)) = wrong(&a.value)
         {
             let mut bad = doc.bad(&a.span, format!("training.augment.{key} cannot be used"));
             bad.value = Some(format!("{key} = {value}"));
@@ -399,6 +405,11 @@ classes = ["others", "guard rail"]
                 "[\"counts\", \"r_min\"]",
                 "[\"counts\"]\nr_threshold_m = 1.0",
                 "network.r_threshold_m = 1.0: is not used",
+            ),
+            (
+                "batch = 4",
+                "batch = 4\naugment = { noise = 9 }",
+                "allowed: 0: points of noise are put into grids",
             ),
             ("channels = 8", "channels = 0", "network.channels = 0: is out of range; allowed: 1..=512"),
             ("runs = ", "grid = \"road\"\nruns = ", "data.grid = \"road\": belongs to networks of grids"),

@@ -1,0 +1,106 @@
+//! `catseye view`: pages for the browser.
+
+use super::bar::Kept;
+use super::global::{Global, print, print_json};
+use super::target::ImportArgs;
+use catseye::base::error::{Error, Result};
+use catseye::formats::{check_extension, stage};
+use catseye::road::target;
+use catseye_view::{Page, Thing, Written};
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Show a run, one of its frames, a scene, a reflector or RCS tables as one HTML page for the browser, which needs no network
+#[derive(Debug, Args)]
+#[command(
+    after_help = "A run shows its scene where it kept it ([output] scene = true), else boxes; ways of echoes need return_places = true, \
+                  thresholds cfar_threshold = true, and spectra over angle angle_spectra = true. The frames of a long run lie in a \
+                  folder beside the page, from which it takes them one by one."
+)]
+pub struct View {
+    /// Folder of a run or of a frame, scene (.glb, .gltf, .stl, .obj), reflector ("type1:width_m=0.16"), RCS tables (.csv; several are
+    /// laid over each other)
+    #[arg(required = true, value_name = "THING")]
+    pub things: Vec<String>,
+    /// Page to write (default: beside the thing, with its name)
+    #[arg(short, long, value_name = "F.html")]
+    pub output: Option<PathBuf>,
+    /// Open the page in the browser
+    #[arg(long)]
+    pub open: bool,
+    #[command(flatten)]
+    pub import: ImportArgs,
+}
+
+impl View {
+    pub fn run(&self, global: &Global) -> Result<()> {
+        let paths: Vec<PathBuf> = self.things.iter().map(PathBuf::from).collect();
+        let output = match &self.output {
+            Some(o) => o.clone(),
+            None => self.beside(),
+        };
+        check_extension(&output, &["html"])?;
+        stage::distinct(&[&output], &paths.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+        let page = match &self.things[..] {
+            // What is no file or folder may be a reflector; the complaint about it names both.
+            [one] if target::is_file(one) || !Path::new(one).exists() => {
+                let target = target::load(one, &self.import.options()?)?;
+                target.scene.import.notes.iter().for_each(|n| global.say(&format!("note: {n}")));
+                Page::of_scene(&target.name, &target.scene)?
+            }
+            _ => Thing::of(&paths)?.page()?,
+        };
+        let bar = global.bar("frames", page.frames() as u64, Kept::All);
+        let written = page.write(&output, global.force, &|done| bar.set_position(done as u64))?;
+        drop(bar);
+        if global.json {
+            print_json(&written)?;
+        } else {
+            tell(&written)?;
+        }
+        if self.open { open(&written.page) } else { Ok(()) }
+    }
+
+    /// The page's place where none is given.
+    fn beside(&self) -> PathBuf {
+        let thing = Path::new(&self.things[0]);
+        match thing.is_dir() {
+            // The name of a folder has no ending, whatever dots it has.
+            true => {
+                let whole = std::path::absolute(thing).unwrap_or_else(|_| thing.to_path_buf());
+                let mut name = whole.file_name().unwrap_or_default().to_os_string();
+                name.push(".html");
+                whole.with_file_name(name)
+            }
+            false if thing.is_file() => thing.with_extension("html"),
+            false => PathBuf::from(self.things[0].split(':').next().unwrap_or("page")).with_extension("html"),
+        }
+    }
+}
+
+fn tell(written: &Written) -> Result<()> {
+    let beside = match &written.beside {
+        Some(folder) => format!(" with {} frames in {}", written.frames, folder.display()),
+        None => String::new(),
+    };
+    print(&format!("{} ({:.1} MiB{beside})", written.page.display(), written.bytes as f64 / (1 << 20) as f64))
+}
+
+/// Opens a file as the desktop does.
+fn open(page: &Path) -> Result<()> {
+    let (program, before): (&str, &[&str]) = match std::env::consts::OS {
+        "macos" => ("open", &[]),
+        "windows" => ("cmd", &["/C", "start", ""]),
+        _ => ("xdg-open", &[]),
+    };
+    std::process::Command::new(program)
+        .args(before)
+        .arg(page)
+        .status()
+        .ok()
+        .filter(std::process::ExitStatus::success)
+        .map(drop)
+        .ok_or_else(|| {
+            Error::Failed(format!("the page is written, but '{program}' did not open it: {}", page.display()))
+        })
+}

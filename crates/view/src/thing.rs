@@ -1,0 +1,99 @@
+//! What a page is asked for.
+
+use super::{Frames, Page, rcs, run, scene};
+use catseye::base::error::{BadInput, Result};
+use catseye::formats::stage::MANIFEST;
+use catseye::scene::Scene;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// What a page shows.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Thing {
+    /// All frames of a run.
+    Run(PathBuf),
+    /// One frame of the run in this folder.
+    Frame(PathBuf, u32),
+    /// Tables of cross sections, laid over each other.
+    Rcs(Vec<PathBuf>),
+}
+
+impl Thing {
+    /// What lies at these paths: one of anything, or several tables of cross sections.
+    ///
+    /// # Errors
+    /// Returns `BadInput` for what no page can show.
+    pub fn of(paths: &[PathBuf]) -> Result<Thing> {
+        let [path] = paths else {
+            if let Some(other) = paths.iter().find(|p| !is(p, &["csv", "parquet"])) {
+                return Err(BadInput::new("cannot be shown together with others")
+                    .file(other)
+                    .allowed("several tables of cross sections (.csv), or one of anything else")
+                    .remedy("give it alone")
+                    .into());
+            }
+            return Ok(Thing::Rcs(paths.to_vec()));
+        };
+        if path.is_dir() {
+            return Self::of_folder(path);
+        }
+        if is(path, &["csv", "parquet"]) {
+            return Ok(Thing::Rcs(vec![path.clone()]));
+        }
+        Err(BadInput::new("is nothing that a page can show")
+            .file(path)
+            .allowed("the folder of a run or of one of its frames, a scene (.glb, .gltf, .stl, .obj), a table of cross sections (.csv)")
+            .remedy("give what `catseye simulate`, `scene`, `reflector` or `rcs` wrote")
+            .into())
+    }
+
+    fn of_folder(path: &Path) -> Result<Thing> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let index = name.strip_prefix("frame_").and_then(|n| n.parse().ok());
+        if let (Some(index), Some(run)) = (index, path.parent().filter(|p| p.join(MANIFEST).is_file())) {
+            return Ok(Thing::Frame(run.to_path_buf(), index));
+        }
+        if path.join(MANIFEST).is_file() && path.join("frame_000000").is_dir() {
+            return Ok(Thing::Run(path.to_path_buf()));
+        }
+        Err(BadInput::new("is no folder of a run: it has no manifest.json with frames beside it")
+            .file(path)
+            .remedy("give a folder that `catseye simulate` wrote to its end")
+            .into())
+    }
+
+    /// Its page.
+    ///
+    /// # Errors
+    /// Returns `BadInput` for files that are not what they should be.
+    pub fn page(&self) -> Result<Page> {
+        match self {
+            Thing::Run(folder) => run::page(folder, None),
+            Thing::Frame(folder, index) => run::page(folder, Some(*index)),
+            Thing::Rcs(paths) => rcs::page(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>()),
+        }
+    }
+}
+
+impl Page {
+    /// The page of a scene by itself.
+    ///
+    /// # Errors
+    /// Returns `BadInput` for a scene of more triangles than a page takes.
+    pub fn of_scene(name: &str, whole: &Scene) -> Result<Page> {
+        if whole.triangle_count() > scene::MOST_TRIANGLES {
+            return Err(BadInput::new("has too many triangles for a page")
+                .key(name)
+                .value(whole.triangle_count())
+                .allowed(format!("up to {}", scene::MOST_TRIANGLES))
+                .remedy("show a coarser mesh")
+                .into());
+        }
+        let data = json!({ "kind": "scene", "title": name, "scene": scene::scene(whole, &[0.0]) });
+        Ok(Page { title: name.into(), data, frames: Frames { count: 0, of: Box::new(|_| Ok(Value::Null)) } })
+    }
+}
+
+fn is(path: &Path, endings: &[&str]) -> bool {
+    path.extension().is_some_and(|e| endings.iter().any(|end| e.eq_ignore_ascii_case(end)))
+}

@@ -1,0 +1,70 @@
+// Lines over an axis, by uPlot.
+
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import { colour, el } from "./dom.js";
+
+/**
+ * A plot of lines. `series` are `{label, colour, values, points}` over the common `x`; gaps are null. `pick` is called with the
+ * index under the pointer.
+ */
+export class Lines {
+  constructor({ x, y, pick, height }) {
+    this.box = el("div", { class: "plot" });
+    this.labels = { x, y };
+    this.pick = pick;
+    this.height = height;
+    new ResizeObserver(() => this.size()).observe(this.box);
+  }
+
+  size() {
+    if (this.plot && this.box.clientWidth > 0) this.plot.setSize({ width: this.box.clientWidth, height: this.room() });
+  }
+
+  room() {
+    return this.height ?? Math.max(120, this.box.clientHeight - (this.plot?.root.querySelector(".u-legend")?.offsetHeight ?? 26));
+  }
+
+  show(x, series, { title, marks, y } = {}) {
+    this.last = [x, series, { title, marks, y }];
+    this.plot?.destroy();
+    const ink = colour("ink"), grid = colour("grid");
+    const axis = (label) => ({ label, stroke: ink, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid }, labelSize: 18, size: 42, labelFont: "12px system-ui", font: "11px system-ui" });
+    const self = this;
+    this.plot = new uPlot(
+      {
+        width: Math.max(100, this.box.clientWidth), height: this.room(), title,
+        scales: { x: { time: false }, y: { range: y } },
+        axes: [axis(this.labels.x), axis(this.labels.y)],
+        cursor: { drag: { x: true, y: false }, points: { size: 6 } },
+        series: [{ label: this.labels.x }, ...series.map((s) => ({
+          label: s.label, stroke: s.colour, width: s.points ? 0 : (s.width ?? 1.5), dash: s.dash,
+          points: { show: Boolean(s.points), size: 7, fill: s.colour }, value: (_, v) => (v == null ? "–" : v.toFixed(2)),
+        }))],
+        hooks: {
+          draw: [(u) => {
+            for (const m of marks ?? []) {
+              const at = u.valToPos(m.x, "x", true);
+              u.ctx.save();
+              u.ctx.strokeStyle = m.colour ?? ink;
+              u.ctx.setLineDash([4, 3]);
+              u.ctx.beginPath();
+              u.ctx.moveTo(at, u.bbox.top);
+              u.ctx.lineTo(at, u.bbox.top + u.bbox.height);
+              u.ctx.stroke();
+              u.ctx.restore();
+            }
+          }],
+          setCursor: [(u) => u.cursor.idx != null && self.pick?.(u.cursor.idx)],
+        },
+      },
+      [x, ...series.map((s) => s.values)],
+      this.box,
+    );
+    requestAnimationFrame(() => this.size());
+  }
+
+  again() {
+    if (this.last) this.show(...this.last);
+  }
+}

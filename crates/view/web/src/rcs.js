@@ -1,0 +1,226 @@
+// Cross sections: cuts in Cartesian and polar form, and maps over azimuth and elevation, of several tables together.
+
+import { series } from "./colours.js";
+import { data, numbers } from "./data.js";
+import { canvas, colour, el, menu, number, ticks } from "./dom.js";
+import { LevelMap } from "./map.js";
+import { Lines } from "./plot.js";
+
+const PAIRS = [["vv", "VV"], ["hh", "HH"], ["vh", "VH"], ["hv", "HV"]];
+const AXES = { azimuth_deg: "azimuth / °", elevation_deg: "elevation / °", frequency_hz: "frequency / GHz" };
+const NAMES = Object.keys(AXES);
+
+/** A table with its values as arrays and the sorted different values of each axis. */
+function open(table) {
+  const t = { name: table.name, comments: table.comments ?? [] };
+  for (const key of [...NAMES, ...PAIRS.map(([p]) => `${p}_dbsm`)]) t[key] = numbers(table[key]);
+  t.axes = Object.fromEntries(NAMES.map((n) => [n, [...new Set(t[n])].sort((a, b) => a - b)]));
+  return t;
+}
+
+/** A table of cross sections from the text of a CSV file; complains in one line. */
+export function parse(name, text) {
+  const lines = text.split(/\r?\n/).filter((l) => l.trim() !== "");
+  const comments = lines.filter((l) => l.startsWith("#")).map((l) => l.slice(1).trim());
+  const [head, ...body] = lines.filter((l) => !l.startsWith("#"));
+  const header = (head ?? "").split(",").map((h) => h.trim());
+  const wanted = [...NAMES, "vv_dbsm"];
+  const missing = wanted.filter((w) => !header.includes(w));
+  if (missing.length) throw new Error(`${name} has no column ${missing[0]}; a table of cross sections has ${wanted.join(", ")}.`);
+  const table = { name, comments };
+  for (const key of [...NAMES, ...PAIRS.map(([p]) => `${p}_dbsm`)]) {
+    const k = header.indexOf(key);
+    table[key] = body.map((line, i) => {
+      if (k < 0) return NaN;
+      const cell = line.split(",")[k]?.trim();
+      const v = cell === "" || cell == null ? NaN : Number(cell === "inf" ? Infinity : cell === "-inf" ? -Infinity : cell);
+      if (Number.isNaN(v) && cell && cell !== "NaN" && cell !== "nan") throw new Error(`${name}: row ${i + 1} of ${key} is no number.`);
+      return v;
+    });
+  }
+  if (!body.length) throw new Error(`${name} has no rows.`);
+  return table;
+}
+
+export class RcsView {
+  constructor() {
+    this.tables = data.rcs.map(open);
+    this.pair = "vv";
+    this.axis = NAMES.reduce((a, b) => (this.tables[0].axes[b].length > this.tables[0].axes[a].length ? b : a));
+    this.fixed = Object.fromEntries(NAMES.map((n) => [n, 0]));
+    this.lines = new Lines({ x: AXES[this.axis], y: "cross section / dBsm", pick: (i) => this.at(i) });
+    this.polar = canvas((g, w, h) => this.draw_polar(g, w, h));
+    this.polar.canvas.className = "polar";
+    this.map = new LevelMap({ name: "cross section over azimuth and elevation", unit: "dBsm", hover: (r, c) => this.hover(r, c), pick: (r, c) => this.pick(r, c) });
+    this.note = el("p", { class: "hint" });
+    this.tools = el("div", { class: "tools" });
+    this.names = el("div", { class: "names" });
+    const file = el("input", { type: "file", accept: ".csv", multiple: true, hidden: true, onchange: () => this.take([...file.files]) });
+    this.element = el("main", { class: "rcs" }, this.tools, this.names,
+      el("div", { class: "cuts" }, this.lines.box, this.polar.canvas), this.map.box,
+      el("div", { class: "note" }, this.note, el("button", { onclick: () => file.click() }, "lay another CSV over it"), file, el("span", { class: "hint" }, " or drop it here")));
+    this.element.addEventListener("dragover", (e) => e.preventDefault());
+    this.element.addEventListener("drop", (e) => {
+      e.preventDefault();
+      this.take([...e.dataTransfer.files]);
+    });
+  }
+
+  async start() {
+    this.update();
+  }
+
+  /** Tables that are dropped onto the page. */
+  async take(files) {
+    for (const f of files) {
+      try {
+        this.tables.push(open(parse(f.name, await f.text())));
+      } catch (e) {
+        this.note.textContent = e.message;
+        return;
+      }
+    }
+    this.note.textContent = "";
+    this.update();
+  }
+
+  update() {
+    const first = this.tables[0];
+    const own = NAMES.filter((n) => first.axes[n].length > 1);
+    const show = (n, v) => (n === "frequency_hz" ? `${v / 1e9} GHz` : `${number(v, 3).replace(/\.?0+$/, "")}°`);
+    this.tools.replaceChildren(
+      menu("polarisation", PAIRS, this.pair, (v) => { this.pair = v; this.draw(); }),
+      menu("along", NAMES.filter((n) => own.includes(n) || n === this.axis).map((n) => [n, AXES[n].split(" ")[0]]), this.axis, (v) => { this.axis = v; this.update(); }),
+      ...NAMES.filter((n) => n !== this.axis && first.axes[n].length > 1).map((n) => {
+        const slider = el("input", { type: "range", min: 0, max: first.axes[n].length - 1, value: this.fixed[n], "aria-label": n, oninput: () => { this.fixed[n] = Number(slider.value); text.textContent = show(n, first.axes[n][this.fixed[n]]); this.draw(); } });
+        const text = el("output", {}, show(n, first.axes[n][this.fixed[n]]));
+        return el("label", { class: "menu" }, el("span", {}, AXES[n].split(" ")[0]), slider, text);
+      }));
+    this.names.replaceChildren(...this.tables.map((t, k) => el("span", { title: t.comments.join("\n") }, el("i", { style: `background:${series(k)}` }), t.name)));
+    this.draw();
+  }
+
+  /** The values of a table along the axis, the others as near as it has them to what is chosen. */
+  cut(t) {
+    const first = this.tables[0];
+    const near = NAMES.filter((n) => n !== this.axis).map((n) => {
+      const want = first.axes[n][Math.min(this.fixed[n], first.axes[n].length - 1)];
+      return [n, t.axes[n].reduce((a, b) => (Math.abs(b - want) < Math.abs(a - want) ? b : a))];
+    });
+    const level = t[`${this.pair}_dbsm`], out = [];
+    for (let i = 0; i < level.length; i++) if (near.every(([n, v]) => t[n][i] === v)) out.push([t[this.axis][i], level[i]]);
+    return out.sort((a, b) => a[0] - b[0]);
+  }
+
+  draw() {
+    const scale = this.axis === "frequency_hz" ? 1e-9 : 1;
+    this.cuts = this.tables.map((t) => this.cut(t).map(([x, y]) => [scale * x, y]));
+    const xs = [...new Set(this.cuts.flat().map(([x]) => x))].sort((a, b) => a - b);
+    const at = new Map(xs.map((x, i) => [x, i]));
+    const lines = this.cuts.map((cut, k) => {
+      const values = new Array(xs.length).fill(null);
+      for (const [x, y] of cut) values[at.get(x)] = Number.isFinite(y) ? y : null;
+      // Another table's grid leaves gaps in this one's line, which are bridged.
+      if (cut.length < xs.length) for (let i = 0; i < xs.length; i++) if (values[i] === null && !cut.some(([x]) => x === xs[i])) values[i] = undefined;
+      return { label: `${this.tables[k].name} ${this.pair.toUpperCase()}`, colour: series(k), values };
+    });
+    this.lines.labels.x = AXES[this.axis];
+    this.xs = xs;
+    const best = Math.max(...this.cuts.flat().map(([, y]) => y).filter(Number.isFinite));
+    this.lines.show(xs, lines, { y: (_, lo, hi) => [Math.max(lo, best - 60) - 2, hi + 2] });
+    this.polar.canvas.hidden = this.axis === "frequency_hz";
+    this.polar.redraw();
+    this.draw_map();
+  }
+
+  at(i) {
+    const x = this.xs?.[i];
+    if (x == null) return;
+    this.note.textContent = this.cuts.map((cut, k) => {
+      const row = cut.find(([v]) => v === x);
+      return row ? `${this.tables[k].name}: ${number(row[1])} dBsm` : "";
+    }).filter(Boolean).join(" · ") + ` at ${number(x, 3)}`;
+  }
+
+  draw_polar(g, w, h) {
+    if (!this.cuts || this.axis === "frequency_hz") return;
+    const all = this.cuts.flat().map(([, y]) => y).filter(Number.isFinite);
+    const high = Math.ceil(Math.max(...all) / 10) * 10, low = high - 50, r = Math.min(w, h) / 2 - 26;
+    const [cx, cy] = [w / 2, h / 2];
+    // Azimuth 0 points up and grows to the left, as seen from above; elevation 0 points right and grows upwards.
+    const spot = (deg, level) => {
+      const a = ((this.axis === "azimuth_deg" ? deg + 90 : deg) * Math.PI) / 180, d = (r * Math.max(0, level - low)) / (high - low);
+      return [cx + d * Math.cos(a), cy - d * Math.sin(a)];
+    };
+    g.strokeStyle = colour("grid");
+    g.fillStyle = colour("ink");
+    g.font = "11px system-ui";
+    g.textAlign = "center";
+    g.textBaseline = "middle";
+    for (const level of ticks(low, high, 5).list) {
+      g.beginPath();
+      g.arc(cx, cy, (r * (level - low)) / (high - low), 0, 2 * Math.PI);
+      g.stroke();
+      g.fillText(number(level, 0), ...spot(this.axis === "azimuth_deg" ? 180 : -90, level));
+    }
+    for (let deg = -150; deg <= 180; deg += 30) {
+      g.beginPath();
+      g.moveTo(cx, cy);
+      g.lineTo(...spot(deg, high));
+      g.stroke();
+      const [x, y] = spot(deg, high + (14 * (high - low)) / r);
+      g.fillText(`${number(deg, 0)}°`, x, y);
+    }
+    this.cuts.forEach((cut, k) => {
+      g.strokeStyle = series(k);
+      g.lineWidth = 1.5;
+      g.beginPath();
+      let on = false;
+      for (const [x, y] of cut) {
+        if (!Number.isFinite(y)) { on = false; continue; }
+        const p = spot(x, y);
+        on ? g.lineTo(...p) : g.moveTo(...p);
+        on = true;
+      }
+      g.stroke();
+    });
+  }
+
+  /** The first table's map over azimuth and elevation, where it has both. */
+  draw_map() {
+    const t = this.tables[0], a = t.axes.azimuth_deg, e = t.axes.elevation_deg;
+    const even = (l) => l.length > 1 && l.every((v, i) => Math.abs(v - l[0] - (i * (l.at(-1) - l[0])) / (l.length - 1)) < 1e-6 * (1 + Math.abs(v)) + 1e-3 * ((l.at(-1) - l[0]) / (l.length - 1)));
+    this.map.box.hidden = !(even(a) && even(e));
+    if (this.map.box.hidden) return;
+    const f = t.axes.frequency_hz[Math.min(this.fixed.frequency_hz, t.axes.frequency_hz.length - 1)];
+    const grid = new Float64Array(a.length * e.length).fill(NaN), level = t[`${this.pair}_dbsm`];
+    const step = (l) => (l.at(-1) - l[0]) / (l.length - 1);
+    for (let i = 0; i < level.length; i++) {
+      if (t.frequency_hz[i] !== f) continue;
+      grid[Math.round((t.elevation_deg[i] - e[0]) / step(e)) * a.length + Math.round((t.azimuth_deg[i] - a[0]) / step(a))] = Number.isFinite(level[i]) ? level[i] : NaN;
+    }
+    const high = grid.reduce((m, v) => (v > m ? v : m), -Infinity);
+    this.grid = { grid, a, e, step };
+    this.map.show({ columns: a.length, rows: e.length, at: (r, c) => grid[r * a.length + c], x: { label: "azimuth / °", first: a[0], step: step(a) }, y: { label: "elevation / °", first: e[0], step: step(e) }, low: high - 50, high });
+  }
+
+  hover(r, c) {
+    if (r == null || !this.grid) return;
+    const { grid, a, e } = this.grid;
+    this.map.note.textContent = `azimuth ${number(a[c])}°, elevation ${number(e[r])}°: ${number(grid[r * a.length + c])} dBsm; a click cuts here`;
+  }
+
+  pick(r, c) {
+    this.fixed.azimuth_deg = c;
+    this.fixed.elevation_deg = r;
+    this.update();
+  }
+
+  key_press() {}
+
+  theme() {
+    this.lines.again();
+    this.polar.redraw();
+    this.map.redraw();
+  }
+}
