@@ -4,6 +4,7 @@ mod angles;
 mod bar;
 mod bench;
 mod calibrate;
+mod completions;
 mod convert;
 mod cube_args;
 mod dataset;
@@ -20,6 +21,7 @@ mod help;
 mod init;
 mod lane;
 mod learn;
+mod man;
 mod plot;
 mod process;
 mod rcs;
@@ -68,7 +70,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 });
 
 /// The global options that act for each command. The others are not in its help, and it says that they change nothing.
-const ACTING: [(&str, &[&str]); 23] = [
+const ACTING: [(&str, &[&str]); 25] = [
     ("demo", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("devices", &["json", "quiet"]),
     ("init", &["json", "quiet", "force"]),
@@ -82,7 +84,7 @@ const ACTING: [(&str, &[&str]); 23] = [
     ("lane", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("learn", &["device", "json", "quiet", "seed", "force"]),
     ("verify", &["json", "quiet"]),
-    ("diff", &["json", "quiet"]),
+    ("diff", &["json", "quiet", "force"]),
     ("process", &["device", "precision", "json", "quiet", "force"]),
     ("convert", &["json", "quiet", "force"]),
     ("export", &["json", "quiet", "force"]),
@@ -91,6 +93,8 @@ const ACTING: [(&str, &[&str]); 23] = [
     ("plot", &["json", "quiet", "force"]),
     ("validate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("bench", &["device", "precision", "trace", "json", "quiet", "seed"]),
+    ("completions", &[]),
+    ("man", &["json", "quiet", "force"]),
     ("help", &[]),
 ];
 
@@ -158,6 +162,8 @@ enum Command {
     Plot(plot::Plot),
     Validate(validate::Validate),
     Bench(bench::Bench),
+    Completions(completions::Completions),
+    Man(man::Man),
     Help(help::Help),
 }
 
@@ -201,6 +207,8 @@ pub fn run() -> ExitCode {
         Command::Plot(c) => c.run(g),
         Command::Validate(c) => c.run(g),
         Command::Bench(c) => c.run(g),
+        Command::Completions(c) => c.run(command()),
+        Command::Man(c) => c.run(g, command()),
         Command::Help(c) => c.run(command()),
     };
     ended(result)
