@@ -188,12 +188,13 @@ fn the_action_takes_the_archive_of_the_release() {
     let sum = catseye::formats::stage::sha256_of_file(release.join(&archive)).unwrap();
     let sums = |sum: &str| fs::write(release.join("SHA256SUMS"), format!("{sum}  {archive}\n")).unwrap();
     let releases = format!("file://{}", d.join("releases").display());
+    let path_file = d.join("path.txt");
     let install = |temporary: &str, releases: &str| {
         let given = [
             ("RUNNER_OS", "Linux"),
             ("RUNNER_ARCH", "X64"),
             ("RUNNER_TEMP", temporary),
-            ("GITHUB_PATH", "path.txt"),
+            ("GITHUB_PATH", path_file.to_str().unwrap()),
             ("CATSEYE_RELEASES", releases),
         ];
         script(d, "install", &given)
@@ -202,7 +203,7 @@ fn the_action_takes_the_archive_of_the_release() {
     let out = install(d.join("temp").to_str().unwrap(), &releases);
     assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
     assert!(text(&out.stderr).contains(&format!("catseye {version} from the release")));
-    let path = fs::read_to_string(d.join("path.txt")).unwrap();
+    let path = fs::read_to_string(&path_file).unwrap();
     let program = Command::new(Path::new(path.trim()).join("catseye")).arg("--version").output().unwrap();
     assert!(text(&program.stdout).starts_with(&format!("catseye {version}")));
     sums(&sum.chars().rev().collect::<String>());

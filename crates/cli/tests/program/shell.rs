@@ -81,12 +81,12 @@ fn every_command_has_a_page() {
         }
     }
     // Commands below a command have a page, too; an option of all commands stands where it acts and only there.
-    assert!(page("catseye-lane-compare.1").contains("catseye lane compare"));
+    assert!(page("catseye-learn-train.1").contains("catseye learn train"));
     assert!(
         page("catseye-rcs.1").contains("\\-\\-device") && !page("catseye-diff.1").contains("\\-\\-device")
     );
     assert_eq!(done(d, &["man"]), page("catseye.1"));
-    assert_eq!(done(d, &["man", "lane", "compare"]), page("catseye-lane-compare.1"));
+    assert_eq!(done(d, &["man", "learn", "train"]), page("catseye-learn-train.1"));
     // Where there is a typesetter it has no complaint.
     if Command::new("groff").arg("--version").output().is_ok() {
         for entry in fs::read_dir(d.join("man1")).unwrap().map(|e| e.unwrap().path()) {
