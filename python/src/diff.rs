@@ -15,7 +15,8 @@ use std::path::PathBuf;
 /// files or frames compared and of all.
 ///
 /// Returns a dictionary: alike, kind, files, values, tolerances, a, b, differences: [{"file", "what", "places", "place", "a", "b", "apart",
-/// "allowed", "unit"}, ...]. Raises BadInput for what is no result or is damaged, and for results of different kinds.
+/// "allowed", "unit"}, ...], and, of two tables, quantities: [{"what", "unit", "places", "beyond", "largest", "median", "place", "allowed"}, ...],
+/// one for each column of numbers. Raises BadInput for what is no result or is damaged, and for results of different kinds.
 #[pyfunction]
 #[pyo3(signature = (a, b, *, tolerance_db = None, above_db = None, phase_deg = None, relative = None, tolerance_m = None, tolerance_mps = None,
     tolerance_deg = None, match_m = None, match_mps = None, match_deg = None, progress = None))]

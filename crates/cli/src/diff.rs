@@ -2,11 +2,13 @@
 
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
-use catseye::base::error::{Error, Result};
-use catseye_io::diff::{Difference, Report, Tolerances, diff};
+use catseye::base::error::{BadInput, Error, Result};
+use catseye::formats::{check_extension, stage};
+use catseye_io::diff::{Difference, Quantity, Report, Tolerances, diff};
+use catseye_plot::overlay_files;
 use clap::Args;
 use serde_json::Value;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Compare two results of one kind within tolerances: a table of what differs; exit code 0 when they are alike, 1 when not
 #[derive(Debug, Args)]
@@ -48,6 +50,12 @@ pub struct Diff {
     /// Rows of the printed table; --json has all
     #[arg(long, value_name = "N", default_value_t = 20)]
     pub max_rows: usize,
+    /// Print the result as Markdown, for a summary or a comment on a pull request
+    #[arg(long)]
+    pub markdown: bool,
+    /// Draw both into one PNG: RCS tables, points.csv, returns.csv; of folders the points of the first frame that differs
+    #[arg(long, value_name = "PNG")]
+    pub plot: Option<PathBuf>,
 }
 
 const HEADER: [&str; 8] = ["file", "what", "places", "A", "B", "apart", "allowed", "farthest apart at"];
@@ -75,13 +83,16 @@ fn value(v: &Value) -> String {
     }
 }
 
+/// A distance with its unit; a dash where no number states it.
+fn distance(x: Option<f64>, unit: &str) -> String {
+    x.map_or("-".into(), |x| match unit {
+        "" | "relative" => short(x),
+        unit => format!("{} {unit}", short(x)),
+    })
+}
+
 fn row(d: &Difference) -> [String; 8] {
-    let number = |x: Option<f64>| {
-        x.map_or("-".into(), |x| match d.unit.as_str() {
-            "" | "relative" => short(x),
-            unit => format!("{} {unit}", short(x)),
-        })
-    };
+    let number = |x| distance(x, &d.unit);
     let cells = [
         d.file.clone(),
         d.what.clone(),
@@ -115,6 +126,86 @@ fn table(differences: &[Difference], most: usize) -> Vec<String> {
     lines
 }
 
+/// Text that Markdown shows as it is: names of files and cells of tables come from whoever wrote them.
+fn plain(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars() {
+        match c {
+            '<' => out += "&lt;",
+            '&' => out += "&amp;",
+            // A mention would call somebody.
+            '@' => out += "&#64;",
+            c if c.is_control() => out.push(' '),
+            '|' | '`' | '*' | '_' | '[' | ']' | '\\' | '!' | '#' | '~' => out.extend(['\\', c]),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+fn markdown_row(cells: impl IntoIterator<Item = impl AsRef<str>>) -> String {
+    cells.into_iter().fold("|".into(), |line, cell| line + " " + cell.as_ref() + " |")
+}
+
+fn quantity(q: &Quantity) -> [String; 7] {
+    // A distance that is no number is one between a number and NaN or an infinity.
+    let endless = |x: Option<f64>| if x.is_none() { "not finite".into() } else { distance(x, &q.unit) };
+    [
+        plain(&q.what),
+        q.places.to_string(),
+        endless(q.largest),
+        endless(q.median),
+        distance(q.allowed, &q.unit),
+        q.beyond.to_string(),
+        plain(&q.place),
+    ]
+}
+
+/// The report as Markdown: the verdict, the distances of each column where two tables were compared, and what differs.
+fn markdown(r: &Report, most: usize) -> Vec<String> {
+    let verdict = if r.alike { "Within the tolerance" } else { "**Outside the tolerance**" };
+    let (files, kind) = (if r.files == 1 { "file" } else { "files" }, plain(&r.kind));
+    let [a, b] = [&r.a, &r.b].map(|p| plain(&p.display().to_string()));
+    let mut lines = vec![
+        format!("{verdict}: {} values of {} {files} (kind '{kind}').", r.values, r.files),
+        format!("A is {a}, B is {b}."),
+    ];
+    let head =
+        |names: &[&str]| [String::new(), markdown_row(names), markdown_row(names.iter().map(|_| "---"))];
+    if !r.quantities.is_empty() {
+        lines.extend(head(&["what", "places", "max", "median", "allowed", "beyond it", "max at"]));
+        lines.extend(r.quantities.iter().map(|q| markdown_row(quantity(q))));
+    }
+    if !r.differences.is_empty() {
+        lines.extend(head(&HEADER));
+        lines.extend(r.differences.iter().take(most).map(|d| markdown_row(row(d).map(|c| plain(&c)))));
+    }
+    if r.differences.len() > most {
+        lines.extend([String::new(), format!("… and {} more differences.", r.differences.len() - most)]);
+    }
+    lines
+}
+
+/// The two tables that a picture shows: the results themselves, or of two folders the points of the first frame that differs;
+/// of the first frame where none does.
+fn pictured(r: &Report) -> Result<[PathBuf; 2]> {
+    if !r.a.is_dir() {
+        return Ok([r.a.clone(), r.b.clone()]);
+    }
+    let is_points = |name: &str| Path::new(name).file_name().is_some_and(|n| n == "points.csv");
+    let both: Vec<String> =
+        stage::files_of(&r.a)?.into_iter().filter(|n| is_points(n) && r.b.join(n).is_file()).collect();
+    let differs = |name: &&String| r.differences.iter().any(|d| d.file == **name);
+    match both.iter().find(differs).or(both.first()) {
+        Some(name) => Ok([r.a.join(name), r.b.join(name)]),
+        None => Err(BadInput::new("has no points.csv that the other has, too, so there is nothing to draw")
+            .file(&r.a)
+            .key("--plot")
+            .remedy("leave out --plot, or compare runs that write points")
+            .into()),
+    }
+}
+
 /// How much differs, in one line.
 fn summary(r: &Report) -> String {
     let mut names: Vec<&str> = r.differences.iter().map(|d| d.file.as_str()).collect();
@@ -143,14 +234,32 @@ impl Diff {
             match_mps: self.match_mps,
             match_deg: self.match_deg,
         };
+        if global.json && self.markdown {
+            return Err(BadInput::new("both shapes cannot stand on one stdout")
+                .key("--markdown")
+                .allowed("--json or --markdown")
+                .into());
+        }
+        if let Some(out) = &self.plot {
+            check_extension(out, &["png"])?;
+            stage::distinct(&[out], &[&self.a, &self.b])?;
+        }
         let bar = global.bar("files", 0, Kept::Nothing);
         let report = diff(&self.a, &self.b, &tolerances, &|all| {
             bar.set_length(all);
             bar.inc(1);
         })?;
         drop(bar);
+        if let Some(out) = &self.plot {
+            let [a, b] = pictured(&report)?;
+            let name = a.strip_prefix(&report.a).ok().filter(|n| !n.as_os_str().is_empty());
+            let title = name.unwrap_or(report.b.as_path()).display().to_string();
+            overlay_files(&title, &a, &b)?.write(out, global.force)?;
+        }
         if global.json {
             print_json(&report)?;
+        } else if self.markdown {
+            markdown(&report, self.max_rows).iter().try_for_each(|line| print(line))?;
         } else if report.alike {
             print(&format!(
                 "alike (kind '{}'): {} files, {} values",

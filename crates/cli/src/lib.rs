@@ -4,6 +4,7 @@ mod angles;
 mod bar;
 mod bench;
 mod calibrate;
+mod completions;
 mod convert;
 mod cube_args;
 mod dataset;
@@ -20,6 +21,7 @@ mod help;
 mod init;
 mod lane;
 mod learn;
+mod man;
 mod plot;
 mod process;
 mod rcs;
@@ -69,7 +71,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 });
 
 /// The global options that act for each command. The others are not in its help, and it says that they change nothing.
-const ACTING: [(&str, &[&str]); 24] = [
+const ACTING: [(&str, &[&str]); 26] = [
     ("demo", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("devices", &["json", "quiet"]),
     ("init", &["json", "quiet", "force"]),
@@ -83,7 +85,7 @@ const ACTING: [(&str, &[&str]); 24] = [
     ("lane", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("learn", &["device", "json", "quiet", "seed", "force"]),
     ("verify", &["json", "quiet"]),
-    ("diff", &["json", "quiet"]),
+    ("diff", &["json", "quiet", "force"]),
     ("process", &["device", "precision", "json", "quiet", "force"]),
     ("convert", &["json", "quiet", "force"]),
     ("export", &["json", "quiet", "force"]),
@@ -93,6 +95,8 @@ const ACTING: [(&str, &[&str]); 24] = [
     ("view", &["json", "quiet", "force"]),
     ("validate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("bench", &["device", "precision", "trace", "json", "quiet", "seed"]),
+    ("completions", &[]),
+    ("man", &["json", "quiet", "force"]),
     ("help", &[]),
 ];
 
@@ -161,6 +165,8 @@ enum Command {
     View(view::View),
     Validate(validate::Validate),
     Bench(bench::Bench),
+    Completions(completions::Completions),
+    Man(man::Man),
     Help(help::Help),
 }
 
@@ -205,6 +211,8 @@ pub fn run() -> ExitCode {
         Command::View(c) => c.run(g),
         Command::Validate(c) => c.run(g),
         Command::Bench(c) => c.run(g),
+        Command::Completions(c) => c.run(command()),
+        Command::Man(c) => c.run(g, command()),
         Command::Help(c) => c.run(command()),
     };
     ended(result)

@@ -90,24 +90,7 @@ fn title_from(path: &Path) -> String {
 fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<(Picture, usize)> {
     let table = Table::read(path)?;
     if table.has("vv_dbsm") {
-        let [f, az, el] = columns(&table, ["frequency_hz", "azimuth_deg", "elevation_deg"])?;
-        let [vv, vh, hv, hh] = columns(&table, ["vv_dbsm", "vh_dbsm", "hv_dbsm", "hh_dbsm"])?;
-        let receive = match table.has("rx_azimuth_deg") {
-            true => Some(columns(&table, ["rx_azimuth_deg", "rx_elevation_deg"])?),
-            false => None,
-        };
-        let rows: Vec<RcsRow> = (0..table.len())
-            .map(|i| RcsRow {
-                frequency_hz: f[i],
-                azimuth_deg: az[i],
-                elevation_deg: el[i],
-                vv_dbsm: vv[i],
-                vh_dbsm: vh[i],
-                hv_dbsm: hv[i],
-                hh_dbsm: hh[i],
-                receive_deg: receive.as_ref().map(|[az, el]| [az[i], el[i]]),
-            })
-            .collect();
+        let rows = rcs_rows(&table)?;
         let sums = rows.iter().flat_map(|r| {
             let place = 0.0 * (r.frequency_hz + r.azimuth_deg + r.elevation_deg);
             [r.vv_dbsm, r.vh_dbsm, r.hv_dbsm, r.hh_dbsm].map(|v| v + place)
@@ -122,19 +105,54 @@ fn csv_picture(path: &Path, title: &str, options: &PlotOptions) -> Result<(Pictu
         let [x, y, v] = columns(&table, ["x_m", "y_m", "range_rate_mps"])?;
         (points(&x, &y, &v), None)
     } else if has(["range_m", "azimuth_deg", "power_dbm"]) {
-        let [r, az, p] = columns(&table, ["range_m", "azimuth_deg", "power_dbm"])?;
-        let el =
-            if table.has("elevation_deg") { table.numbers("elevation_deg")? } else { vec![0.0; r.len()] };
-        let across: Vec<f64> = r.iter().zip(&el).map(|(r, e)| r * e.to_radians().cos()).collect();
-        let x: Vec<f64> = across.iter().zip(&az).map(|(r, a)| r * a.to_radians().cos()).collect();
-        let y: Vec<f64> = across.iter().zip(&az).map(|(r, a)| r * a.to_radians().sin()).collect();
-        (points(&x, &y, &p), Some("power (dBm)"))
+        let (places, power) = (places(&table)?.unwrap_or_default(), table.numbers("power_dbm")?);
+        let (x, y): (Vec<f64>, Vec<f64>) = places.into_iter().map(|[x, y]| (x, y)).unzip();
+        (points(&x, &y, &power), Some("power (dBm)"))
     } else {
         return Err(BadInput::new("this table cannot be plotted").file(path).allowed(KINDS).into());
     };
     let gaps = gaps(path, points.iter().map(|p| p.x_m + p.y_m + p.value))?;
     let input = BirdsEye { title, points: &points, radars: &radar, colour_label, ..Default::default() };
     Ok((birds_eye(&input)?, gaps))
+}
+
+/// The rows of an RCS table.
+pub(super) fn rcs_rows(table: &Table) -> Result<Vec<RcsRow>> {
+    let [f, az, el] = columns(table, ["frequency_hz", "azimuth_deg", "elevation_deg"])?;
+    let [vv, vh, hv, hh] = columns(table, ["vv_dbsm", "vh_dbsm", "hv_dbsm", "hh_dbsm"])?;
+    let receive = match table.has("rx_azimuth_deg") {
+        true => Some(columns(table, ["rx_azimuth_deg", "rx_elevation_deg"])?),
+        false => None,
+    };
+    let row = |i: usize| RcsRow {
+        frequency_hz: f[i],
+        azimuth_deg: az[i],
+        elevation_deg: el[i],
+        vv_dbsm: vv[i],
+        vh_dbsm: vh[i],
+        hv_dbsm: hv[i],
+        hh_dbsm: hh[i],
+        receive_deg: receive.as_ref().map(|[az, el]| [az[i], el[i]]),
+    };
+    Ok((0..table.len()).map(row).collect())
+}
+
+/// Places of points or echoes seen from above, (x forward, y left) in m; None for a table that holds neither.
+pub(super) fn places(table: &Table) -> Result<Option<Vec<[f64; 2]>>> {
+    if table.has("x_m") && table.has("y_m") {
+        let [x, y] = columns(table, ["x_m", "y_m"])?;
+        return Ok(Some(x.into_iter().zip(y).map(|(x, y)| [x, y]).collect()));
+    }
+    if !table.has("range_m") || !table.has("azimuth_deg") {
+        return Ok(None);
+    }
+    let [r, az] = columns(table, ["range_m", "azimuth_deg"])?;
+    let el = if table.has("elevation_deg") { table.numbers("elevation_deg")? } else { vec![0.0; r.len()] };
+    let place = |i: usize| {
+        let (across, azimuth) = (r[i] * el[i].to_radians().cos(), az[i].to_radians());
+        [across * azimuth.cos(), across * azimuth.sin()]
+    };
+    Ok(Some((0..r.len()).map(place).collect()))
 }
 
 /// Columns of numbers, in the order of their names.
@@ -277,7 +295,7 @@ fn detections_beside(path: &Path) -> Result<Vec<[f64; 2]>> {
 }
 
 /// Adds the file's name to an error that came from a room which does not know it.
-fn in_file(e: catseye::base::error::Error, path: &Path) -> catseye::base::error::Error {
+pub(super) fn in_file(e: catseye::base::error::Error, path: &Path) -> catseye::base::error::Error {
     match e {
         catseye::base::error::Error::Input(b) if b.file.is_none() => b.file(path).into(),
         e => e,

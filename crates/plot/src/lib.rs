@@ -9,6 +9,7 @@ mod classes;
 mod file;
 mod font;
 mod labels;
+mod overlay;
 mod polar;
 mod profile;
 mod range_doppler;
@@ -25,6 +26,7 @@ pub use chart::{
 pub use classes::{class_colour, class_name};
 pub use file::{PlotOptions, Plotted, plot_file};
 pub use labels::{LabelledPoint, Labels, MaskPicture, RoadLine, labels, mask_picture};
+pub use overlay::{overlay_files, points_overlay, rcs_overlay};
 pub use polar::polar;
 pub use profile::{RangeProfile, range_profile};
 pub use range_doppler::{RangeDoppler, Unmarked, noise_scale, range_doppler};

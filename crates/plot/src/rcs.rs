@@ -40,7 +40,7 @@ pub enum RcsStyle {
     Lines,
 }
 
-const RCS_LABEL: &str = "RCS (dBsm)";
+pub(super) const RCS_LABEL: &str = "RCS (dBsm)";
 /// Dynamic range of a line chart; what lies lower is cross-polarisation that symmetry forbids.
 const SPAN_DB: f64 = 60.0;
 
@@ -61,7 +61,7 @@ pub fn rcs_lines(title: &str, angle_label: &str, curves: &[Curve]) -> Result<Pic
     rcs_chart(title, Axis::new(angle_label, 0.0, 1.0).degrees(), curves).draw()
 }
 
-fn rcs_chart(title: &str, x: Axis, curves: &[Curve]) -> Chart {
+pub(super) fn rcs_chart(title: &str, x: Axis, curves: &[Curve]) -> Chart {
     let all = || curves.iter().flat_map(|c| c.points.iter());
     let (x0, x1) = finite_range(all().map(|p| p[0])).unwrap_or((0.0, 1.0));
     let (min, max) = finite_range(all().map(|p| p[1])).unwrap_or((-40.0, 0.0));
@@ -183,7 +183,7 @@ pub fn rcs_picture(title: &str, rows: &[RcsRow], style: RcsStyle) -> Result<Pict
 
 /// Of rows with receivers elsewhere: where the receiver is, when it stays, stands in the title; when it moves, its
 /// angles take the place of the transmitter's. Gives whose angles those of the rows are, for labels.
-fn told_apart(rows: &mut [RcsRow], title: &mut String) -> Result<&'static str> {
+pub(super) fn told_apart(rows: &mut [RcsRow], title: &mut String) -> Result<&'static str> {
     let angles = |of: &dyn Fn(&RcsRow, usize) -> f64| [0, 1].map(|i| distinct(rows.iter().map(|r| of(r, i))));
     let transmit = angles(&|r, i| [r.azimuth_deg, r.elevation_deg][i]);
     let receive = angles(&|r, i| r.receive_deg.map_or(f64::NAN, |a| a[i]));
@@ -215,21 +215,21 @@ fn told_apart(rows: &mut [RcsRow], title: &mut String) -> Result<&'static str> {
 }
 
 /// An angle for a title.
-fn degrees(angle_deg: f64) -> String {
+pub(super) fn degrees(angle_deg: f64) -> String {
     ((angle_deg * 1e3).round() / 1e3 + 0.0).to_string().replace('-', "−")
 }
 
-fn curve(label: &str, points: impl Iterator<Item = [f64; 2]>) -> Curve {
+pub(super) fn curve(label: &str, points: impl Iterator<Item = [f64; 2]>) -> Curve {
     let mut points: Vec<[f64; 2]> = points.collect();
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     Curve { label: label.into(), points }
 }
 
-fn gigahertz(f_hz: f64) -> f64 {
+pub(super) fn gigahertz(f_hz: f64) -> f64 {
     (f_hz * 1e-6).round() * 1e-3
 }
 
-fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
+pub(super) fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut v: Vec<f64> = values.filter(|x| x.is_finite()).collect();
     v.sort_by(f64::total_cmp);
     v.dedup();

@@ -270,3 +270,64 @@ fn studies() {
     assert_eq!(what(&report), ["studies[].facts[].ours", "rcs_dbsm"]);
     refused(d, &["diff", "a/my-study.csv", "a/manifest.json"], &["'study table'", "one kind"]);
 }
+
+/// What a pull request shows: the same verdict as Markdown, with distances of what is alike too, and both in one picture.
+#[test]
+fn markdown_and_pictures() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    let plate = "plate:width_m=0.1,height_m=0.1";
+    done(d, &["rcs", plate, "--azimuth-deg", "-2:2:1", "-o", "a.csv", "--device", "cpu"]);
+    let markdown = |args: &[&str], code: i32| {
+        let out = catseye(d, &[&["diff", "--markdown"], args].concat());
+        assert_eq!(out.status.code(), Some(code), "{args:?}: {}", text(&out.stderr));
+        text(&out.stdout)
+    };
+    let png = |name: &str| fs::read(d.join(name)).unwrap().starts_with(b"\x89PNG");
+    let said = markdown(&["a.csv", "a.csv", "--plot", "same.png"], 0);
+    assert!(said.starts_with("Within the tolerance: "), "{said}");
+    assert!(said.contains("| vv\\_dbsm | 5 | 0 dB | 0 dB | 0.1 dB | 0 |  |"), "{said}");
+    assert!(png("same.png"));
+    // One angle differs by 0.282812 dB, within a wide tolerance and outside the usual one.
+    edited(d, "a.csv", "far.csv", "-2,0,-0.182812", "-2,0,0.1");
+    let row = "| vv\\_dbsm | 5 | 0.2828 dB | 0 dB | 0.5 dB | 0 | line 13 (azimuth -2 deg, elevation 0 deg) |";
+    let said = markdown(&["a.csv", "far.csv", "--tolerance-db", "0.5"], 0);
+    assert!(said.contains(row), "{said}");
+    let said = markdown(&["a.csv", "far.csv", "--plot", "far.png"], 1);
+    assert!(said.starts_with("**Outside the tolerance**: "), "{said}");
+    assert!(said.contains("| 0.2828 dB | 0 dB | 0.1 dB | 1 | line 13"), "{said}");
+    assert!(said.contains("| a.csv | vv\\_dbsm | 1 | -0.1828 | 0.1 | 0.2828 dB |"), "{said}");
+    assert!(png("far.png") && fs::read(d.join("far.png")).unwrap() != fs::read(d.join("same.png")).unwrap());
+    // NaN on one side is endlessly far.
+    edited(d, "a.csv", "nan.csv", "-2,0,-0.182812", "-2,0,nan");
+    assert!(markdown(&["a.csv", "nan.csv"], 1).contains("| vv\\_dbsm | 5 | not finite | 0 dB |"));
+    // Another grid has no row in common: nothing passes unseen.
+    done(d, &["rcs", plate, "--azimuth-deg", "-1.5:1.5:1", "-o", "grid.csv", "--device", "cpu"]);
+    let said = markdown(&["a.csv", "grid.csv"], 1);
+    assert!(said.contains("missing in B") && said.contains("extra in B"), "{said}");
+    // The object of --json has the same figures.
+    let report = differs(d, &["a.csv", "far.csv"], &[]);
+    let vv = &report["quantities"][0];
+    assert_eq!(
+        (vv["what"].as_str(), vv["places"].as_u64(), vv["beyond"].as_u64()),
+        (Some("vv_dbsm"), Some(5), Some(1))
+    );
+    assert!((vv["largest"].as_f64().unwrap() - 0.282812).abs() < 1e-9 && vv["median"] == 0.0, "{vv}");
+    // Points, whose distances are those of the matched ones; and names that Markdown would read as its own.
+    fs::write(d.join("p|<b>.csv"), POINTS).unwrap();
+    fs::write(d.join("q.csv"), POINTS.replace("10.2,1,0,-61", "10.22,1,0,-61.2")).unwrap();
+    let said = markdown(&["p|<b>.csv", "q.csv", "--plot", "points.png"], 1);
+    assert!(said.contains("A is p\\|&lt;b>.csv, B is q.csv."), "{said}");
+    assert!(said.contains("| power\\_dbm | 3 | 0.2 dB | 0 dB | 0.1 dB | 1 | line 3 |"), "{said}");
+    assert!(png("points.png"));
+
+    let head = fs::read_to_string(d.join("a.csv")).unwrap();
+    let head: Vec<&str> = head.lines().take_while(|l| !l.starts_with("7")).collect();
+    fs::write(d.join("empty.csv"), head.join("\n") + "\n").unwrap();
+    refused(d, &["diff", "a.csv", "empty.csv", "--markdown"], &["empty.csv", "no rows"]);
+    refused(d, &["diff", "a.csv", "a.csv", "--markdown", "--json"], &["--markdown", "--json or --markdown"]);
+    refused(d, &["diff", "a.csv", "a.csv", "--plot", "far.png"], &["far.png", "--force"]);
+    refused(d, &["diff", "a.csv", "a.csv", "--plot", "a.csv"], &["a.csv", "png"]);
+    done(d, &["rcs", plate, "-o", "one.csv", "--device", "cpu"]);
+    refused(d, &["diff", "one.csv", "one.csv", "--plot", "one.png"], &["one.csv", "single direction"]);
+}

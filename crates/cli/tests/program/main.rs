@@ -10,5 +10,7 @@ mod hostile_values;
 mod kept_echoes;
 mod lane;
 mod learn;
+mod packaging;
 mod radar_cli;
+mod shell;
 mod vehicles;

@@ -152,10 +152,44 @@ pub fn number(x: f64) -> Value {
     }
 }
 
+/// How far the two are apart over all compared places of one column, whether that is allowed or not.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Quantity {
+    /// The column.
+    pub what: String,
+    /// Unit of the distances.
+    pub unit: String,
+    /// Number of places that were compared.
+    pub places: u64,
+    /// Number of places that are farther apart than is allowed.
+    pub beyond: u64,
+    /// Greatest distance, in `unit`; null where one of the two is not finite.
+    pub largest: Option<f64>,
+    /// Median of the distances, in `unit`; null where it is not finite.
+    pub median: Option<f64>,
+    /// The place where the two are farthest apart; empty where they are equal everywhere.
+    pub place: String,
+    /// Allowed distance, in `unit`; null where anything passes.
+    pub allowed: Option<f64>,
+}
+
+/// Distances of one column as they come in.
+#[derive(Debug, Default)]
+struct Distances {
+    unit: &'static str,
+    allowed: f64,
+    all: Vec<f64>,
+    beyond: u64,
+    largest: f64,
+    place: String,
+}
+
 /// Counts of what was compared, and the differences found.
 #[derive(Debug, Default)]
 pub struct DifferenceTally {
     differences: BTreeMap<(String, String), Difference>,
+    /// Distances of each column, in the order of the columns; None where they are not kept.
+    distances: Option<Vec<(String, Distances)>>,
     /// Number of files and arrays that were compared.
     pub files: u64,
     /// Number of values that were compared.
@@ -163,6 +197,61 @@ pub struct DifferenceTally {
 }
 
 impl DifferenceTally {
+    /// A tally that keeps the distance of every value of tables, 8 bytes each. Comparisons of many files do without.
+    pub fn with_distances() -> Self {
+        DifferenceTally { distances: Some(Vec::new()), ..Default::default() }
+    }
+
+    /// An empty tally that keeps what this one keeps.
+    pub fn empty_like(&self) -> Self {
+        DifferenceTally { distances: self.distances.as_ref().map(|_| Vec::new()), ..Default::default() }
+    }
+
+    /// Counts a distance of a column, in `unit`. `place` is asked for the greatest ones only.
+    pub fn measure(
+        &mut self,
+        what: &str,
+        (apart, allowed): (f64, f64),
+        unit: &'static str,
+        place: impl FnOnce() -> String,
+    ) {
+        let Some(columns) = &mut self.distances else { return };
+        let at = columns.iter().position(|(name, _)| name == what).unwrap_or_else(|| {
+            columns.push((what.into(), Distances::default()));
+            columns.len() - 1
+        });
+        let column = &mut columns[at].1;
+        // Whole numbers of a column may have to be equal where others need not: the strictest is told.
+        column.allowed = if column.all.is_empty() { allowed } else { column.allowed.min(allowed) };
+        column.unit = unit;
+        column.beyond += u64::from(apart > allowed);
+        if apart > column.largest {
+            (column.largest, column.place) = (apart, place());
+        }
+        column.all.push(apart);
+    }
+
+    /// The distances of each column in figures, in the order of the columns.
+    pub fn quantities(&mut self) -> Vec<Quantity> {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let figures = |(what, mut column): (String, Distances)| {
+            column.all.sort_by(f64::total_cmp);
+            let n = column.all.len();
+            let median = 0.5 * (column.all[(n - 1) / 2] + column.all[n / 2]);
+            Quantity {
+                what,
+                unit: column.unit.into(),
+                places: n as u64,
+                beyond: column.beyond,
+                largest: finite(column.largest),
+                median: finite(median),
+                place: column.place,
+                allowed: finite(column.allowed),
+            }
+        };
+        self.distances.take().unwrap_or_default().into_iter().map(figures).collect()
+    }
+
     /// Whether nothing differs.
     pub fn is_alike(&self) -> bool {
         self.differences.is_empty()
@@ -188,6 +277,10 @@ impl DifferenceTally {
         self.files += other.files;
         self.values += other.values;
         other.differences.into_values().for_each(|d| self.note(d));
+        // One table is compared by one tally, so no column is in both.
+        if let (Some(here), Some(more)) = (&mut self.distances, other.distances) {
+            here.extend(more);
+        }
     }
 
     /// Lists the differences by file, then by column, key or measure.
@@ -217,4 +310,6 @@ pub struct Report {
     pub tolerances: Tolerances,
     /// The differences, by file.
     pub differences: Vec<Difference>,
+    /// Distances of each column of numbers, where two tables were compared; empty for all other kinds.
+    pub quantities: Vec<Quantity>,
 }

@@ -16,7 +16,7 @@ mod table;
 mod tests;
 
 pub use dataset::Progress;
-pub use differences::{Difference, Report, Tolerances};
+pub use differences::{Difference, Quantity, Report, Tolerances};
 
 use catseye::base::error::{BadInput, Result};
 use catseye::formats::stage::{MANIFEST, files_of, sha256_of_file};
@@ -47,7 +47,12 @@ pub fn diff(a: &Path, b: &Path, t: &Tolerances, progress: Progress<'_>) -> Resul
         .remedy("give two results of one kind")
         .into());
     }
-    let mut found = DifferenceTally::default();
+    let mut found = match kind {
+        Kind::Rcs | Kind::Points | Kind::Echoes | Kind::Study | Kind::Table => {
+            DifferenceTally::with_distances()
+        }
+        _ => DifferenceTally::default(),
+    };
     match kind {
         Kind::Dataset => dataset::compare(a, b, t, &mut found, progress)?,
         Kind::Folder(_) | Kind::Frame => folders(a, b, t, &mut found, progress)?,
@@ -65,6 +70,7 @@ pub fn diff(a: &Path, b: &Path, t: &Tolerances, progress: Progress<'_>) -> Resul
         files: found.files,
         values: found.values,
         tolerances: t.clone(),
+        quantities: found.quantities(),
         differences: found.list(),
     })
 }

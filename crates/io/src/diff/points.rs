@@ -102,7 +102,7 @@ fn told(grid: &Grid, row: usize) -> Value {
 pub fn compare(file: &str, a: &Grid, b: &Grid, gate: Gate, t: &Tolerances, found: &mut DifferenceTally) {
     // Most results that are alike have the same order.
     if a.rows == b.rows {
-        let mut in_order = DifferenceTally::default();
+        let mut in_order = found.empty_like();
         table::rows(file, a, b, t, &mut in_order);
         if in_order.is_alike() {
             found.add(in_order);

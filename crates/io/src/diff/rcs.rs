@@ -60,13 +60,14 @@ pub fn compare(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Diffe
         ));
         return Ok(());
     }
-    let levels = a.iter().chain(&b).flat_map(|r| r.dbsm);
-    let peak = levels.filter(|x| x.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+    let peak = a.iter().chain(&b).flat_map(|r| r.dbsm);
+    let peak = peak.filter(|x| x.is_finite()).fold(f64::NEG_INFINITY, f64::max);
     let least = match t.above_db.is_finite() {
         true => peak - t.above_db,
         false => f64::NEG_INFINITY,
     };
     let (level, phase) = (Measure::level(t), t.phase_deg.unwrap_or(f64::INFINITY));
+    let levels = CHANNELS.map(|(name, _, _)| format!("{name}_dbsm"));
     let (here, there) = (keyed(&a), keyed(&b));
     for (key, x) in &here {
         let Some(y) = there.get(key) else {
@@ -87,9 +88,9 @@ pub fn compare(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Diffe
                 continue;
             }
             let d = level.apart(p, q, 0.0);
+            found.measure(&levels[c], (d.apart, d.allowed), d.unit, || place(x, y));
             if d.is_too_far() {
-                let of =
-                    Difference::unequal(file, &format!("{name}_dbsm"), place(x, y), number(p), number(q));
+                let of = Difference::unequal(file, &levels[c], place(x, y), number(p), number(q));
                 found.note(of.by(d.apart, d.allowed, d.unit));
             }
             if phase.is_finite() {

@@ -159,6 +159,7 @@ pub fn pairs(
         let measure = Measure::of(name, t);
         for &(i, j) in pairs {
             let d = measure.apart(x[i], y[j], 0.0);
+            found.measure(name, (d.apart, d.allowed), d.unit, || a.places(i, b, j));
             if d.is_too_far() {
                 let place = a.places(i, b, j);
                 let of = Difference::unequal(file, name, place, number(x[i]), number(y[j]));
