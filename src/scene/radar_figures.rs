@@ -17,9 +17,10 @@ pub struct RadarFigures {
     /// Range resolution c/2B with the band B that is sampled, m.
     pub range_resolution_m: f64,
     /// Largest |range rate| that looks like no other one, m/s: λ/4T_c where transmitters in turn or empty Doppler bands tell the folds
-    /// apart, else that of a row of the map. None for a radar that measures no Doppler shift.
+    /// apart, else that of a row of the map. None for a radar that measures no Doppler shift, and for one whose several slopes tell
+    /// range rates without folds.
     pub max_speed_mps: Option<f64>,
-    /// Range-rate resolution λ/2T with the length T of a frame, m/s. None as above.
+    /// Range-rate resolution λ/2T with the length T of a frame, m/s. None for a radar that measures no Doppler shift.
     pub speed_resolution_mps: Option<f64>,
     /// Half-power width of the beam at broadside in azimuth and elevation, all channels with the same weight, degrees. None where
     /// the array is too short to tell the angle.
@@ -34,9 +35,12 @@ impl RadarFigures {
         let is_doppler = radar.chirps > 1;
         let quarter_mps = |period_s: f64| 0.25 * radar.wavelength_m() / period_s;
         // Other ramps between the turns leave folds of the loop that the turns do not tell apart.
-        let is_one_ramp = match &radar.waveform {
-            Waveform::Fmcw(s) => s.ramps.len() == 1,
-            _ => true,
+        let (is_one_ramp, is_one_slope) = match &radar.waveform {
+            Waveform::Fmcw(s) => {
+                let slope = |i: usize| radar.part(i).slope_hz_per_s();
+                (s.ramps.len() == 1, (1..s.ramps.len()).all(|i| slope(i) == slope(0)))
+            }
+            _ => (true, true),
         };
         let max_speed_mps = match radar.multiplex {
             Multiplex::Tdm if is_one_ramp => quarter_mps(radar.chirp_period_s()),
@@ -56,7 +60,7 @@ impl RadarFigures {
             antennas: [radar.tx.len(), radar.rx.len()],
             max_range_m: radar.max_range_m(),
             range_resolution_m: 0.5 * C0 / (lines.count as f64 * lines.step_hz.abs()),
-            max_speed_mps: is_doppler.then_some(max_speed_mps),
+            max_speed_mps: (is_doppler && is_one_slope).then_some(max_speed_mps),
             speed_resolution_mps: is_doppler.then(|| 0.5 * radar.wavelength_m() / radar.frame_time_s()),
             beam_deg,
         }
@@ -128,5 +132,7 @@ mod tests {
         assert_eq!(f.beam_deg[1], None);
         // One pulse a scan measures no Doppler shift.
         assert_eq!(RadarFigures::of(&preset("uwb9").unwrap()).max_speed_mps, None);
+        // A rising and a falling slope tell the range rate without folds.
+        assert_eq!(RadarFigures::of(&preset("fmcw76").unwrap()).max_speed_mps, None);
     }
 }

@@ -36,8 +36,7 @@ const fn sheet(
     Sheet { name, antennas, range_m, range_cell_m, speed_mps, speed_cell_mps, beam_deg, view_deg }
 }
 
-/// TI's boards tell 15 and 58 deg apart as rows of 8 and 2 do (2/N rad), which is not their half-power width: none is given here but
-/// that of the 86 places of the cascade, 0.886 * 2/86 rad.
+/// No beams of TI's boards: their documents tell 2/N rad of a row of N, and here the raised channels weigh on the row's middle.
 const SHEETS: [Sheet; 9] = [
     sheet("awr1843", [3, 4], [75.0, 0.99, 90.0, 0.24], [0.0; 2], 60.0),
     sheet("iwr6843", [3, 4], [60.0, 0.6, 90.0, 0.24], [0.0; 2], 60.0),
@@ -137,7 +136,7 @@ fn check(s: &Sheet, radar: &Radar, targets: &[(f64, f64, f64)], state: &[Ambigui
         let p = of.max_by(|a, b| a.power_dbm.total_cmp(&b.power_dbm));
         let p = p.unwrap_or_else(|| panic!("{}: no point at {range} m, {azimuth} deg, {rate} m/s", s.name));
         let said = format!(
-            "{}: {range:.1} m, {azimuth} deg, {rate} m/s: {:.2} m, {:.2} deg, {:.2} m/s, {:.1} dBsm, {:?}",
+            "{}: {range:.1} m, {azimuth:.2} deg, {rate} m/s: {:.2} m, {:.2} deg, {:.2} m/s, {:.1} dBsm, {:?}",
             s.name,
             p.range_m,
             p.azimuth_rad.to_degrees(),
@@ -147,13 +146,13 @@ fn check(s: &Sheet, radar: &Radar, targets: &[(f64, f64, f64)], state: &[Ambigui
         );
         println!("{said}");
         assert!((p.range_m - range).abs() < f.range_resolution_m, "{said}");
-        // A beam is wider aside.
+        // A tenth of the beam, which is wider aside.
         let widened = beam_deg / azimuth.to_radians().cos();
-        assert!((p.azimuth_rad.to_degrees() - azimuth).abs() < 0.5 * widened, "{said}");
+        assert!((p.azimuth_rad.to_degrees() - azimuth).abs() < 0.1 * widened, "{said}");
         assert!((p.range_rate_mps - rate).abs() < f.speed_resolution_mps.unwrap(), "{said}");
         assert!(state.contains(&p.ambiguity), "{said}");
-        // Windows lose up to 1.4 dB each between cells, and 80 m/s walk through some of them.
-        assert!(p.rcs_dbsm > 14.0 && p.rcs_dbsm < 21.0, "{said}");
+        // What walks through its cell at 80 m/s loses a little; between cells nothing is lost (eq. 18).
+        assert!(p.rcs_dbsm > 18.5 && p.rcs_dbsm < 20.5, "{said}");
     }
 }
 

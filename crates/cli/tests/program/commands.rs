@@ -949,6 +949,12 @@ fn help_lists_what_has_names() {
     for name in radar_toml::PRESETS.map(|p| p.0) {
         assert!(radars.lines().any(|l| l.starts_with(&format!("{name} "))), "{name}");
     }
+    // The table of the guide is what the command prints, without what the files say about themselves.
+    let guide = include_str!("../../../../docs/guides/own-radar.md");
+    for row in radars.lines().take_while(|l| !l.is_empty()) {
+        let figures = row.get(..78).unwrap_or(row).trim_end();
+        assert!(guide.contains(figures), "the guide has not: {figures}");
+    }
     // 250 m lie in the 286 m of its cells; the row is that of the data sheet.
     let row = radars.lines().find(|l| l.starts_with("ars408-far ")).unwrap();
     assert_eq!(
