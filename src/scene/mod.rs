@@ -13,6 +13,7 @@ pub mod motion;
 mod place_reader;
 pub mod processing_changes;
 pub mod radar;
+pub mod radar_figures;
 pub mod radar_toml;
 pub mod scatterer;
 pub mod scenario;

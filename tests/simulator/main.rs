@@ -27,6 +27,7 @@ mod materials;
 mod mie;
 mod mirrors;
 mod motion;
+mod presets;
 mod refraction;
 mod road;
 mod scattering_table;

@@ -3,6 +3,7 @@
 use super::global::print;
 use catseye::base::error::{BadInput, Result, nearest};
 use catseye::road::reflector;
+use catseye::scene::radar_figures::RadarFigures;
 use catseye::scene::{material, radar_toml};
 use clap::Args;
 
@@ -69,12 +70,49 @@ fn materials() -> String {
     rows + "\nLayers of so many metres lie on a material as in aluminium+water:0.0005.\n"
 }
 
-/// The built-in radars, each with the first sentence that its file says about it.
+/// The built-in radars: what each can do, as computed from it, and the first sentence that its file says about it.
 fn radars() -> String {
-    let row = |(name, text): (&str, &str)| {
-        let about: Vec<&str> = text.lines().map_while(|l| l.strip_prefix("# ")).collect();
-        let about = about.join(" ");
-        format!("{name:10} {}\n", about.split(". ").next().unwrap_or_default().trim_end_matches('.'))
-    };
-    radar_toml::PRESETS.into_iter().map(row).collect()
+    let head = format!(
+        "{:12} {:>13} {:>7} {:>7} {:>7} {:>7} {:>7} {:>11}\n{:12} {:>13} {:>7} {:>7} {:>7} {:>7} {:>7} {:>11}\n",
+        "name",
+        "band",
+        "tx x rx",
+        "range",
+        "apart",
+        "speed",
+        "apart",
+        "beam",
+        "",
+        "GHz",
+        "",
+        "m",
+        "m",
+        "+-m/s",
+        "m/s",
+        "deg"
+    );
+    let rows: String = radar_toml::PRESETS.into_iter().map(radar_row).collect();
+    let foot = "\nRange and speed are the largest that look like no other. Apart: c/2B and the wavelength over twice the frame. \
+                Beam: between the half\npowers in azimuth x elevation, all channels alike. catseye examples presets/NAME writes \
+                the file, which names its sources.\n";
+    head + &rows + foot
+}
+
+fn radar_row((name, text): (&str, &str)) -> String {
+    let about: Vec<&str> = text.lines().map_while(|l| l.strip_prefix("# ")).collect();
+    let about = about.join(" ");
+    let about = about.split(". ").next().unwrap_or_default().trim_end_matches('.');
+    let Ok(radar) = radar_toml::preset(name) else { return format!("{name:12} {about}\n") };
+    let f = RadarFigures::of(&radar);
+    let number = |x: Option<f64>, places: usize| x.map_or("-".into(), |x| format!("{x:.places$}"));
+    let band = f.band_hz.map(|hz| format!("{:.2}", hz / 1e9)).join("..");
+    let antennas = f.antennas.map(|n| n.to_string()).join(" x ");
+    let beam = f.beam_deg.map(|b| number(b, 1)).join(" x ");
+    format!(
+        "{name:12} {band:>13} {antennas:>7} {:>7} {:>7} {:>7} {:>7} {beam:>11}  {about}\n",
+        number(Some(f.max_range_m), 1),
+        number(Some(f.range_resolution_m), 2),
+        number(f.max_speed_mps, 1),
+        number(f.speed_resolution_mps, 2),
+    )
 }

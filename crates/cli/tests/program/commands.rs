@@ -2,6 +2,7 @@
 
 use crate::common::{catseye, done, refused, text};
 use catseye::road::reflector::{Reflector, Value, kinds};
+use catseye::scene::radar_toml;
 use std::path::Path;
 use std::process::Command;
 
@@ -944,7 +945,22 @@ fn help_lists_what_has_names() {
         assert!(all.contains(&done(d, &["help", "reflectors", kind.name])));
     }
     assert!(done(d, &["help", "materials"]).contains("\nasphalt "));
-    assert!(done(d, &["help", "radars"]).contains("\nfront77 "));
+    let radars = done(d, &["help", "radars"]);
+    for name in radar_toml::PRESETS.map(|p| p.0) {
+        assert!(radars.lines().any(|l| l.starts_with(&format!("{name} "))), "{name}");
+    }
+    // The table of the guide is what the command prints, without what the files say about themselves.
+    let guide = include_str!("../../../../docs/guides/own-radar.md");
+    for row in radars.lines().take_while(|l| !l.is_empty()) {
+        let figures = row.get(..78).unwrap_or(row).trim_end();
+        assert!(guide.contains(figures), "the guide has not: {figures}");
+    }
+    // 250 m lie in the 286 m of its cells; the row is that of the data sheet.
+    let row = radars.lines().find(|l| l.starts_with("ars408-far ")).unwrap();
+    assert_eq!(
+        row.split_whitespace().skip(2).take(7).collect::<Vec<_>>(),
+        ["2", "x", "6", "286.4", "1.79", "111.3", "0.10"]
+    );
     assert!(done(d, &["help", "rcs"]).contains("\nGlobal options:\n"));
     assert!(done(d, &["help"]).contains("\nCommands:\n"));
     refused(d, &["help", "reflector5"], &["did you mean 'reflector'?"]);
