@@ -8,6 +8,8 @@ import { Lines } from "./plot.js";
 import { lookAxes, SceneView, toWorld } from "./scene3d.js";
 
 const PATHS = [[230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [213, 94, 0], [240, 228, 66]];
+/** Colours of the classes of a mask's cells: undefined, lane, vehicle, guard rail, marker; the first is not drawn. */
+const MASK = [null, [86, 180, 233], [230, 159, 0], [0, 114, 178], [0, 158, 115]];
 const COLOURS = [["range_rate_mps", "range rate"], ["rcs_dbsm", "cross section"], ["snr_db", "SNR"], ["power_dbm", "power"], ["class", "class"], ["ghost", "ghost or not"]];
 
 export class RunView {
@@ -36,7 +38,7 @@ export class RunView {
       data.radars.length > 1 && menu("radar", data.radars.map((r, k) => [String(k), r.name]), "0", (v) => this.take(Number(v))),
       menu("colour", COLOURS, this.by, (v) => { this.by = v; this.paint(); }),
       menu("map", [["viridis", "viridis"], ["cividis", "cividis"]], "viridis", (v) => { this.map.palette = v; this.draw(); }),
-      this.toggle("lanes", "lanes"), this.toggle("field of view", "field"), this.toggle("tracks", "tracks"),
+      this.toggle("lanes", "lanes"), this.toggle("field of view", "field"), this.toggle("tracks", "tracks"), this.toggle("mask", "mask"),
       el("button", { onclick: () => this.reset(), title: "Behind the vehicle (r)" }, "behind"),
       el("button", { onclick: () => this.top(), title: "From above (t)" }, "above"));
     this.legend = canvas((g, w, h) => this.key(g, w, h));
@@ -152,6 +154,8 @@ export class RunView {
     const [x, y, z] = ["x_m", "y_m", "z_m"].map((c) => column(this.own.points, c));
     this.positions = new Float32Array(3 * this.count);
     for (let i = 0; i < this.count; i++) this.positions.set(world(x[i], y[i], z[i] ?? 0), 3 * i);
+    const mask = this.own.mask_road ?? this.own.mask_markers;
+    this.scene.mask(mask && { ...mask, classes: numbers(mask.classes) }, pose, MASK);
     const t = data.tables?.tracks;
     const at = column(t, "frame");
     const tracks = [];
@@ -159,7 +163,7 @@ export class RunView {
     this.scene.tracks(tracks);
     this.levels = this.own.map && levels(this.own.map);
     this.limits = this.own.threshold && levels(this.own.threshold);
-    this.clock.textContent = `frame ${this.frame.index} · ${number(this.frame.time_s, 3)} s · ${this.count} points${tracks.length ? ` · ${tracks.length} tracks` : ""}`;
+    this.clock.textContent = `frame ${this.frame.index}${this.frame.told ? ` · ${this.frame.told}` : ""} · ${number(this.frame.time_s, 3)} s · ${this.count} points${tracks.length ? ` · ${tracks.length} tracks` : ""}`;
     this.bars.redraw();
     this.paint();
     this.draw();
@@ -200,6 +204,7 @@ export class RunView {
     g.fillStyle = colour("ink");
     g.font = "11px system-ui";
     g.textBaseline = "bottom";
+    g.textAlign = "left";
     g.fillText(number(low, 1), 0, h);
     g.textAlign = "right";
     g.fillText(number(high, 1), w, h);

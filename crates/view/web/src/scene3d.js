@@ -2,7 +2,7 @@
 
 import {
   AmbientLight, BufferAttribute, BufferGeometry, CanvasTexture, Color, DirectionalLight, DoubleSide, EdgesGeometry, BoxGeometry, Group, Line,
-  LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Quaternion,
+  LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, NearestFilter, PerspectiveCamera, PlaneGeometry, Points, PointsMaterial, Quaternion,
   Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
@@ -49,7 +49,7 @@ export class SceneView {
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener("change", () => this.draw());
     this.controls.maxPolarAngle = 0.499 * Math.PI;
-    this.layers = Object.fromEntries(["bodies", "boxes", "lanes", "field", "ego", "tracks", "points", "chosen", "paths"].map((n) => [n, new Group()]));
+    this.layers = Object.fromEntries(["bodies", "boxes", "mask", "lanes", "field", "ego", "tracks", "points", "chosen", "paths"].map((n) => [n, new Group()]));
     this.scene.add(...Object.values(this.layers));
     this.texture = dot();
     new ResizeObserver(() => this.size()).observe(this.box);
@@ -197,6 +197,30 @@ export class SceneView {
       points.push(at.clone());
       this.line("field", points.flatMap((p) => p.toArray()), [86, 180, 233], { opacity: 0.5 });
     }
+  }
+
+  /** The classes of cells before a radar, on the ground: rows go ahead, columns from the left. */
+  mask(mask, pose, colours) {
+    if (!this.renderer) return;
+    this.clear("mask");
+    if (!mask) return;
+    const { rows, columns, ahead_m, across_m, classes } = mask;
+    const picture = document.createElement("canvas");
+    picture.width = columns;
+    picture.height = rows;
+    const image = new ImageData(columns, rows);
+    classes.forEach((c, i) => colours[c] && image.data.set([...colours[c], 150], 4 * ((rows - 1 - Math.floor(i / columns)) * columns + (i % columns))));
+    picture.getContext("2d").putImageData(image, 0, 0);
+    const texture = new CanvasTexture(picture);
+    texture.magFilter = NearestFilter;
+    const sheet = new Mesh(new PlaneGeometry(across_m, ahead_m), new MeshBasicMaterial({ map: texture, transparent: true, depthWrite: false, side: DoubleSide }));
+    // Its picture's right is the radar's right, and up is ahead.
+    const turn = new Quaternion(...pose.slice(3)), ahead = new Vector3(1, 0, 0).applyQuaternion(turn);
+    const yaw = Math.atan2(ahead.y, ahead.x);
+    sheet.rotation.z = yaw - Math.PI / 2;
+    sheet.position.set(pose[0] + 0.5 * ahead_m * Math.cos(yaw), pose[1] + 0.5 * ahead_m * Math.sin(yaw), 0.02);
+    this.layers.mask.add(sheet);
+    this.draw();
   }
 
   /** Tracks as dots with arrows of a second's way. */
