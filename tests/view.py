@@ -240,6 +240,40 @@ def cross_sections(browser, room):
     o.page.close()
 
 
+def an_image(browser, room):
+    """The flash of a sphere lies on its front, by so much as the sphere is thick; and a target turns with what is read."""
+    table = room / "sphere.csv"
+    run("rcs", "sphere:radius_m=0.06", "--frequency-hz=74e9:80e9:0.2e9", "--azimuth-deg=-6:6:0.5", "-o", table, "--quiet", "--device", "cpu")
+    run("view", "sphere:radius_m=0.06", table, "-o", room / "sphere.html", "--quiet")
+    o = Opened(browser, room / "sphere.html")
+    x, y, level, cell = o.page.evaluate("""() => { const v = catseye.view; v.shown = 'image'; v.draw_map(); const m = v.map.map;
+        let best = [0, 0, -Infinity]; for (let r = 0; r < m.rows; r++) for (let c = 0; c < m.columns; c++) if (m.at(r, c) > best[2]) best = [r, c, m.at(r, c)];
+        return [m.y.first + best[0] * m.y.step, m.x.first + best[1] * m.x.step, best[2], m.y.step]; }""")
+    check("an image puts a sphere's flash on its front", abs(x - 0.06) < 0.5 * cell + 0.005 and abs(y) < 0.02, (x, y, cell))
+    # Its cross section is that of a sphere, pi r^2.
+    check("an image has the level of the flash", abs(level - (-19.47)) < 1.0, level)
+    o.page.evaluate("catseye.view.turn(90, 0)")
+    place = o.page.evaluate("catseye.view.body.camera.position.toArray()")
+    check("the target is seen from where the radar stands", abs(place[0]) < 0.05 and place[1] > 0.1, place)
+    o.quiet("image")
+    o.page.close()
+
+
+def a_dataset(browser, room):
+    run("examples", "tiny", "-o", room / "recipe", "--quiet")
+    recipe = next((room / "recipe").rglob("tiny.toml"))
+    run("dataset", recipe, "-o", room / "data", "--quiet", "--device", "cpu")
+    run("view", room / "data", "-o", room / "data.html", "--quiet")
+    o = Opened(browser, room / "data.html")
+    o.page.keyboard.press("ArrowRight")
+    o.page.wait_for_function("catseye.view.frame.index === 1")
+    check("a dataset's frames have their points", o.page.evaluate("catseye.view.count") > 0)
+    told = o.page.locator(".clock").inner_text()
+    check("a dataset's frames tell scene and split", "scene" in told and any(s in told for s in ("train", "validation", "test")), told)
+    o.quiet("dataset")
+    o.page.close()
+
+
 def a_reflector(browser, room):
     run("view", "type1:width_m=0.16,height_m=0.004", "-o", room / "type1.html", "--quiet")
     o = Opened(browser, room / "type1.html")
@@ -256,7 +290,7 @@ def main():
     with tempfile.TemporaryDirectory() as room, sync_playwright() as p:
         browser = p.chromium.launch(executable_path=chromium, args=FLAGS)
         print(f"Chromium {browser.version}", flush=True)
-        for part in (a_run, names_are_text, frames_beside, cross_sections, a_reflector):
+        for part in (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_reflector):
             part(browser, Path(room))
         browser.close()
     if failures:

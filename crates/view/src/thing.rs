@@ -7,6 +7,9 @@ use catseye::scene::Scene;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
+/// File that says that a folder is a dataset.
+const DATASET: &str = "dataset.json";
+
 /// What a page shows.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Thing {
@@ -55,16 +58,18 @@ impl Thing {
     }
 
     fn of_folder(path: &Path) -> Result<Thing> {
+        // A dataset has a manifest too.
+        let is_run = |p: &Path| p.join(MANIFEST).is_file() && !p.join(DATASET).is_file();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let index = name.strip_prefix("frame_").and_then(|n| n.parse().ok());
-        if let (Some(index), Some(run)) = (index, path.parent().filter(|p| p.join(MANIFEST).is_file())) {
+        if let (Some(index), Some(run)) = (index, path.parent().filter(|p| is_run(p))) {
             return Ok(Thing::Frame(run.to_path_buf(), index));
         }
-        if path.join(MANIFEST).is_file() && path.join("frame_000000").is_dir() {
-            return Ok(Thing::Run(path.to_path_buf()));
-        }
-        if path.join("dataset.json").is_file() {
+        if path.join(DATASET).is_file() {
             return Ok(Thing::Dataset(path.to_path_buf()));
+        }
+        if is_run(path) && path.join("frame_000000").is_dir() {
+            return Ok(Thing::Run(path.to_path_buf()));
         }
         Err(BadInput::new("is no folder of a run or dataset: it has no manifest.json with frames beside it, and no dataset.json")
             .file(path)

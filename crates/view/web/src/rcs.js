@@ -49,7 +49,10 @@ export class RcsView {
     this.tables = data.rcs.map(open);
     this.pair = "vv";
     this.axis = NAMES.reduce((a, b) => (this.tables[0].axes[b].length > this.tables[0].axes[a].length ? b : a));
-    this.fixed = Object.fromEntries(NAMES.map((n) => [n, 0]));
+    // Cuts begin through the strongest direction.
+    const first = this.tables[0];
+    const best = first.vv_dbsm.reduce((b, v, i) => (v > first.vv_dbsm[b] || !Number.isFinite(first.vv_dbsm[b]) ? i : b), 0);
+    this.fixed = Object.fromEntries(NAMES.map((n) => [n, first.axes[n].indexOf(first[n][best])]));
     this.lines = new Lines({ x: AXES[this.axis], y: "cross section / dBsm", pick: (i) => this.at(i) });
     this.polar = canvas((g, w, h) => this.draw_polar(g, w, h));
     this.polar.canvas.className = "polar";
@@ -111,7 +114,7 @@ export class RcsView {
     const first = this.tables[0];
     const own = NAMES.filter((n) => first.axes[n].length > 1);
     const show = (n, v) => (n === "frequency_hz" ? `${v / 1e9} GHz` : `${number(v, 3).replace(/\.?0+$/, "")}°`);
-    this.tools.replaceChildren(
+    this.tools.replaceChildren(...[
       menu("polarisation", PAIRS, this.pair, (v) => { this.pair = v; this.draw(); }),
       this.can_image() && menu("below", [["map", "map over angles"], ["image", "image (ISAR)"]], this.shown, (v) => { this.shown = v; this.draw_map(); }),
       menu("along", NAMES.filter((n) => own.includes(n) || n === this.axis).map((n) => [n, AXES[n].split(" ")[0]]), this.axis, (v) => { this.axis = v; this.update(); }),
@@ -119,7 +122,7 @@ export class RcsView {
         const slider = el("input", { type: "range", min: 0, max: first.axes[n].length - 1, value: this.fixed[n], "aria-label": n, oninput: () => { this.fixed[n] = Number(slider.value); text.textContent = show(n, first.axes[n][this.fixed[n]]); this.draw(); } });
         const text = el("output", {}, show(n, first.axes[n][this.fixed[n]]));
         return el("label", { class: "menu" }, el("span", {}, AXES[n].split(" ")[0]), slider, text);
-      }));
+      })].filter(Boolean));
     this.names.replaceChildren(...this.tables.map((t, k) => el("span", { title: t.comments.join("\n") }, el("i", { style: `background:${series(k)}` }), t.name)));
     this.draw();
   }

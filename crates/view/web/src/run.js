@@ -38,7 +38,7 @@ export class RunView {
       data.radars.length > 1 && menu("radar", data.radars.map((r, k) => [String(k), r.name]), "0", (v) => this.take(Number(v))),
       menu("colour", COLOURS, this.by, (v) => { this.by = v; this.paint(); }),
       menu("map", [["viridis", "viridis"], ["cividis", "cividis"]], "viridis", (v) => { this.map.palette = v; this.draw(); }),
-      this.toggle("lanes", "lanes"), this.toggle("field of view", "field"), this.toggle("tracks", "tracks"), this.toggle("mask", "mask"),
+      this.follower(), this.toggle("lanes", "lanes"), this.toggle("field of view", "field"), this.toggle("tracks", "tracks"), this.toggle("mask", "mask"),
       el("button", { onclick: () => this.reset(), title: "Behind the vehicle (r)" }, "behind"),
       el("button", { onclick: () => this.top(), title: "From above (t)" }, "above"));
     this.legend = canvas((g, w, h) => this.key(g, w, h));
@@ -59,11 +59,16 @@ export class RunView {
     this.bars = canvas((g, w, h) => this.figures(g, w, h));
     this.bars.canvas.className = "bars";
     const time = el("footer", { class: frameCount > 1 ? "time" : "time single" },
-      el("button", { onclick: () => this.step(-1), title: "Frame before (←)" }, "⏮"), this.play,
-      el("button", { onclick: () => this.step(1), title: "Next frame (→)" }, "⏭"),
+      el("button", { onclick: () => this.step(-1), title: "Frame before (←)" }, "|◀"), this.play,
+      el("button", { onclick: () => this.step(1), title: "Next frame (→)" }, "▶|"),
       el("div", { class: "track" }, this.bars.canvas, this.slider), this.clock);
     this.tab("map");
     return el("main", { class: "run" }, left, right, time);
+  }
+
+  follower() {
+    this.follow = el("input", { type: "checkbox", checked: true });
+    return el("label", { class: "toggle", title: "Whether the view goes along with the vehicle" }, this.follow, "follow");
   }
 
   toggle(text, layer) {
@@ -101,7 +106,7 @@ export class RunView {
 
   toggle_play() {
     this.playing = !this.playing;
-    this.play.textContent = this.playing ? "⏸" : "▶";
+    this.play.textContent = this.playing ? "❚❚" : "▶";
     const on = async () => {
       if (!this.playing) return;
       const began = performance.now();
@@ -146,9 +151,12 @@ export class RunView {
     this.radar = radar;
     this.about = data.radars[radar];
     this.own = this.frame.radars[radar];
+    const before = this.pose;
     this.chosen = null;
     this.count = rows(this.own.points);
     const pose = (this.pose = this.own.pose ?? [0, 0, 0, 0, 0, 0, 1]);
+    // The view goes along with the vehicle; where another scene begins, it starts anew.
+    if (before && this.follow.checked) this.scene.along(before, pose);
     this.scene.sensors(this.frame.ego, this.frame.radars.map((r, k) => ({ pose: r.pose, halfAngle: (data.radars[k].max_azimuth_deg * Math.PI) / 180, range: Math.min(data.radars[k].max_range_m, 120) })));
     const world = toWorld(pose);
     const [x, y, z] = ["x_m", "y_m", "z_m"].map((c) => column(this.own.points, c));
@@ -213,7 +221,8 @@ export class RunView {
   draw() {
     const { range_m: x, range_rate_mps: y } = this.about;
     if (!this.levels) {
-      this.map.note.textContent = "The run has no range_doppler.npy ([output] range_doppler = true keeps it).";
+      this.map.show(null);
+      this.hover(null);
       return;
     }
     const all = Array.from({ length: x.count * y.count }, (_, i) => this.levels.at(i)).filter(Number.isFinite).sort((a, b) => a - b);
@@ -242,7 +251,11 @@ export class RunView {
   }
 
   hover(r, c) {
-    if (r == null || !this.levels) {
+    if (!this.levels) {
+      this.map.note.textContent = "There is no map with this frame: [output] range_doppler = true of a scenario, or [keep] of a recipe, keeps it.";
+      return;
+    }
+    if (r == null) {
       this.map.note.textContent = this.chosen == null ? "Point at a cell for its level; click a ring for its point." : "";
       return;
     }
@@ -358,7 +371,7 @@ export class RunView {
     this.details.replaceChildren(
       el("h2", {}, `Point ${i}: `, el("span", { style: `color:rgb(${classColour(get("class")).join(",")})` }, head)), facts(sum),
       el("h3", {}, "Why it is there"),
-      cause ? el("ol", { class: "echoes" }, echoes.length ? echoes : "No echo falls into its cell: noise, or a side lobe of something far away.") : el("p", { class: "missing" }, "The run has no returns.csv ([output] returns = true keeps it)."),
+      cause ? el("ol", { class: "echoes" }, echoes.length ? echoes : "No echo falls into its cell: noise, or a side lobe of something far away.") : el("p", { class: "missing" }, "There are no returns with this frame: [output] returns = true of a scenario keeps them."),
       cause && cause.in_cell > echoes.length ? el("p", { class: "hint" }, `${cause.in_cell} echoes fall into this cell and beam; the strongest are listed.`) : "",
       cause && paths.length === 0 && echoes.length ? el("p", { class: "hint" }, "[output] return_places = true keeps the places of bounces, so that ways can be drawn.") : "",
       el("details", {}, el("summary", {}, "all columns of points.csv"), facts(Object.keys(p).map((name) => [name, value(name)]), "columns")));

@@ -3,7 +3,7 @@
 import {
   AmbientLight, BufferAttribute, BufferGeometry, CanvasTexture, Color, DirectionalLight, DoubleSide, EdgesGeometry, BoxGeometry, Group, Line,
   LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, NearestFilter, PerspectiveCamera, PlaneGeometry, Points, PointsMaterial, Quaternion,
-  Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer,
+  Raycaster, Scene, SphereGeometry, SRGBColorSpace, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
@@ -213,6 +213,7 @@ export class SceneView {
     picture.getContext("2d").putImageData(image, 0, 0);
     const texture = new CanvasTexture(picture);
     texture.magFilter = NearestFilter;
+    texture.colorSpace = SRGBColorSpace;
     const sheet = new Mesh(new PlaneGeometry(across_m, ahead_m), new MeshBasicMaterial({ map: texture, transparent: true, depthWrite: false, side: DoubleSide }));
     // Its picture's right is the radar's right, and up is ahead.
     const turn = new Quaternion(...pose.slice(3)), ahead = new Vector3(1, 0, 0).applyQuaternion(turn);
@@ -245,7 +246,7 @@ export class SceneView {
       const g = new BufferGeometry();
       g.setAttribute("position", new BufferAttribute(positions, 3));
       g.setAttribute("color", new BufferAttribute(colours, 3));
-      const material = new PointsMaterial({ size: 9, sizeAttenuation: false, vertexColors: true, map: this.texture, alphaTest: 0.5, depthTest: false });
+      const material = new PointsMaterial({ size: 9, sizeAttenuation: false, vertexColors: true, map: this.texture, alphaTest: 0.5, depthTest: false, transparent: true });
       const cloud = new Points(g, material);
       cloud.renderOrder = 5;
       this.layers.points.add(cloud);
@@ -302,6 +303,16 @@ export class SceneView {
     this.camera.position.set(...from);
     this.controls.update();
     this.draw();
+  }
+
+  /** Moves the view as a body moves from one pose to another, turns about the vertical with it. */
+  along(from, to) {
+    if (!this.renderer) return;
+    const yaw = (p) => { const x = new Vector3(1, 0, 0).applyQuaternion(new Quaternion(...p.slice(3))); return Math.atan2(x.y, x.x); };
+    const turn = new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), yaw(to) - yaw(from));
+    const [a, b] = [new Vector3(...from.slice(0, 3)), new Vector3(...to.slice(0, 3))];
+    for (const v of [this.controls.target, this.camera.position]) v.sub(a).applyQuaternion(turn).add(b);
+    this.controls.update();
   }
 
   /** Corners of all that stands in the scene. */
