@@ -353,13 +353,14 @@ const ROOMS: [&str; 14] = [
 ];
 
 /// Members of the workspace, each with the folder of its sources: one names only those before it.
-const MEMBERS: [(&str, &str); 11] = [
+const MEMBERS: [(&str, &str); 12] = [
     ("catseye-math", "crates/math"),
     ("catseye", ""),
     ("catseye-io", "crates/io"),
     ("catseye-export", "crates/export"),
     ("catseye-lane", "crates/lane"),
     ("catseye-plot", "crates/plot"),
+    ("catseye-design", "crates/design"),
     ("catseye-view", "crates/view"),
     ("catseye-learn", "crates/learn"),
     ("catseye-papers", "crates/papers"),

@@ -274,13 +274,68 @@ def a_dataset(browser, room):
     o.page.close()
 
 
-def a_reflector(browser, room):
-    run("view", "type1:width_m=0.16,height_m=0.004", "-o", room / "type1.html", "--quiet")
+def values_of(table):
+    with open(table, newline="") as f:
+        return list(csv.DictReader(line for line in f if not line.startswith("#")))
+
+
+def a_design(browser, room):
+    """The physics of the page is that of the program as it is now, and what it saves is read by the program."""
+    spec = "type1:width_m=0.16,height_m=0.004"
+    run("view", spec, "-o", room / "type1.html", "--quiet")
     o = Opened(browser, room / "type1.html")
-    o.page.wait_for_timeout(500)
+    page = o.page
+    print(f"     design page {(room / 'type1.html').stat().st_size / 2**20:.2f} MiB, ready in {o.seconds:.2f} s")
+    page.wait_for_timeout(500)
     like("reflector", o.scene())
-    o.quiet("reflector")
-    o.page.close()
+    for kind, more in [("type1", "width_m=0.16,height_m=0.004"), ("trihedral", "leg_m=0.1"), ("sphere", "radius_m=0.03"), ("dihedral", "width_m=0.08,height_m=0.05"), ("manhole-round", ""), ("type1", "fill=polypropylene,height_m=0.016")]:
+        one = f"{kind}:{more}" if more else kind
+        for ptd in (False, True):
+            state = "Object.assign(v.parse(spec), {from: -20, to: 20, steps: 41, elevation: 3, bounces: 2, ptd})"
+            told = page.evaluate("([spec, ptd]) => { const v = catseye.view; v.state = STATE; v.update(); return v.told.textContent; }".replace("STATE", state), [one, ptd])
+            if told:
+                other = run("rcs", one, "--azimuth-deg=0", "--diffraction", "ptd" if ptd else "none", "-o", room / "none.csv", "--quiet", "--device", "cpu", "--precision", "f64", "--force", expect=2)
+                check(f"{one}{' with edges' if ptd else ''} is refused with the program's words", told.split(";")[0] in other.stderr or other.stderr.strip().endswith(told), (told, other.stderr))
+                continue
+            (room / "page.csv").write_text(page.evaluate("catseye.view.csv()"))
+            run("rcs", one, "--azimuth-deg=-20:20:1", "--elevation-deg=3", "--bounces=2", "--diffraction", "ptd" if ptd else "none", "-o", room / "own.csv", "--quiet", "--device", "cpu", "--precision", "f64", "--force")
+            pairs = list(zip(values_of(room / "page.csv"), values_of(room / "own.csv"), strict=True))
+            scale = max(float(b[k]) ** 2 for _, b in pairs for k in b if k.endswith("_re_m") or k.endswith("_im_m")) ** 0.5
+            apart = max(abs(float(a[k]) - float(b[k])) for a, b in pairs for k in b if k.endswith("_m"))
+            check(f"{one}{' with edges' if ptd else ''}: the page's S is the program's", apart < 1e-6 * scale, f"{apart} of {scale}: run scripts/page-module")
+    page.evaluate("s => { const v = catseye.view; v.state = v.parse(s); v.make_controls(); v.update(); }", spec)
+    before = page.evaluate("catseye.view.levels[0][225]")
+    field = page.get_by_label("height_m", exact=True)
+    field.fill("0.008")
+    field.press("Enter")
+    after = page.evaluate("catseye.view.levels[0][225]")
+    check("a value changes the curve", abs(after - before) > 1.0, (before, after))
+    field.fill("-1")
+    field.press("Enter")
+    told = page.locator(".told").inner_text()
+    check("a bad value tells what is allowed and changes nothing", "height_m" in told and "allowed" in told and page.evaluate("catseye.view.levels[0][225]") == after, told)
+    page.get_by_title("Undo (Ctrl+Z)").click()
+    check("undo takes it back", page.evaluate("catseye.view.levels[0][225]") == before)
+    # From a slider's step to the drawn curve.
+    ms = page.evaluate("""async () => { const s = document.querySelector('[aria-label="width_m by a slider"]'), all = [];
+        for (let i = 0; i < 20; i++) { const t = performance.now(); s.value = 400 + 10 * i; s.dispatchEvent(new Event('input')); await new Promise(requestAnimationFrame); all.push(performance.now() - t); }
+        return all.sort((a, b) => a - b)[10]; }""")
+    print(f"     slider to curve, {page.evaluate('catseye.view.state.steps')} directions: median {ms:.0f} ms, of it the physics {page.evaluate('catseye.view.ms'):.1f} ms")
+    with page.expect_download() as saved:
+        page.get_by_title("The reflector with its radar material").click()
+    saved.value.save_as(room / "saved.glb")
+    run("rcs", room / "saved.glb", "--azimuth-deg=-45:45:0.2", "-o", room / "saved.csv", "--quiet", "--device", "cpu", "--precision", "f64")
+    levels = page.evaluate("catseye.view.levels[0]")
+    # Places in the file are f32, which turns phases a little.
+    apart = max(abs(float(r["vv_dbsm"]) - v) for r, v in zip(values_of(room / "saved.csv"), levels, strict=True) if v is not None and v > max(levels) - 30)
+    check("the saved GLB has the curve's levels", apart < 0.05, apart)
+    (room / "saved.toml").write_text(page.evaluate("catseye.view.toml()"))
+    run("study", room / "saved.toml", "-o", room / "study", "--quiet", "--device", "cpu")
+    rows = values_of(next((room / "study").glob("*.csv")))
+    apart = max(abs(float(r["rcs_dbsm"]) - v) for r, v in zip(rows, levels, strict=True) if v is not None and v > max(levels) - 30)
+    check("the saved TOML is a study of that curve", apart < 0.02, apart)
+    o.quiet("design")
+    page.close()
 
 
 def main():
@@ -290,7 +345,7 @@ def main():
     with tempfile.TemporaryDirectory() as room, sync_playwright() as p:
         browser = p.chromium.launch(executable_path=chromium, args=FLAGS)
         print(f"Chromium {browser.version}", flush=True)
-        for part in (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_reflector):
+        for part in (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design):
             part(browser, Path(room))
         browser.close()
     if failures:

@@ -78,7 +78,7 @@ pub(super) fn instance() -> wgpu::Instance {
 }
 
 /// Whether Vulkan has the layer. wgpu goes on without it.
-#[cfg(not(target_os = "macos"))]
+#[cfg(not(any(target_os = "macos", target_arch = "wasm32")))]
 #[allow(unsafe_code)] // Vulkan is asked directly
 fn has_layer(instance: &wgpu::Instance) -> bool {
     // SAFETY: the instance is only asked for the names of layers, and outlives the question.
@@ -89,8 +89,8 @@ fn has_layer(instance: &wgpu::Instance) -> bool {
     layers.is_ok_and(|all| all.iter().any(|l| l.layer_name_as_c_str() == Ok(c"VK_LAYER_KHRONOS_validation")))
 }
 
-/// Metal has no such layer.
-#[cfg(target_os = "macos")]
+/// Neither Metal nor a browser has such a layer.
+#[cfg(any(target_os = "macos", target_arch = "wasm32"))]
 fn has_layer(_instance: &wgpu::Instance) -> bool {
     false
 }

@@ -208,3 +208,63 @@ fn cyclists_are_more_than_their_cranks() {
     }
     assert!(riders >= 3, "{riders}");
 }
+
+/// A vehicle as a point: the radar meets one point of that level in the middle of its box and none of its faces, while boxes and
+/// masks are those of the vehicle itself.
+#[test]
+fn a_vehicle_scatters_as_a_point_and_keeps_its_body() {
+    use catseye::base::frames::Pose;
+    use catseye::geom::{Facets, RigidScene};
+    use catseye::road::build::build;
+    use catseye::road::mask::{CellClass, Grid, mask};
+    use catseye::road::scene_toml::parse;
+    use catseye::road::truth::actor_truth;
+    use catseye::scene::Scene;
+    use catseye::scene::gltf::{self, ImportOptions};
+    use std::borrow::Cow;
+    use std::path::Path;
+    let made = |text: &str| build(&parse(Path::new("a.toml"), text).unwrap()).unwrap().0;
+    let text = |kind: &str, rcs: &str| {
+        format!(
+            "name = \"one vehicle\"\n[[road]]\nname = \"r\"\nplan = [{{ kind = \"straight\", length_m = 100 }}]\nsurface = \"none\"\n\
+             [[road.right]]\nnumber = 1\nwidth_m = 3.5\n\
+             [[road.vehicle]]\nkind = \"{kind}\"\ns_m = 30\nlateral = {{ lane = 1 }}\nspeed_mps = 8\n{rcs}\n"
+        )
+    };
+    for kind in ["passenger-car", "van", "pedestrian"] {
+        let (whole, point) = (made(&text(kind, "")), made(&text(kind, "rcs_dbsm = 7.5")));
+        let time_s = 0.5;
+        let (a, b) = (actor_truth(&whole, time_s), actor_truth(&point, time_s));
+        let of = |list: &[(_, catseye::road::truth::TruthBox)]| -> Vec<_> {
+            list.iter().map(|(_, t)| (t.id, t.class.clone(), t.centre_m, t.size_m, t.velocity_mps)).collect()
+        };
+        assert_eq!(of(&a), of(&b), "{kind}");
+        let seen = |s: &Scene| mask(&Grid::ROAD, s, time_s, &Pose::IDENTITY, &[], &[CellClass::Vehicle]);
+        assert_eq!(seen(&whole), seen(&point), "{kind}");
+        let geometry =
+            RigidScene::new(Cow::Borrowed(&point), 77e9, Facets::Flat).unwrap().at(time_s, 0.0).unwrap();
+        assert_eq!(geometry.triangle_count, 0, "{kind}");
+        assert_eq!(geometry.points.len(), 1, "{kind}");
+        let p = &geometry.points[0];
+        let part = point.object_by_id(p.id).unwrap();
+        assert_eq!(catseye::road::actors::base_class(&part.class), b[0].1.class, "{kind}");
+        assert_eq!(p.rcs_dbsm, 7.5);
+        assert!(
+            (p.velocity_mps - glam::DVec3::new(8.0, 0.0, 0.0)).length() < 1e-9,
+            "{kind}: {}",
+            p.velocity_mps
+        );
+        // The middle of the body as it was built: limbs that swing move the box a little.
+        assert!(
+            (p.position_m - glam::DVec3::from_array(a[0].1.centre_m)).length() < 0.3,
+            "{kind}: {}",
+            p.position_m
+        );
+        // It comes back from a glTF file.
+        let bytes = gltf::to_glb(&point).unwrap();
+        let back = gltf::import_bytes(&bytes, Path::new("x.glb"), None, &ImportOptions::default()).unwrap();
+        let seen = |s: &Scene| -> Vec<bool> { s.objects.iter().map(|o| o.radar).collect() };
+        assert_eq!(seen(&back), seen(&point));
+        assert_eq!(seen(&point).iter().filter(|r| **r).count(), 1, "{kind}");
+    }
+}

@@ -5,6 +5,7 @@ use super::global::{Global, print, print_json};
 use super::target::ImportArgs;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::{check_extension, stage};
+use catseye::road::reflector::Reflector;
 use catseye::road::target;
 use catseye_view::{Page, Thing, Written};
 use clap::Args;
@@ -15,7 +16,8 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "A run shows its scene where it kept it ([output] scene = true), else boxes; ways of echoes need return_places = true, \
                   thresholds cfar_threshold = true, and spectra over angle angle_spectra = true. The frames of a long run lie in a \
-                  folder beside the page, from which it takes them one by one."
+                  folder beside the page, from which it takes them one by one. A reflector can be changed in its page, which works out its \
+                  cross section itself."
 )]
 pub struct View {
     /// Folder of a run, of a frame or of a dataset, scene (.glb, .gltf, .stl, .obj), reflector ("type1:width_m=0.16"), RCS tables (.csv; several are
@@ -45,7 +47,13 @@ impl View {
         check_extension(&output, &["html"])?;
         stage::distinct(&[&output], &paths.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
         let page = match &self.things[..] {
-            // A mesh, or what may be a reflector: the complaint about it names both.
+            [one] if !Path::new(one).is_dir() && !is_table(one) && !target::is_file(one) => {
+                let mut reflector = Reflector::parse(one)?;
+                if let Some(m) = self.import.options()?.default_material {
+                    reflector.material = m;
+                }
+                Page::of_design(&reflector)
+            }
             [one] if !Path::new(one).is_dir() && !is_table(one) => {
                 let target = target::load(one, &self.import.options()?)?;
                 target.scene.import.notes.iter().for_each(|n| global.say(&format!("note: {n}")));

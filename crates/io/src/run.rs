@@ -26,6 +26,9 @@ use std::path::{Path, PathBuf};
 /// Function that draws the pictures of a frame into a folder.
 pub type Pictures<'a> = &'a (dyn Fn(&SitedScenario, &Scene, &Frame, &Truth, &Path) -> Result<()> + Sync);
 
+/// Function that adds files to a run's folder.
+pub type Add<'a> = &'a dyn Fn(&Path) -> Result<()>;
+
 /// Options of [`run`].
 pub struct RunOptions<'a> {
     /// Kind of result in the folder's manifest; only a folder of the same kind is replaced.
@@ -46,7 +49,7 @@ pub struct RunOptions<'a> {
     /// Function that is called with (frames done, frames among them found complete from an earlier run).
     pub progress: &'a dyn Fn(u32, u32),
     /// Function that adds files to the folder when all else is there, before it gets its name.
-    pub add: Option<&'a dyn Fn(&Path) -> Result<()>>,
+    pub add: Option<Add<'a>>,
 }
 
 /// Number of frames that share submissions on a GPU where no other number is given.

@@ -59,7 +59,7 @@ pub fn page(folder: &Path) -> Result<Page> {
         let record = layout.read(&folder, i as u64)?;
         Ok(frame(&record, &radars))
     };
-    Ok(Page { title: about.name, data, frames: Frames { count, of: Box::new(of) } })
+    Ok(Page { title: about.name, data, physics: false, frames: Frames { count, of: Box::new(of) } })
 }
 
 fn table<'a>(record: &'a Record, name: &str) -> Option<&'a Table> {

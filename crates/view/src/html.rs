@@ -1,11 +1,14 @@
 //! The text of a page.
 
+use super::pack;
 use catseye::base::error::{Error, Result};
 use serde_json::Value;
 
 /// The page's script and style, which `npm run build` in `web/` makes.
 const SCRIPT: &str = include_str!("../assets/view.js");
 const STYLE: &str = include_str!("../assets/view.css");
+/// The physics for pages in which a reflector is designed, which `scripts/page-module` makes.
+const MODULE: &[u8] = include_bytes!("../assets/design.wasm.gz");
 
 /// JSON that may stand in a script element of a page: no text of it can end the element or begin a comment.
 pub fn json(value: &Value) -> Result<String> {
@@ -18,13 +21,29 @@ pub fn chunk(index: usize, json: &str) -> String {
     format!("catseyeFrame({index},{json});\n")
 }
 
-/// The page. `frames` are those that stand in it; `beside` names the folder that holds the others.
-pub fn page(title: &str, data: &Value, frames: &[String], beside: Option<&str>) -> Result<String> {
+/// The page. `frames` are those that stand in it; `beside` names the folder that holds the others; `physics` puts the module beside them
+/// that works out cross sections.
+pub fn page(
+    title: &str,
+    data: &Value,
+    frames: &[String],
+    beside: Option<&str>,
+    physics: bool,
+) -> Result<String> {
     let mut data = data.clone();
     data["beside"] = beside.map_or(Value::Null, Value::from);
     let escaped = title.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     // What is loaded is the frames beside the page; nothing reaches the network.
-    let policy = "default-src 'none'; script-src 'unsafe-inline' 'self' file:; style-src 'unsafe-inline'; img-src data: blob:";
+    let policy = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' 'self' file:; style-src 'unsafe-inline'; img-src data: blob:";
+    let module = match physics {
+        true => {
+            format!(
+                "<script type=\"application/octet-stream\" id=\"module\">{}</script>\n",
+                pack::base64(MODULE)
+            )
+        }
+        false => String::new(),
+    };
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
@@ -33,7 +52,7 @@ pub fn page(title: &str, data: &Value, frames: &[String], beside: Option<&str>) 
          <noscript>This page draws with a script, which the browser does not run.</noscript>\n\
          <script type=\"application/json\" id=\"data\">{}</script>\n\
          <script type=\"application/json\" id=\"frames\">[{}]</script>\n\
-         <script>{SCRIPT}</script>\n</body>\n</html>\n",
+         {module}<script>{SCRIPT}</script>\n</body>\n</html>\n",
         json(&data)?,
         frames.join(",\n"),
     ))
@@ -48,7 +67,8 @@ mod tests {
     fn names_stay_text() {
         let hostile = "</script><script>alert(1)</script><!-- & \u{2028}";
         let text =
-            page(hostile, &json!({ "name": hostile }), &[json(&json!([hostile])).unwrap()], None).unwrap();
+            page(hostile, &json!({ "name": hostile }), &[json(&json!([hostile])).unwrap()], None, false)
+                .unwrap();
         let before = &text[..text.find(SCRIPT).unwrap()];
         assert_eq!(before.matches("<script").count(), 3, "{before}");
         assert!(!before.contains("alert(1)</") && !before.contains("<!-- "), "{before}");
@@ -66,6 +86,7 @@ mod tests {
         for place in ["src=", "@import", "url(http"] {
             assert!(!STYLE.contains(place), "{place}");
         }
-        assert!(SCRIPT.len() + STYLE.len() < 3 << 20, "{}", SCRIPT.len());
+        let whole = SCRIPT.len() + STYLE.len() + MODULE.len().div_ceil(3) * 4;
+        assert!(whole < 3 << 20, "{whole}");
     }
 }

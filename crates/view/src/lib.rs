@@ -35,6 +35,8 @@ pub struct Page {
     title: String,
     /// What all frames share.
     data: Value,
+    /// Whether the page works out cross sections itself.
+    physics: bool,
     /// The frames of a run, one after another; none of a thing without time.
     frames: Frames,
 }
@@ -63,6 +65,11 @@ pub struct Written {
 }
 
 impl Page {
+    /// A page without frames.
+    fn still(title: String, data: Value) -> Page {
+        Page { title, data, physics: false, frames: Frames { count: 0, of: Box::new(|_| Ok(Value::Null)) } }
+    }
+
     /// Number of its frames.
     pub fn frames(&self) -> usize {
         self.frames.count
@@ -97,7 +104,7 @@ impl Page {
             false => None,
         };
         let name = beside.as_deref().and_then(Path::file_name).map(|n| n.to_string_lossy().into_owned());
-        let text = html::page(&self.title, &self.data, &inline, name.as_deref())?;
+        let text = html::page(&self.title, &self.data, &inline, name.as_deref(), self.physics)?;
         std::fs::write(page.path(), &text).map_err(|e| Error::io(page.path(), e))?;
         let page = page.commit()?;
         Ok(Written { page, bytes: text.len(), frames: self.frames.count, beside })

@@ -24,6 +24,11 @@ pub fn u32s(values: impl IntoIterator<Item = u32>) -> Value {
     json!({ "u32": bytes(values.into_iter().flat_map(u32::to_le_bytes)) })
 }
 
+/// Bytes in base64.
+pub fn base64(values: &[u8]) -> String {
+    STANDARD.encode(values)
+}
+
 fn bytes(values: impl Iterator<Item = u8>) -> String {
     STANDARD.encode(values.collect::<Vec<u8>>())
 }

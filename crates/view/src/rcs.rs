@@ -1,6 +1,6 @@
 //! Tables of cross sections.
 
-use super::{Frames, Page, pack, scene};
+use super::{Page, pack, scene};
 use catseye::base::error::Result;
 use catseye::formats::rcs_csv;
 use catseye::scene::Scene;
@@ -35,5 +35,5 @@ pub fn page(paths: &[&Path], target: Option<&Scene>) -> Result<Page> {
     let title = names.join(", ");
     let target = target.map(|s| scene::small(&title, s).map(|()| scene::scene(s, &[0.0]))).transpose()?;
     let data = json!({ "kind": "rcs", "title": title, "rcs": tables, "scene": target });
-    Ok(Page { title, data, frames: Frames { count: 0, of: Box::new(|_| Ok(Value::Null)) } })
+    Ok(Page::still(title, data))
 }

@@ -134,7 +134,7 @@ pub fn page(folder: &Path, only: Option<u32>) -> Result<Page> {
     });
     let run = Run { folder: folder.to_path_buf(), radars, frames, has_scene };
     let count = run.frames.len();
-    Ok(Page { title, data, frames: Frames { count, of: Box::new(move |i| run.frame(i)) } })
+    Ok(Page { title, data, physics: false, frames: Frames { count, of: Box::new(move |i| run.frame(i)) } })
 }
 
 fn radar_json(r: &RunRadar) -> Value {

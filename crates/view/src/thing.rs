@@ -1,10 +1,11 @@
 //! What a page is asked for.
 
-use super::{Frames, Page, dataset, rcs, run, scene};
+use super::{Page, dataset, rcs, run, scene};
 use catseye::base::error::{BadInput, Result};
 use catseye::formats::stage::MANIFEST;
+use catseye::road::reflector::Reflector;
 use catseye::scene::Scene;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// File that says that a folder is a dataset.
@@ -107,6 +108,15 @@ impl Page {
     pub fn of_scene(name: &str, whole: &Scene) -> Result<Page> {
         scene::small(name, whole)?;
         let data = json!({ "kind": "scene", "title": name, "scene": scene::scene(whole, &[0.0]) });
-        Ok(Page { title: name.into(), data, frames: Frames { count: 0, of: Box::new(|_| Ok(Value::Null)) } })
+        Ok(Page::still(name.into(), data))
+    }
+
+    /// The page in which a reflector is designed, beginning with this one: its parameters with sliders, its shape and its cross section, which
+    /// the page works out itself.
+    pub fn of_design(reflector: &Reflector) -> Page {
+        let spec = reflector.spec();
+        let data =
+            json!({ "kind": "design", "title": spec, "spec": spec, "version": env!("CARGO_PKG_VERSION") });
+        Page { physics: true, ..Page::still(spec, data) }
     }
 }

@@ -1,16 +1,17 @@
 import "./style.css";
 import { data } from "./data.js";
 import { el } from "./dom.js";
+import { DesignView } from "./design.js";
 import { RcsView } from "./rcs.js";
 import { RunView } from "./run.js";
 import { ThingView } from "./scene.js";
 
-const KEYS = { run: "space play · ← → frames · n p points · 1–4 panes · r behind · t above · d dark or light · Esc nothing chosen", rcs: "d dark or light", scene: "r all of it · d dark or light · Esc back" };
+const KEYS = { run: "space play · ← → frames · n p points · 1–4 panes · r behind · t above · d dark or light · Esc nothing chosen", rcs: "d dark or light", design: "Ctrl+Z undo · Ctrl+Y redo · r along the strongest direction · d dark or light", scene: "r all of it · d dark or light · Esc back" };
 
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 let theme = dark.matches ? "dark" : "light";
 document.documentElement.dataset.theme = theme;
-const view = new { run: RunView, rcs: RcsView, scene: ThingView }[data.kind]();
+const view = new { run: RunView, rcs: RcsView, scene: ThingView, design: DesignView }[data.kind]();
 
 function change_theme() {
   theme = theme === "dark" ? "light" : "dark";
@@ -26,11 +27,14 @@ document.body.append(
 if (data.about?.remarks?.length) document.querySelector("header").append(el("span", { class: "remarks", title: data.about.remarks.join("\n") }, `${data.about.remarks.length} remarks`));
 
 document.addEventListener("keydown", (e) => {
-  if (e.target.closest("select, input[type=file]") || e.ctrlKey || e.metaKey || e.altKey) return;
+  if ((e.ctrlKey || e.metaKey) && view.shortcut?.(e)) return e.preventDefault();
+  if (e.target.closest("select, input:not([type=checkbox])") || e.ctrlKey || e.metaKey || e.altKey) return;
   if (e.key === "d") change_theme();
   else view.key_press(e);
 });
 
 // For tests and for those who script the page.
 window.catseye = { data, view, ready: false };
-view.start().then(() => (window.catseye.ready = true));
+view.start().then(() => (window.catseye.ready = true), (e) => {
+  view.element.replaceChildren(el("p", { class: "missing" }, `This page cannot start: ${e.message}`));
+});

@@ -121,6 +121,28 @@ export class SceneView {
     this.move(0);
   }
 
+  /** Triangles of one body in place of all bodies, three corners of three numbers each. */
+  triangles(corners) {
+    if (!this.renderer) return;
+    this.clear("bodies");
+    const g = new BufferGeometry();
+    g.setAttribute("position", new BufferAttribute(corners, 3));
+    const body = new Mesh(g, new MeshLambertMaterial({ color: paint(materialColour("aluminium", "")), side: DoubleSide, flatShading: true }));
+    this.layers.bodies.add(body);
+    this.bodies = [{ body, poses: new Float32Array([0, 0, 0, 0, 0, 0, 1]), many: false }];
+    const { size } = this.extent();
+    Object.assign(this.camera, { near: size / 1000, far: 30 * size });
+    this.camera.updateProjectionMatrix();
+    this.controls.maxPolarAngle = Math.PI;
+    this.draw();
+  }
+
+  /** Middle and length of the diagonal of all that stands in the scene. */
+  extent() {
+    const [lo, hi] = this.bounds();
+    return { middle: lo.map((v, i) => 0.5 * (v + hi[i])), size: Math.max(0.005, Math.hypot(...lo.map((v, i) => hi[i] - v))) };
+  }
+
   /** Puts the bodies where they are in frame `index`. */
   move(index) {
     for (const { body, poses, many } of this.bodies ?? []) {
