@@ -13,6 +13,7 @@ mod process;
 mod radar;
 mod rcs;
 mod scene;
+mod show;
 mod simulate;
 mod tracking;
 mod work;
@@ -71,5 +72,9 @@ fn _catseye(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(tracking::dsp_cluster, m)?)?;
     m.add_function(wrap_pyfunction!(tracking::dsp_plots, m)?)?;
     m.add_class::<tracking::Tracker>()?;
+    m.add_function(wrap_pyfunction!(show::picture_map, m)?)?;
+    m.add_function(wrap_pyfunction!(show::picture_rcs, m)?)?;
+    m.add_function(wrap_pyfunction!(show::picture_scene, m)?)?;
+    m.add_function(wrap_pyfunction!(show::write_page, m)?)?;
     m.add_function(wrap_pyfunction!(process::process, m)?)
 }
