@@ -170,8 +170,8 @@ def plot_frame(frame: Any, kind: str = "range_doppler", points: bool = True, ax:
     if hasattr(frame, "truth"):
         told = [b for b in frame.truth["boxes"] if not b.get("part")]
         if told:
-            lists = [[b[key] for b in told] for key in ("centre_m", "size_m", "rotation_xyzw")]
-            boxes = footprints(*lists, frame.position_m, frame.rotation_xyzw)
+            centre, size, rotation = ([b[key] for b in told] for key in ("centre_m", "size_m", "rotation_xyzw"))
+            boxes = footprints(centre, size, rotation, frame.position_m, frame.rotation_xyzw)
             classes = [b["class"] for b in told]
     return _draw_birds_eye(ax, found, boxes, classes, frame.range_m, title, True)
 
@@ -210,9 +210,9 @@ def plot_sample(
     if "boxes" in sample:
         told = sample["boxes"][sample["boxes"]["part"].astype(str) == ""]
         columns = [("x_m", "y_m", "z_m"), ("length_m", "width_m", "height_m"), tuple(f"rotation_{axis}" for axis in "xyzw")]
-        lists = [np.stack([told[c] for c in group], axis=-1) for group in columns]
         if len(told):
-            boxes = footprints(*lists, [row[c] for c in columns[0]], [row[c] for c in columns[2]])
+            centre, size, rotation = (np.stack([told[c] for c in group], axis=-1) for group in columns)
+            boxes = footprints(centre, size, rotation, [row[c] for c in columns[0]], [row[c] for c in columns[2]])
             classes = [str(c) for c in told["class"]]
     return _draw_birds_eye(_axes(ax), found, boxes, classes, range_m, title, colorbar)
 

@@ -243,7 +243,7 @@ def test_a_map_is_plotted_in_its_cells(frame):
 def test_range_rates_fold_into_the_map():
     axis = np.arange(-4, 4) * 0.5
     rates = np.array([-2.25, -2.0, 1.74, 1.8, 2.0, 5.5, -6.1])
-    expected = [-2.25, -2.0, 1.74, -2.2, -2.0, 1.5, 1.9]
+    expected = [-2.25, -2.0, 1.74, -2.2, -2.0, 1.5, -2.1]
     np.testing.assert_allclose(_plot.folded(rates, axis), expected, atol=1e-12)
     np.testing.assert_array_equal(_plot.folded([7.0], [0.0]), [7.0])
 
