@@ -116,7 +116,8 @@ pub fn picture_scene(py: Python<'_>, scene: &Bound<'_, Scene>) -> PyResult<Py<Py
 /// What a page is made of, taken out of the interpreter's hands.
 enum Shown {
     Scene(String, Arc<Contents>),
-    Tables(Vec<RcsTable>),
+    /// Results, beside their target where it is given.
+    Tables(Option<Arc<Contents>>, Vec<RcsTable>),
     Paths(Vec<PathBuf>),
 }
 
@@ -148,13 +149,19 @@ impl Shown {
             ];
             Ok(RcsTable { name: result.target.clone(), comments, rows: result.rows(py)? })
         };
-        if things.iter().all(|t| t.cast::<RcsResult>().is_ok()) {
-            return Ok(Shown::Tables(things.iter().map(table).collect::<PyResult<_>>()?));
+        let (target, results) = match &things[..] {
+            [first, rest @ ..] if !rest.is_empty() && first.cast::<Scene>().is_ok() => {
+                (Some(first.cast::<Scene>()?.try_borrow()?.contents.clone()), rest)
+            }
+            all => (None, all),
+        };
+        if results.iter().all(|t| t.cast::<RcsResult>().is_ok()) {
+            return Ok(Shown::Tables(target, results.iter().map(table).collect::<PyResult<_>>()?));
         }
         let path = |t: &Bound<'_, PyAny>| {
             t.extract::<PathBuf>().map_err(|_| {
                 pyo3::exceptions::PyTypeError::new_err(
-                    "expected a path, a Scene, an RcsResult, or several paths or several RcsResults",
+                    "expected a path, a Scene, an RcsResult, several paths, or several RcsResults after their Scene or without it",
                 )
             })
         };
@@ -164,12 +171,20 @@ impl Shown {
     fn page(&self) -> catseye::Result<Page> {
         match self {
             Shown::Scene(name, contents) => Page::of_scene(name, contents),
-            Shown::Tables(tables) => Page::of_rcs(tables),
+            Shown::Tables(target, tables) => Page::of_rcs(tables, target.as_deref()),
             Shown::Paths(paths) => match &paths[..] {
-                // As `catseye view`: what is no file or folder may be a reflector.
-                [one] if target::is_file(&one.to_string_lossy()) || !one.exists() => {
-                    let target = target::load(&one.to_string_lossy(), &ImportOptions::default())?;
+                // As `catseye view`: a mesh or a reflector, and a target with its tables.
+                [one] if !one.is_dir() && !Thing::is_table(one) => {
+                    let target = loaded(one)?;
                     Page::of_scene(&target.name, &target.scene)
+                }
+                [one, tables @ ..]
+                    if !tables.is_empty()
+                        && !Thing::is_table(one)
+                        && tables.iter().all(|t| Thing::is_table(t)) =>
+                {
+                    let tables: Vec<&Path> = tables.iter().map(PathBuf::as_path).collect();
+                    Page::of_target(&tables, &loaded(one)?.scene)
                 }
                 _ => Thing::of(paths)?.page(),
             },
@@ -182,6 +197,10 @@ impl Shown {
             _ => Vec::new(),
         }
     }
+}
+
+fn loaded(path: &Path) -> catseye::Result<target::Target> {
+    target::load(&path.to_string_lossy(), &ImportOptions::default())
 }
 
 /// Writes the page of a thing as `catseye view` does and returns {"page", "bytes", "frames", "beside"}: the file, its size, the number of
@@ -204,7 +223,7 @@ pub fn write_page(
         let page = shown.page()?;
         watch.expect(page.frames() as u64);
         let before = Cell::new(0);
-        page.write(&output, force, &|done| {
+        page.write(&output, force, catseye_view::INLINE_BYTES, &|done| {
             let new = done.saturating_sub(before.replace(done));
             watch.step(new as u64);
         })

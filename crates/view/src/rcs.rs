@@ -1,8 +1,9 @@
 //! Tables of cross sections.
 
-use super::{Frames, Page, pack};
+use super::{Frames, Page, pack, scene};
 use catseye::base::error::{BadInput, Result};
 use catseye::formats::rcs_csv::{self, RawRow};
+use catseye::scene::Scene;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -28,19 +29,20 @@ fn of_rows(name: &str, comments: &[String], rows: &[RawRow]) -> Value {
     })
 }
 
-/// The page of one table or of several laid over each other.
+/// The page of one table or of several laid over each other, beside the target itself where it is given.
 ///
 /// # Errors
-/// Returns `BadInput` for a file that is no table of cross sections.
-pub fn page(paths: &[&Path]) -> Result<Page> {
-    Ok(of_tables(paths.iter().map(|p| table(p)).collect::<Result<Vec<Value>>>()?))
+/// Returns `BadInput` for a file that is no table of cross sections, and for a target of too many triangles.
+pub fn page(paths: &[&Path], target: Option<&Scene>) -> Result<Page> {
+    of_tables(paths.iter().map(|p| table(p)).collect::<Result<Vec<Value>>>()?, target)
 }
 
-fn of_tables(tables: Vec<Value>) -> Page {
+fn of_tables(tables: Vec<Value>, target: Option<&Scene>) -> Result<Page> {
     let names: Vec<&str> = tables.iter().filter_map(|t| t["name"].as_str()).collect();
     let title = names.join(", ");
-    let data = json!({ "kind": "rcs", "title": title, "rcs": tables });
-    Page { title, data, frames: Frames { count: 0, of: Box::new(|_| Ok(Value::Null)) } }
+    let target = target.map(|s| scene::small(&title, s).map(|()| scene::scene(s, &[0.0]))).transpose()?;
+    let data = json!({ "kind": "rcs", "title": title, "rcs": tables, "scene": target });
+    Ok(Page { title, data, frames: Frames { count: 0, of: Box::new(|_| Ok(Value::Null)) } })
 }
 
 /// A table of cross sections in memory.
@@ -54,16 +56,16 @@ pub struct RcsTable {
 }
 
 impl Page {
-    /// The page of tables of cross sections that lie in memory, laid over each other.
+    /// The page of tables of cross sections that lie in memory, laid over each other, beside the target itself where it is given.
     ///
     /// # Errors
-    /// Returns `BadInput` where there is no table, or one without rows.
-    pub fn of_rcs(tables: &[RcsTable]) -> Result<Page> {
+    /// Returns `BadInput` where there is no table, or one without rows, and for a target of more triangles than a page takes.
+    pub fn of_rcs(tables: &[RcsTable], target: Option<&Scene>) -> Result<Page> {
         if tables.is_empty() || tables.iter().any(|t| t.rows.is_empty()) {
             return Err(BadInput::new("no cross section is there to be shown")
                 .allowed("tables with one row or more")
                 .into());
         }
-        Ok(of_tables(tables.iter().map(|t| of_rows(&t.name, &t.comments, &t.rows)).collect()))
+        of_tables(tables.iter().map(|t| of_rows(&t.name, &t.comments, &t.rows)).collect(), target)
     }
 }
