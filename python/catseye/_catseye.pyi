@@ -591,7 +591,7 @@ def picture_map(
 def picture_rcs(result: RcsResult) -> bytes: ...
 def picture_scene(scene: Scene) -> bytes: ...
 def write_page(
-    thing: Scene | RcsResult | _Path | Sequence[RcsResult] | Sequence[_Path],
+    thing: Scene | RcsResult | _Path | Sequence[Scene | RcsResult] | Sequence[_Path],
     output: _Path,
     force: bool = False,
     progress: _Progress | None = None,

@@ -131,7 +131,7 @@ def _draw_birds_eye(ax: Any, points: Any, boxes: Any, classes: Sequence[str], ra
         if name in _GROUND or np.hypot(*middle) > range_m[-1] or middle[0] < 0:
             continue
         reach.append(float(np.hypot(*middle)))
-        if np.ptp(corners) == 0:
+        if np.ptp(corners, axis=0).max() < 1e-9:
             ax.plot(*middle[::-1], marker="D", color="0.5", markersize=5, linestyle="none")
         else:
             ax.add_patch(Polygon(corners[:, ::-1], closed=True, facecolor="0.85", edgecolor="0.45", linewidth=0.8))

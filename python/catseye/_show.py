@@ -163,7 +163,7 @@ class View:
 
 
 def view(
-    thing: Scene | RcsResult | str | os.PathLike[str] | Sequence[RcsResult] | Sequence[str | os.PathLike[str]],
+    thing: Scene | RcsResult | str | os.PathLike[str] | Sequence[Scene | RcsResult] | Sequence[str | os.PathLike[str]],
     *,
     output: str | os.PathLike[str] | None = None,
     force: bool = False,
@@ -171,8 +171,9 @@ def view(
 ) -> View:
     """The page of ``catseye view``: one HTML file that needs no network. The result stands in a notebook's cell, and its ``open()`` shows it in the browser.
 
-    thing: folder of a run or of one of its frames, a scene (.glb, .gltf, .stl, .obj), a reflector ("type1:width_m=0.16"), a table of cross
-    sections (.csv), a Scene or an RcsResult; several tables or several results are laid over each other. output: the file to write, default page.html in
+    thing: folder of a run, of one of its frames or of a dataset, a scene (.glb, .gltf, .stl, .obj), a reflector ("type1:width_m=0.16"), a table of
+    cross sections (.csv), a Scene or an RcsResult. Several tables or results in a list are laid over each other; a scene before them is their target, which
+    turns to where they are read. output: the file to write, default page.html in
     a new temporary folder, which stays. force: replace an existing file. progress: called with the number of frames done and of all.
 
     Raises BadInput for what no page can show, and for a file that exists.

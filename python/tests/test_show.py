@@ -180,7 +180,9 @@ def test_a_long_page_is_no_part_of_a_notebook(tmp_path):
 def test_pages_of_cross_sections_hold_the_levels(table, tmp_path, engine):
     other = catseye.rcs("plate:width_m=0.2,height_m=0.05", azimuth_deg=[0.0, 1.0], bistatic_azimuth_deg=[3.0], engine=engine)
     page = catseye.view([table, other], output=tmp_path / "page.html")
-    drawn = page_data(page.path.read_text(encoding="utf-8"))["rcs"]
+    drawn = page_data(page.path.read_text(encoding="utf-8"))
+    assert drawn["scene"] is None
+    drawn = drawn["rcs"]
     assert [t["name"] for t in drawn] == [table.target, other.target]
     for result, shown in zip((table, other), drawn):
         number = lambda name: np.frombuffer(base64.b64decode(shown[name]["f64"]))
@@ -192,6 +194,18 @@ def test_pages_of_cross_sections_hold_the_levels(table, tmp_path, engine):
         np.testing.assert_array_equal(np.frombuffer(base64.b64decode(drawn[0][name]["f64"])), axis.ravel())
 
 
+def test_a_target_stands_beside_its_results(table, tmp_path):
+    plate = catseye.reflector("plate:width_m=0.1,height_m=0.05")
+    beside = page_data(catseye.view([plate, table], output=tmp_path / "page.html").path.read_text(encoding="utf-8"))
+    alone = page_data(plate.view(output=tmp_path / "alone.html").path.read_text(encoding="utf-8"))
+    assert beside["scene"] == alone["scene"] and len(beside["rcs"]) == 1
+
+
+def test_a_dataset_has_a_page(data, tmp_path):
+    page = catseye.view(data, output=tmp_path / "page.html")
+    assert page.frames == len(catseye.Dataset(data)) == 12
+
+
 def test_pages_are_those_of_the_program(scenario, tmp_path):
     program = os.environ.get("CATSEYE_PROGRAM") or pytest.skip("the program was not built beside the package")
     run = lambda *words: subprocess.run([program, *map(str, words), "--quiet"], check=True)
@@ -200,9 +214,11 @@ def test_pages_are_those_of_the_program(scenario, tmp_path):
     run("rcs", "plate:width_m=0.1,height_m=0.05", "--azimuth-deg", "-10:10:1", "-o", tmp_path / "plate.csv", "--device", "cpu")
     run("scene", Path(__file__).resolve().parents[2] / "scenes/road/road_lane_3m.toml", "-o", tmp_path / "road.glb")
     asked = []
-    for thing in ("run", "run/frame_000001", "plate.csv", "road.glb"):
-        run("view", tmp_path / thing, "-o", tmp_path / "theirs.html", "--force")
-        page = catseye.view(tmp_path / thing, output=tmp_path / "ours.html", force=True, progress=lambda done, all: asked.append((done, all)))
+    run("reflector", "plate", "--width-m", 0.1, "--height-m", 0.05, "-o", tmp_path / "plate.glb")
+    for thing in ("run", "run/frame_000001", "plate.csv", "road.glb", "plate.glb plate.csv"):
+        paths = [tmp_path / part for part in thing.split()]
+        run("view", *paths, "-o", tmp_path / "theirs.html", "--force")
+        page = catseye.view(paths if len(paths) > 1 else paths[0], output=tmp_path / "ours.html", force=True, progress=lambda done, all: asked.append((done, all)))
         assert page.path.read_bytes() == (tmp_path / "theirs.html").read_bytes(), thing
         assert page.frames == {"run": 2, "run/frame_000001": 1}.get(thing, 0)
     assert (2, 2) in asked
@@ -210,12 +226,14 @@ def test_pages_are_those_of_the_program(scenario, tmp_path):
 
 def test_what_no_page_can_show_is_refused(table, tmp_path):
     (tmp_path / "notes.txt").write_text("nothing")
-    for thing, problem in [(tmp_path, "manifest"), (tmp_path / "notes.txt", "page can show"), ([], "nothing is given"), ("nosuch", "nosuch")]:
+    (tmp_path / "empty").mkdir()
+    several = [tmp_path / "notes.txt", tmp_path / "other.txt"]
+    for thing, problem in [(tmp_path / "empty", "no manifest.json"), (several[0], "notes.txt"), (several, "together"), ([], "nothing is given"), ("nosuch", "nosuch")]:
         with pytest.raises(catseye.BadInput, match=problem):
             catseye.view(thing, output=tmp_path / "page.html")
     with pytest.raises(catseye.BadInput, match="html"):
         table.view(output=tmp_path / "page.png")
-    for thing in (3, [table, "plate"]):
+    for thing in (3, [table, "plate"], [table, catseye.Scene()]):
         with pytest.raises(TypeError, match="expected a path"):
             catseye.view(thing, output=tmp_path / "page.html")
     assert not (tmp_path / "page.html").exists()
@@ -270,6 +288,7 @@ def test_a_view_from_above(frame):
     # The point target stands where the truth says.
     box = frame.truth["boxes"][0]["centre_m"]
     marks = [line.get_xydata()[0] for line in axes.get_lines() if line.get_marker() == "D"]
+    assert frame.truth["boxes"][0]["size_m"] == [0, 0, 0]
     np.testing.assert_allclose(marks, [[box[1] - frame.position_m[1], box[0] - frame.position_m[0]]])
     with pytest.raises(catseye.BadInput, match="allowed: range_doppler, birds_eye"):
         frame.plot("above")
