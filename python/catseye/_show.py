@@ -39,7 +39,8 @@ def _table(title: str, rows: Iterable[tuple[str, str]], png: bytes | None, alt: 
     if png is not None:
         data = base64.b64encode(png).decode("ascii")
         picture = f'<img alt="{html.escape(alt, quote=True)}" style="max-width:480px;width:100%" src="data:image/png;base64,{data}">'
-    return f'<div class="catseye"><b>{html.escape(title)}</b><div style="display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start">{picture}<table>{cells}</table></div></div>'
+    flex = "display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start"
+    return f'<div class="catseye" style="overflow-wrap:anywhere"><b>{html.escape(title)}</b><div style="{flex}">{picture}<table>{cells}</table></div></div>'
 
 
 def _span(values: Any, unit: str, scale: float = 1.0) -> str:

@@ -103,7 +103,9 @@ pub fn picture_scene(py: Python<'_>, scene: &Bound<'_, Scene>) -> PyResult<Py<Py
     }
     png(py, move || match contents.objects[..] {
         [ref only] if let Shape::Mesh(m) = only.shape => {
-            solid_picture(&SolidView::new(&title, &[], &contents.meshes[m]))
+            // A reflector's name lists every parameter, which is more than a title holds.
+            let kind = title.split(':').next().unwrap_or_default();
+            solid_picture(&SolidView::new(kind, &[], &contents.meshes[m]))
         }
         _ => birds_eye(&BirdsEye {
             title: &title,
@@ -200,7 +202,7 @@ impl Shown {
 }
 
 fn loaded(path: &Path) -> catseye::Result<target::Target> {
-    target::load(&path.to_string_lossy(), &ImportOptions::default())
+    catseye_view::load(&path.to_string_lossy(), &ImportOptions::default())
 }
 
 /// Writes the page of a thing as `catseye view` does and returns {"page", "bytes", "frames", "beside"}: the file, its size, the number of

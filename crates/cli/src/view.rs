@@ -5,8 +5,7 @@ use super::global::{Global, print, print_json};
 use super::target::ImportArgs;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::{check_extension, stage};
-use catseye::road::target;
-use catseye_view::{Page, Thing, Written};
+use catseye_view::{Page, Thing, Written, load};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -47,13 +46,13 @@ impl View {
         let page = match &self.things[..] {
             // A mesh, or what may be a reflector: the complaint about it names both.
             [one] if !Path::new(one).is_dir() && !is_table(one) => {
-                let target = target::load(one, &self.import.options()?)?;
+                let target = load(one, &self.import.options()?)?;
                 target.scene.import.notes.iter().for_each(|n| global.say(&format!("note: {n}")));
                 Page::of_scene(&target.name, &target.scene)?
             }
             // A target and its tables.
             [one, tables @ ..] if !tables.is_empty() && !is_table(one) && tables.iter().all(is_table) => {
-                let target = target::load(one, &self.import.options()?)?;
+                let target = load(one, &self.import.options()?)?;
                 Page::of_target(&tables.iter().map(Path::new).collect::<Vec<_>>(), &target.scene)?
             }
             _ => Thing::of(&paths)?.page()?,

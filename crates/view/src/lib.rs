@@ -16,7 +16,7 @@ mod table;
 mod thing;
 
 pub use rcs::RcsTable;
-pub use thing::Thing;
+pub use thing::{Thing, load};
 
 use catseye::base::error::{Error, Result};
 use catseye::formats::stage::{StagedDir, StagedFile};

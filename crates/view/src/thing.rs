@@ -3,7 +3,9 @@
 use super::{Frames, Page, dataset, rcs, run, scene};
 use catseye::base::error::{BadInput, Result};
 use catseye::formats::stage::MANIFEST;
-use catseye::scene::Scene;
+use catseye::road::target::{self, Target};
+use catseye::scene::gltf::ImportOptions;
+use catseye::scene::{Scene, mesh_file};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -21,6 +23,17 @@ pub enum Thing {
     Dataset(PathBuf),
     /// Tables of cross sections, laid over each other.
     Rcs(Vec<PathBuf>),
+}
+
+/// A mesh's file or a reflector by its specification, to be shown. Files that state their unit, as glTF does, may hold whole
+/// roads: their size is not doubted.
+///
+/// # Errors
+/// Returns `BadInput` for a file that is no mesh, a mesh without a unit that is larger than a target, and an unknown reflector.
+pub fn load(target: &str, options: &ImportOptions) -> Result<Target> {
+    let mut options = options.clone();
+    options.unit_given |= !mesh_file::leaves_unit_open(Path::new(target), &options);
+    target::load(target, &options)
 }
 
 impl Thing {
