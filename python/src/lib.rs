@@ -5,6 +5,7 @@
 mod arrays;
 mod dataset;
 mod diff;
+mod drawn;
 mod dsp;
 mod engine;
 mod errors;

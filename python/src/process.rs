@@ -2,7 +2,7 @@
 
 use crate::errors::refuse;
 use crate::simulate::{axes, maps, plot_keywords, points};
-use crate::{arrays, engine, radar, show, work};
+use crate::{arrays, drawn, engine, radar, work};
 use catseye::adc::Cube;
 use catseye::base::error::BadInput;
 use catseye::detect::Bodies;
@@ -49,11 +49,11 @@ impl Detections {
         points: bool,
         ax: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Py<PyAny>> {
-        show::call(slf, "plot_frame", Some(&plot_keywords(slf.py(), kind, points, ax)?))
+        drawn::call(slf, "plot_frame", Some(&plot_keywords(slf.py(), kind, points, ax)?))
     }
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<Py<PyAny>> {
-        show::call(slf, "frame_html", None)
+        drawn::call(slf, "frame_html", None)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

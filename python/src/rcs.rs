@@ -2,7 +2,7 @@
 
 use crate::arrays::{array, floats, values};
 use crate::errors::OrRaise;
-use crate::{engine, scene, show, work};
+use crate::{drawn, engine, scene, work};
 use catseye::base::convention::Convention;
 use catseye::base::error::{BadInput, Error};
 use catseye::base::matrix::Matrix2;
@@ -162,7 +162,7 @@ impl RcsResult {
         keywords.set_item("at", at)?;
         keywords.set_item("polar", polar)?;
         keywords.set_item("ax", ax)?;
-        show::call(slf, "plot_rcs", Some(&keywords))
+        drawn::call(slf, "plot_rcs", Some(&keywords))
     }
 
     /// The page of `catseye view` for this table, which stands in a notebook's cell; `.open()` shows it in the browser.
@@ -173,11 +173,11 @@ impl RcsResult {
         let keywords = PyDict::new(slf.py());
         keywords.set_item("output", output)?;
         keywords.set_item("force", force)?;
-        show::call(slf, "view", Some(&keywords))
+        drawn::call(slf, "view", Some(&keywords))
     }
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<Py<PyAny>> {
-        show::call(slf, "rcs_html", None)
+        drawn::call(slf, "rcs_html", None)
     }
 
     fn __repr__(&self) -> String {

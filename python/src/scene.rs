@@ -2,7 +2,7 @@
 
 use crate::arrays::{array, dictionary, plain, vector};
 use crate::errors::{OrRaise, refuse};
-use crate::{show, work};
+use crate::{drawn, work};
 use catseye::base::error::BadInput;
 use catseye::base::frames::Pose;
 use catseye::base::units::DEFAULT_FREQUENCY_HZ;
@@ -313,11 +313,11 @@ impl Scene {
         let keywords = PyDict::new(slf.py());
         keywords.set_item("output", output)?;
         keywords.set_item("force", force)?;
-        show::call(slf, "view", Some(&keywords))
+        drawn::call(slf, "view", Some(&keywords))
     }
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<Py<PyAny>> {
-        show::call(slf, "scene_html", None)
+        drawn::call(slf, "scene_html", None)
     }
 
     fn __len__(&self) -> usize {

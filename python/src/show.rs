@@ -1,4 +1,4 @@
-//! What notebooks and browsers are shown: pictures as PNG, pages of `catseye view`, and the way to what `catseye._show` draws.
+//! What notebooks and browsers are shown: pictures as PNG, and pages of `catseye view`.
 
 use crate::arrays::plain;
 use crate::errors::{OrRaise, refuse};
@@ -18,21 +18,10 @@ use catseye_plot::{
 use catseye_view::{Page, RcsTable, Thing};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
+use pyo3::types::{PyBytes, PyList, PyTuple};
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// What a function of `catseye._show` makes of an object. A method calls it so that matplotlib is asked for where a plot is
-/// drawn, and not where catseye is imported.
-pub fn call(
-    object: &Bound<'_, PyAny>,
-    function: &str,
-    keywords: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Py<PyAny>> {
-    let module = object.py().import("catseye._show")?;
-    Ok(module.getattr(function)?.call((object,), keywords)?.unbind())
-}
 
 fn png(py: Python<'_>, draw: impl FnOnce() -> catseye::Result<Picture> + Send) -> PyResult<Py<PyBytes>> {
     let bytes = py.detach(|| draw()?.png()).or_raise(py)?;

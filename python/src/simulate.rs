@@ -4,7 +4,7 @@ use crate::arrays::{Records, array, dictionary, plain_of_json};
 use crate::errors::{OrRaise, refuse};
 use crate::radar::Radar;
 use crate::scene::Scene;
-use crate::{engine, show, work};
+use crate::{drawn, engine, work};
 use catseye::base::error::{BadInput, Error};
 use catseye::detect::{Point, columns};
 use catseye::dsp::RangeDoppler;
@@ -251,11 +251,11 @@ impl Frame {
         points: bool,
         ax: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Py<PyAny>> {
-        show::call(slf, "plot_frame", Some(&plot_keywords(slf.py(), kind, points, ax)?))
+        drawn::call(slf, "plot_frame", Some(&plot_keywords(slf.py(), kind, points, ax)?))
     }
 
     fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<Py<PyAny>> {
-        show::call(slf, "frame_html", None)
+        drawn::call(slf, "frame_html", None)
     }
 
     fn __repr__(&self) -> String {
