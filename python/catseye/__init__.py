@@ -42,6 +42,7 @@ from ._catseye import (
 )
 from . import dsp
 from ._reader import Dataset, TorchDataset
+from ._show import View, view
 
 __all__ = [
     "BadInput",
@@ -57,6 +58,7 @@ __all__ = [
     "Scenario",
     "Scene",
     "TorchDataset",
+    "View",
     "__version__",
     "dataset",
     "devices",
@@ -75,4 +77,5 @@ __all__ = [
     "road_scene",
     "simulate",
     "verify",
+    "view",
 ]

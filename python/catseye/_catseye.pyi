@@ -5,6 +5,8 @@ from typing import Any, Literal, TypeAlias, final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._show import View
+
 __all__ = [
     "BadInput",
     "Detections",
@@ -47,6 +49,9 @@ __all__ = [
     "lane_compare",
     "lane_methods",
     "materials",
+    "picture_map",
+    "picture_rcs",
+    "picture_scene",
     "presets",
     "process",
     "rcs",
@@ -56,6 +61,7 @@ __all__ = [
     "road_scene",
     "simulate",
     "verify",
+    "write_page",
 ]
 
 _Path: TypeAlias = str | os.PathLike[str]
@@ -160,6 +166,8 @@ class Scene:
     ) -> list[int]: ...
     def to_glb(self) -> bytes: ...
     def save(self, path: _Path, *, force: bool = False) -> os.PathLike[str]: ...
+    def view(self, *, output: _Path | None = None, force: bool = False) -> View: ...
+    def _repr_html_(self) -> str: ...
     def __len__(self) -> int: ...
 
 @final
@@ -240,6 +248,17 @@ class RcsResult:
     @property
     def warnings(self) -> list[str]: ...
     def in_polarisation(self, name: str) -> NDArray[np.complex128]: ...
+    def plot(
+        self,
+        polarisation: str | Sequence[str] | None = None,
+        *,
+        over: str | None = None,
+        at: Mapping[str, float] | None = None,
+        polar: bool = False,
+        ax: Any = None,
+    ) -> Any: ...
+    def view(self, *, output: _Path | None = None, force: bool = False) -> View: ...
+    def _repr_html_(self) -> str: ...
 
 @final
 class Scenario:
@@ -306,6 +325,8 @@ class Frame:
     def triangles(self) -> int: ...
     @property
     def seconds(self) -> dict[str, float]: ...
+    def plot(self, kind: str = "range_doppler", *, points: bool = True, ax: Any = None) -> Any: ...
+    def _repr_html_(self) -> str: ...
 
 @final
 class Detections:
@@ -323,6 +344,8 @@ class Detections:
     def range_rate_mps(self) -> _Floats: ...
     @property
     def points(self) -> NDArray[np.void]: ...
+    def plot(self, kind: str = "range_doppler", *, points: bool = True, ax: Any = None) -> Any: ...
+    def _repr_html_(self) -> str: ...
 
 @final
 class Store:
@@ -558,6 +581,21 @@ def dataset(
     progress: _Progress | None = None,
 ) -> dict[str, Any]: ...
 def recipe_facts(path: _Path, *, seed: int | None = None) -> dict[str, Any]: ...
+def picture_map(
+    title: str,
+    power_w: NDArray[np.float32],
+    range_m: Sequence[float],
+    range_rate_mps: Sequence[float],
+    detections: Sequence[Sequence[float]],
+) -> bytes: ...
+def picture_rcs(result: RcsResult) -> bytes: ...
+def picture_scene(scene: Scene) -> bytes: ...
+def write_page(
+    thing: Scene | RcsResult | _Path | Sequence[Scene | RcsResult] | Sequence[_Path],
+    output: _Path,
+    force: bool = False,
+    progress: _Progress | None = None,
+) -> dict[str, Any]: ...
 def verify(folder: _Path, *, progress: _Progress | None = None) -> dict[str, Any]: ...
 def diff(
     a: _Path,

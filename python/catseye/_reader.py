@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._catseye import Engine, Radar, Store
+from ._plot import _check_kind, plot_sample
 from ._tensors import Tensors
 
 Sample = dict[str, Any]
@@ -97,6 +98,28 @@ class Dataset(Sequence[Sample]):
 
     def _stored_tables(self) -> list[str]:
         return [t["name"] for t in self.layout["tables"]] if self._tables is None else list(self._tables)
+
+    def plot(
+        self, index: int = 0, kind: str = "range_doppler", *, radar: str | None = None, points: bool = True, colorbar: bool = True, ax: Any = None
+    ) -> Any:
+        """A frame of these drawn with matplotlib; returns the Axes.
+
+        kind: "range_doppler", the stored map in dBm with the points, or "birds_eye", the points in the radar's frame (x forward, y left, m),
+        coloured by range rate, over the boxes of what is there. What the dataset does not hold is left out. radar: name of one of several, default
+        the first. ax: Axes to draw into, without which a figure is made. Raises ImportError without matplotlib, and BadInput where the
+        dataset holds nothing of what is asked for.
+        """
+        _check_kind(kind)
+        layout = self._store.layout
+        stored = {what: [entry["name"] for entry in layout[what]] for what in ("arrays", "tables")}
+        maps = [name for name in stored["arrays"] if name.startswith("range_doppler")]
+        tables = [name for name in ("radars", "points", "boxes") if name in stored["tables"]]
+        try:
+            frame = int(self._frames[operator.index(index)])
+        except IndexError:
+            raise IndexError(f"frame {index} of {len(self)}") from None
+        sample = self._store.read(frame, arrays=maps, tables=tables)
+        return plot_sample(sample, maps, kind, radar, points, colorbar, ax)
 
     def torch(
         self, *, rows: Mapping[str, int] | None = None, transform: Callable[[Sample], Any] | None = None

@@ -5,6 +5,7 @@
 mod arrays;
 mod dataset;
 mod diff;
+mod drawn;
 mod dsp;
 mod engine;
 mod errors;
@@ -13,6 +14,7 @@ mod process;
 mod radar;
 mod rcs;
 mod scene;
+mod show;
 mod simulate;
 mod tracking;
 mod work;
@@ -71,5 +73,9 @@ fn _catseye(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(tracking::dsp_cluster, m)?)?;
     m.add_function(wrap_pyfunction!(tracking::dsp_plots, m)?)?;
     m.add_class::<tracking::Tracker>()?;
+    m.add_function(wrap_pyfunction!(show::picture_map, m)?)?;
+    m.add_function(wrap_pyfunction!(show::picture_rcs, m)?)?;
+    m.add_function(wrap_pyfunction!(show::picture_scene, m)?)?;
+    m.add_function(wrap_pyfunction!(show::write_page, m)?)?;
     m.add_function(wrap_pyfunction!(process::process, m)?)
 }

@@ -1,8 +1,8 @@
 //! Cubes, from wherever, to maps and points.
 
 use crate::errors::refuse;
-use crate::simulate::{axes, maps, points};
-use crate::{arrays, engine, radar, work};
+use crate::simulate::{axes, maps, plot_keywords, points};
+use crate::{arrays, drawn, engine, radar, work};
 use catseye::adc::Cube;
 use catseye::base::error::BadInput;
 use catseye::detect::Bodies;
@@ -39,6 +39,23 @@ pub struct Detections {
 
 #[pymethods]
 impl Detections {
+    /// The range-Doppler map in dBm or the points from above, drawn with matplotlib; returns the Axes.
+    ///
+    /// kind: "range_doppler" or "birds_eye", as of `Frame.plot`. points: draw them. ax: Axes to draw into. Raises ImportError without matplotlib.
+    #[pyo3(signature = (kind = "range_doppler", *, points = true, ax = None))]
+    fn plot(
+        slf: &Bound<'_, Self>,
+        kind: &str,
+        points: bool,
+        ax: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Py<PyAny>> {
+        drawn::call(slf, "plot_frame", Some(&plot_keywords(slf.py(), kind, points, ax)?))
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<Py<PyAny>> {
+        drawn::call(slf, "frame_html", None)
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!("<catseye.Detections: {} points>", self.points.bind(py).len()?))
     }

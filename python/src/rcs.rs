@@ -1,18 +1,20 @@
 //! Cross sections.
 
-use crate::arrays::{array, values};
+use crate::arrays::{array, floats, values};
 use crate::errors::OrRaise;
-use crate::{engine, scene, work};
+use crate::{drawn, engine, scene, work};
 use catseye::base::convention::Convention;
 use catseye::base::error::{BadInput, Error};
 use catseye::base::matrix::Matrix2;
 use catseye::base::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
 use catseye::engine::sweep::{Sweep, check_size};
+use catseye::formats::rcs_csv::RawRow;
 use catseye::rcs::polarisation::Derived;
 use catseye::rcs::{Aspect, Diffraction, Distance, Ground, RcsOptions, Scattering};
 use catseye::scene::material;
 use num_complex::Complex64;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// Scattering matrices of a sweep. Axes of `s`, none of them ever dropped: [frequency, elevation, azimuth, rx, tx], and
 /// [frequency, elevation, azimuth, bistatic_elevation, bistatic_azimuth, rx, tx] for a receiver that stands elsewhere; rx
@@ -21,7 +23,7 @@ use pyo3::prelude::*;
 pub struct RcsResult {
     /// Name of the target.
     #[pyo3(get)]
-    target: String,
+    pub target: String,
     /// float64 [frequency].
     #[pyo3(get)]
     frequency_hz: Py<PyAny>,
@@ -45,7 +47,7 @@ pub struct RcsResult {
     dbsm: Py<PyAny>,
     /// "every" or "last": which bounces radiate.
     #[pyo3(get)]
-    convention: &'static str,
+    pub convention: &'static str,
     /// Change against a finer run where cells or curved facets are involved, dB; None where flat facets are exact.
     #[pyo3(get)]
     convergence_db: Option<f64>,
@@ -60,6 +62,44 @@ impl RcsResult {
     fn entry(&self, py: Python<'_>, rx: usize, tx: usize) -> PyResult<Py<PyAny>> {
         let levels = self.matrices.iter().map(|s| dbsm_from_amplitude(s[rx][tx].norm())).collect();
         array(py, levels, &self.shape)
+    }
+
+    /// The rows of the table that `catseye rcs` would write, in the order of the axes.
+    pub fn rows(&self, py: Python<'_>) -> PyResult<Vec<RawRow>> {
+        let axis = |a: &Py<PyAny>| floats(a.bind(py));
+        let (frequencies, elevations, azimuths) =
+            (axis(&self.frequency_hz)?, axis(&self.elevation_deg)?, axis(&self.azimuth_deg)?);
+        let receivers: Vec<Option<(f64, f64)>> =
+            match (&self.bistatic_elevation_deg, &self.bistatic_azimuth_deg) {
+                (Some(el), Some(az)) => {
+                    let az = axis(az)?;
+                    axis(el)?.into_iter().flat_map(|el| az.iter().map(move |az| Some((*az, el)))).collect()
+                }
+                _ => vec![None],
+            };
+        let mut rows = Vec::with_capacity(self.matrices.len());
+        let mut matrices = self.matrices.iter();
+        for &frequency_hz in &frequencies {
+            for &elevation_deg in &elevations {
+                for &azimuth_deg in &azimuths {
+                    for (&receive_deg, s) in receivers.iter().zip(&mut matrices) {
+                        let dbsm = [(0, 0), (0, 1), (1, 0), (1, 1)];
+                        let dbsm = dbsm.map(|(rx, tx)| dbsm_from_amplitude(s[rx][tx].norm()));
+                        let line = rows.len() + 1;
+                        rows.push(RawRow {
+                            line,
+                            frequency_hz,
+                            azimuth_deg,
+                            elevation_deg,
+                            receive_deg,
+                            dbsm,
+                            s: *s,
+                        });
+                    }
+                }
+            }
+        }
+        Ok(rows)
     }
 }
 
@@ -99,6 +139,45 @@ impl RcsResult {
         };
         let all: Vec<_> = self.matrices.iter().map(|s| derived.of(s)).collect();
         array(py, entries(&all), &with_matrix(&self.shape))
+    }
+
+    /// A cut through the table with matplotlib, in dBsm; returns the Axes.
+    ///
+    /// polarisation: one of "vv", "vh", "hv", "hh" (first letter received), or several in a sequence; default "vv". over: the axis that the curve runs along, as
+    /// "azimuth_deg", default the longest. at: values of other axes by their names, as {"elevation_deg": 1.0}; without it each value has a curve,
+    /// ten at most. polar: on a disc with 0 up and positive azimuth left. ax: Axes to draw into. Raises ImportError without matplotlib.
+    #[pyo3(signature = (polarisation = None, *, over = None, at = None, polar = false, ax = None))]
+    fn plot(
+        slf: &Bound<'_, Self>,
+        polarisation: Option<&Bound<'_, PyAny>>,
+        over: Option<&str>,
+        at: Option<&Bound<'_, PyAny>>,
+        polar: bool,
+        ax: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Py<PyAny>> {
+        let py = slf.py();
+        let keywords = PyDict::new(py);
+        keywords.set_item("polarisation", polarisation)?;
+        keywords.set_item("over", over)?;
+        keywords.set_item("at", at)?;
+        keywords.set_item("polar", polar)?;
+        keywords.set_item("ax", ax)?;
+        drawn::call(slf, "plot_rcs", Some(&keywords))
+    }
+
+    /// The page of `catseye view` for this table, which stands in a notebook's cell; `.open()` shows it in the browser.
+    ///
+    /// output: the HTML file to write, default a temporary one. force: replace an existing file.
+    #[pyo3(signature = (*, output = None, force = false))]
+    fn view(slf: &Bound<'_, Self>, output: Option<std::path::PathBuf>, force: bool) -> PyResult<Py<PyAny>> {
+        let keywords = PyDict::new(slf.py());
+        keywords.set_item("output", output)?;
+        keywords.set_item("force", force)?;
+        drawn::call(slf, "view", Some(&keywords))
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<Py<PyAny>> {
+        drawn::call(slf, "rcs_html", None)
     }
 
     fn __repr__(&self) -> String {

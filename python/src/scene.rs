@@ -2,7 +2,7 @@
 
 use crate::arrays::{array, dictionary, plain, vector};
 use crate::errors::{OrRaise, refuse};
-use crate::work;
+use crate::{drawn, work};
 use catseye::base::error::BadInput;
 use catseye::base::frames::Pose;
 use catseye::base::units::DEFAULT_FREQUENCY_HZ;
@@ -303,6 +303,21 @@ impl Scene {
             check_extension(&path, &["glb"])?;
             stage::write_file(&path, force, &bytes)
         })
+    }
+
+    /// The page of `catseye view` for this scene, which stands in a notebook's cell; `.open()` shows it in the browser.
+    ///
+    /// output: the HTML file to write, default a temporary one. force: replace an existing file.
+    #[pyo3(signature = (*, output = None, force = false))]
+    fn view(slf: &Bound<'_, Self>, output: Option<PathBuf>, force: bool) -> PyResult<Py<PyAny>> {
+        let keywords = PyDict::new(slf.py());
+        keywords.set_item("output", output)?;
+        keywords.set_item("force", force)?;
+        drawn::call(slf, "view", Some(&keywords))
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<Py<PyAny>> {
+        drawn::call(slf, "scene_html", None)
     }
 
     fn __len__(&self) -> usize {

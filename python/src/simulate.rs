@@ -4,7 +4,7 @@ use crate::arrays::{Records, array, dictionary, plain_of_json};
 use crate::errors::{OrRaise, refuse};
 use crate::radar::Radar;
 use crate::scene::Scene;
-use crate::{engine, work};
+use crate::{drawn, engine, work};
 use catseye::base::error::{BadInput, Error};
 use catseye::detect::{Point, columns};
 use catseye::dsp::RangeDoppler;
@@ -19,6 +19,7 @@ use catseye_io::files::Truth;
 use catseye_io::kept_run::KeptRun;
 use catseye_io::manifest::Axes;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -239,6 +240,24 @@ impl Frame {
         Ok(truth)
     }
 
+    /// The frame drawn with matplotlib; returns the Axes.
+    ///
+    /// kind: "range_doppler", the map in dBm with the points, or "birds_eye", the points in the radar's frame (x forward, y left, m), coloured
+    /// by range rate, over the boxes of what is there. points: draw them. ax: Axes to draw into. Raises ImportError without matplotlib.
+    #[pyo3(signature = (kind = "range_doppler", *, points = true, ax = None))]
+    fn plot(
+        slf: &Bound<'_, Self>,
+        kind: &str,
+        points: bool,
+        ax: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Py<PyAny>> {
+        drawn::call(slf, "plot_frame", Some(&plot_keywords(slf.py(), kind, points, ax)?))
+    }
+
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<Py<PyAny>> {
+        drawn::call(slf, "frame_html", None)
+    }
+
     fn __repr__(&self) -> String {
         format!("<catseye.Frame {} of {} at {} s>", self.index, self.radar, self.time_s)
     }
@@ -291,6 +310,20 @@ impl Frame {
             road,
         })
     }
+}
+
+/// Keywords of the plots of frames.
+pub fn plot_keywords<'py>(
+    py: Python<'py>,
+    kind: &str,
+    points: bool,
+    ax: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let keywords = PyDict::new(py);
+    keywords.set_item("kind", kind)?;
+    keywords.set_item("points", points)?;
+    keywords.set_item("ax", ax)?;
+    Ok(keywords)
 }
 
 /// Power maps [doppler, range]; what an f32 engine made is f32 again, exactly.

@@ -1,5 +1,6 @@
 """What the tests share: small scenes, a small radar, and a dataset that is made once."""
 
+import os
 import signal
 import sys
 import types
@@ -9,6 +10,9 @@ import numpy as np
 import pytest
 
 import catseye
+
+# Plots are drawn without a desktop.
+os.environ.setdefault("MPLBACKEND", "Agg")
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -33,6 +33,12 @@ subprocess.run([program, "simulate", "scenario.toml", "-o", "exported", "--frame
 subprocess.run([program, "export", "exported", "--format", "nuscenes", "-o", "nuscenes", "--quiet"], check=True)
 """,
     "docs/lanes.md": "import catseye",
+    # What the command above the block does.
+    "docs/tutorial/notebooks.md": """
+import os, pytest, subprocess
+program = os.environ.get("CATSEYE_PROGRAM") or pytest.skip("the program was not built beside the package")
+subprocess.run([program, "simulate", "scenario.toml", "-o", "drive", "--frames", "2", "--device", "cpu", "--quiet"], check=True)
+""",
     "python/README.md": "import numpy as np, torch\nadc = np.zeros(catseye_radar('front77').shape, np.complex64)",
 }
 
@@ -46,7 +52,7 @@ SHOWN = {page.relative_to(ROOT).as_posix(): blocks(page) for page in PAGES if bl
 
 
 def test_the_blocks_are_found():
-    assert {"README.md", "python/README.md", "docs/datasets.md", "docs/guides/labels.md", "docs/guides/libraries.md", "docs/tutorial/points.md"} <= set(SHOWN)
+    assert {"README.md", "python/README.md", "docs/datasets.md", "docs/guides/labels.md", "docs/guides/libraries.md", "docs/tutorial/notebooks.md", "docs/tutorial/points.md"} <= set(SHOWN)
 
 
 @pytest.fixture(scope="module")

@@ -39,7 +39,7 @@ def test_stubs_agree():
 def test_package_is_typed():
     pytest.importorskip("mypy")
     command = [sys.executable, "-m", "mypy", "--strict", "--ignore-missing-imports"]
-    command += [str(PYTHON / "catseye" / f) for f in ("__init__.py", "_reader.py", "dsp.py", "ray.py")]
+    command += [str(PYTHON / "catseye" / f) for f in ("__init__.py", "_plot.py", "_reader.py", "_show.py", "dsp.py", "ray.py")]
     done = subprocess.run(command, capture_output=True, text=True, cwd=PYTHON)
     assert done.returncode == 0, done.stdout + done.stderr
 

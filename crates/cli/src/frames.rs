@@ -106,18 +106,7 @@ pub fn draw_frame(
     }
     draw_map(&title, &scenario.radars[frame.radar], &frame.maps[0], &frame.points, dir)?;
 
-    let mut objects: Vec<Outline> = Vec::new();
-    let mut order: Vec<usize> = (0..scene.objects.len()).collect();
-    order.sort_by_key(|&i| !is_ground(&scene.objects[i].class));
-    for i in order {
-        let (o, b) = (&scene.objects[i], &truth.boxes[i]);
-        match o.shape {
-            Shape::Point { .. } | Shape::Table(_) => {
-                objects.push(Outline::whole(&o.class, vec![[b.centre_m[0], b.centre_m[1]]]));
-            }
-            Shape::Mesh(_) => objects.extend(footprint(scene, o, frame.time_s, corners(o, b))),
-        }
-    }
+    let objects = outlines(scene, &truth.boxes, frame.time_s);
     let points: Vec<BirdsEyePoint> = frame
         .points
         .iter()
@@ -146,6 +135,23 @@ pub fn draw_frame(
     })?
     .write(dir.join("birds_eye.png"), true)?;
     draw_labels(&title, scenario, scene, frame, truth, dir)
+}
+
+/// Outlines of the objects of a scene seen from above at a time, in s, the ground first; `boxes` are those of the objects.
+pub fn outlines(scene: &Scene, boxes: &[TruthBox], time_s: f64) -> Vec<Outline> {
+    let mut objects: Vec<Outline> = Vec::new();
+    let mut order: Vec<usize> = (0..scene.objects.len()).collect();
+    order.sort_by_key(|&i| !is_ground(&scene.objects[i].class));
+    for i in order {
+        let (o, b) = (&scene.objects[i], &boxes[i]);
+        match o.shape {
+            Shape::Point { .. } | Shape::Table(_) => {
+                objects.push(Outline::whole(&o.class, vec![[b.centre_m[0], b.centre_m[1]]]));
+            }
+            Shape::Mesh(_) => objects.extend(footprint(scene, o, time_s, corners(o, b))),
+        }
+    }
+    objects
 }
 
 /// The truth of a frame with its labelled points, and the masks where they are asked for.

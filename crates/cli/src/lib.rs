@@ -34,7 +34,7 @@ mod validate;
 mod verify;
 mod view;
 
-pub use frames::draw_frame;
+pub use frames::{draw_frame, outlines};
 
 use catseye::base::error::{BadInput, Error};
 use clap::parser::ValueSource;

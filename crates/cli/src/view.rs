@@ -5,9 +5,7 @@ use super::global::{Global, print, print_json};
 use super::target::ImportArgs;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::{check_extension, stage};
-use catseye::road::reflector::Reflector;
-use catseye::road::target;
-use catseye_view::{Page, Thing, Written};
+use catseye_view::{Page, Written};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -46,26 +44,7 @@ impl View {
         };
         check_extension(&output, &["html"])?;
         stage::distinct(&[&output], &paths.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
-        let page = match &self.things[..] {
-            [one] if !Path::new(one).is_dir() && !is_table(one) && !target::is_file(one) => {
-                let mut reflector = Reflector::parse(one)?;
-                if let Some(m) = self.import.options()?.default_material {
-                    reflector.material = m;
-                }
-                Page::of_design(&reflector)
-            }
-            [one] if !Path::new(one).is_dir() && !is_table(one) => {
-                let target = target::load(one, &self.import.options()?)?;
-                target.scene.import.notes.iter().for_each(|n| global.say(&format!("note: {n}")));
-                Page::of_scene(&target.name, &target.scene)?
-            }
-            // A target and its tables.
-            [one, tables @ ..] if !tables.is_empty() && !is_table(one) && tables.iter().all(is_table) => {
-                let target = target::load(one, &self.import.options()?)?;
-                Page::of_target(&tables.iter().map(Path::new).collect::<Vec<_>>(), &target.scene)?
-            }
-            _ => Thing::of(&paths)?.page()?,
-        };
+        let page = Page::of(&paths, &self.import.options()?, &|note| global.say(&format!("note: {note}")))?;
         let bar = global.bar("frames", page.frames() as u64, Kept::All);
         let written =
             page.write(&output, global.force, self.inline_bytes()?, &|done| bar.set_position(done as u64))?;
@@ -101,10 +80,6 @@ impl View {
             false => PathBuf::from(self.things[0].split(':').next().unwrap_or("page")).with_extension("html"),
         }
     }
-}
-
-fn is_table(name: &String) -> bool {
-    Thing::is_table(Path::new(name))
 }
 
 fn tell(written: &Written) -> Result<()> {

@@ -15,6 +15,7 @@ mod scene;
 mod table;
 mod thing;
 
+pub use rcs::RcsTable;
 pub use thing::Thing;
 
 use catseye::base::error::{Error, Result};

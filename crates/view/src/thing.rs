@@ -1,10 +1,12 @@
 //! What a page is asked for.
 
 use super::{Page, dataset, rcs, run, scene};
-use catseye::base::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage::MANIFEST;
 use catseye::road::reflector::Reflector;
-use catseye::scene::Scene;
+use catseye::road::target::{self, Target};
+use catseye::scene::gltf::ImportOptions;
+use catseye::scene::{Scene, mesh_file};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -22,6 +24,17 @@ pub enum Thing {
     Dataset(PathBuf),
     /// Tables of cross sections, laid over each other.
     Rcs(Vec<PathBuf>),
+}
+
+/// A mesh's file or a reflector by its specification, to be shown. Files that state their unit, as glTF does, may hold whole
+/// roads: their size is not doubted.
+///
+/// # Errors
+/// Returns `BadInput` for a file that is no mesh, a mesh without a unit that is larger than a target, and an unknown reflector.
+fn load(target: &str, options: &ImportOptions) -> Result<Target> {
+    let mut options = options.clone();
+    options.unit_given |= !mesh_file::leaves_unit_open(Path::new(target), &options);
+    target::load(target, &options)
 }
 
 impl Thing {
@@ -93,6 +106,39 @@ impl Thing {
 }
 
 impl Page {
+    /// The page of what `catseye view` is asked for: the folder of a run, a frame or a dataset, a file of a mesh, a reflector, tables of cross
+    /// sections, or a mesh or reflector before its tables. `note` gets what was dropped or assumed when a mesh was read.
+    ///
+    /// # Errors
+    /// Returns `BadInput` for what no page can show.
+    pub fn of(things: &[PathBuf], options: &ImportOptions, note: &dyn Fn(&str)) -> Result<Page> {
+        let table = |p: &PathBuf| Thing::is_table(p);
+        let read = |p: &Path| {
+            let target = load(&p.to_string_lossy(), options)?;
+            target.scene.import.notes.iter().for_each(|n| note(n));
+            Ok::<_, Error>(target)
+        };
+        match things {
+            [one] if !one.is_dir() && !table(one) => {
+                let spec = one.to_string_lossy();
+                if target::is_file(&spec) {
+                    let target = read(one)?;
+                    return Page::of_scene(&target.name, &target.scene);
+                }
+                let mut reflector = Reflector::parse(&spec)?;
+                if let Some(material) = &options.default_material {
+                    reflector.material.clone_from(material);
+                }
+                Ok(Page::of_design(&reflector))
+            }
+            [one, tables @ ..] if !tables.is_empty() && !table(one) && tables.iter().all(table) => {
+                let tables: Vec<&Path> = tables.iter().map(PathBuf::as_path).collect();
+                Page::of_target(&tables, &read(one)?.scene)
+            }
+            _ => Thing::of(things)?.page(),
+        }
+    }
+
     /// The page of tables of cross sections beside the target that they are of, which turns to where they are read.
     ///
     /// # Errors

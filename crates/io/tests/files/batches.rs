@@ -198,6 +198,7 @@ fn runs_do_not_depend_on_the_batch() {
                 _ => Ok(()),
             },
             progress: &|_, _| (),
+            add: None,
         };
         run(engine, &scenario, &t.path().join(format!("of-{batch}")), &options)
     };

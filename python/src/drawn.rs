@@ -1,0 +1,15 @@
+//! The way from a class to the functions of `catseye._show`, which draw its objects.
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// What a function of `catseye._show` makes of an object. A method calls it so that matplotlib is asked for where a plot is
+/// drawn, and not where catseye is imported.
+pub fn call(
+    object: &Bound<'_, PyAny>,
+    function: &str,
+    keywords: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Py<PyAny>> {
+    let module = object.py().import("catseye._show")?;
+    Ok(module.getattr(function)?.call((object,), keywords)?.unbind())
+}
