@@ -353,13 +353,14 @@ const ROOMS: [&str; 14] = [
 ];
 
 /// Members of the workspace, each with the folder of its sources: one names only those before it.
-const MEMBERS: [(&str, &str); 10] = [
+const MEMBERS: [(&str, &str); 11] = [
     ("catseye-math", "crates/math"),
     ("catseye", ""),
     ("catseye-io", "crates/io"),
     ("catseye-export", "crates/export"),
     ("catseye-lane", "crates/lane"),
     ("catseye-plot", "crates/plot"),
+    ("catseye-view", "crates/view"),
     ("catseye-learn", "crates/learn"),
     ("catseye-papers", "crates/papers"),
     ("catseye-cli", "crates/cli"),

@@ -13,7 +13,7 @@ use catseye::road::reflector::Reflector;
 use catseye::scene::{material, scenario};
 use catseye_io::run::{RunOptions, run};
 use catseye_plot::{Curve, rcs_polar};
-use catseye_view::Thing;
+use catseye_view::{INLINE_BYTES, Thing};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -58,7 +58,7 @@ impl Demo {
                 progress: &|done, _| bar.set_position(done.into()),
                 add: Some(&|folder| {
                     let page = Thing::Run(folder.to_path_buf()).page()?;
-                    page.write(&folder.join(PAGE), false, &|_| ()).map(drop)
+                    page.write(&folder.join(PAGE), false, INLINE_BYTES, &|_| ()).map(drop)
                 }),
             },
         )?;

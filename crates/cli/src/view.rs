@@ -3,14 +3,14 @@
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
 use super::target::ImportArgs;
-use catseye::base::error::{Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::{check_extension, stage};
 use catseye::road::target;
 use catseye_view::{Page, Thing, Written};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
-/// Show a run, one of its frames, a scene, a reflector or RCS tables as one HTML page for the browser, which needs no network
+/// Show a run, one of its frames, a dataset, a scene, a reflector or RCS tables as one HTML page for the browser, which needs no network
 #[derive(Debug, Args)]
 #[command(
     after_help = "A run shows its scene where it kept it ([output] scene = true), else boxes; ways of echoes need return_places = true, \
@@ -18,13 +18,16 @@ use std::path::{Path, PathBuf};
                   folder beside the page, from which it takes them one by one."
 )]
 pub struct View {
-    /// Folder of a run or of a frame, scene (.glb, .gltf, .stl, .obj), reflector ("type1:width_m=0.16"), RCS tables (.csv; several are
-    /// laid over each other)
+    /// Folder of a run, of a frame or of a dataset, scene (.glb, .gltf, .stl, .obj), reflector ("type1:width_m=0.16"), RCS tables (.csv; several are
+    /// laid over each other), a reflector or mesh before its RCS tables
     #[arg(required = true, value_name = "THING")]
     pub things: Vec<String>,
     /// Page to write (default: beside the thing, with its name)
     #[arg(short, long, value_name = "F.html")]
     pub output: Option<PathBuf>,
+    /// Size of a run's frames in MiB up to which they stand in the page itself; those of a longer run lie in a folder beside it
+    #[arg(long, value_name = "MIB", default_value_t = 24.0)]
+    pub inline_mib: f64,
     /// Open the page in the browser
     #[arg(long)]
     pub open: bool,
@@ -42,16 +45,22 @@ impl View {
         check_extension(&output, &["html"])?;
         stage::distinct(&[&output], &paths.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
         let page = match &self.things[..] {
-            // What is no file or folder may be a reflector; the complaint about it names both.
-            [one] if target::is_file(one) || !Path::new(one).exists() => {
+            // A mesh, or what may be a reflector: the complaint about it names both.
+            [one] if !Path::new(one).is_dir() && !is_table(one) => {
                 let target = target::load(one, &self.import.options()?)?;
                 target.scene.import.notes.iter().for_each(|n| global.say(&format!("note: {n}")));
                 Page::of_scene(&target.name, &target.scene)?
             }
+            // A target and its tables.
+            [one, tables @ ..] if !tables.is_empty() && !is_table(one) && tables.iter().all(is_table) => {
+                let target = target::load(one, &self.import.options()?)?;
+                Page::of_target(&tables.iter().map(Path::new).collect::<Vec<_>>(), &target.scene)?
+            }
             _ => Thing::of(&paths)?.page()?,
         };
         let bar = global.bar("frames", page.frames() as u64, Kept::All);
-        let written = page.write(&output, global.force, &|done| bar.set_position(done as u64))?;
+        let written =
+            page.write(&output, global.force, self.inline_bytes()?, &|done| bar.set_position(done as u64))?;
         drop(bar);
         if global.json {
             print_json(&written)?;
@@ -59,6 +68,14 @@ impl View {
             tell(&written)?;
         }
         if self.open { open(&written.page) } else { Ok(()) }
+    }
+
+    fn inline_bytes(&self) -> Result<usize> {
+        if !(0.0..=2048.0).contains(&self.inline_mib) {
+            let bad = BadInput::new("is out of range").key("--inline-mib").value(self.inline_mib);
+            return Err(bad.allowed("0..=2048").remedy("browsers take pages of some hundred MiB").into());
+        }
+        Ok((self.inline_mib * f64::from(1 << 20)) as usize)
     }
 
     /// The page's place where none is given.
@@ -76,6 +93,10 @@ impl View {
             false => PathBuf::from(self.things[0].split(':').next().unwrap_or("page")).with_extension("html"),
         }
     }
+}
+
+fn is_table(name: &String) -> bool {
+    Thing::is_table(Path::new(name))
 }
 
 fn tell(written: &Written) -> Result<()> {

@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod causes;
+mod dataset;
 mod html;
 mod pack;
 mod rcs;
@@ -67,12 +68,19 @@ impl Page {
         self.frames.count
     }
 
-    /// Writes the page, with a folder of frames beside it where they are long. `progress` is called with the number of frames that
+    /// Writes the page, with a folder of frames beside it where they are longer than `inline_bytes`, for which [`INLINE_BYTES`] is a
+    /// good choice. `progress` is called with the number of frames that
     /// are done.
     ///
     /// # Errors
     /// Returns an error for results that are cut short or do not fit together, and where a file exists and `force` is not given.
-    pub fn write(&self, out: &Path, force: bool, progress: &dyn Fn(usize)) -> Result<Written> {
+    pub fn write(
+        &self,
+        out: &Path,
+        force: bool,
+        inline_bytes: usize,
+        progress: &dyn Fn(usize),
+    ) -> Result<Written> {
         let page = StagedFile::new(out, force)?;
         let mut inline = Vec::new();
         let mut bytes = 0;
@@ -80,11 +88,11 @@ impl Page {
             inline.push(html::json(&(self.frames.of)(i)?)?);
             bytes += inline[i].len();
             progress(i + 1);
-            if bytes > INLINE_BYTES {
+            if bytes > inline_bytes {
                 break;
             }
         }
-        let beside = match bytes > INLINE_BYTES {
+        let beside = match bytes > inline_bytes {
             true => Some(self.write_beside(out, std::mem::take(&mut inline), force, progress)?),
             false => None,
         };

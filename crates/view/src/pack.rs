@@ -14,6 +14,11 @@ pub fn f64s(values: impl IntoIterator<Item = f64>) -> Value {
     json!({ "f64": bytes(values.into_iter().flat_map(f64::to_le_bytes)) })
 }
 
+/// Bytes.
+pub fn u8s(values: &[u8]) -> Value {
+    json!({ "u8": STANDARD.encode(values) })
+}
+
 /// Values as uint32.
 pub fn u32s(values: impl IntoIterator<Item = u32>) -> Value {
     json!({ "u32": bytes(values.into_iter().flat_map(u32::to_le_bytes)) })

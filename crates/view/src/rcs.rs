@@ -1,8 +1,9 @@
 //! Tables of cross sections.
 
-use super::{Frames, Page, pack};
+use super::{Frames, Page, pack, scene};
 use catseye::base::error::Result;
 use catseye::formats::rcs_csv;
+use catseye::scene::Scene;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -24,14 +25,15 @@ pub fn table(path: &Path) -> Result<Value> {
     }))
 }
 
-/// The page of one table or of several laid over each other.
+/// The page of one table or of several laid over each other, beside the target itself where it is given.
 ///
 /// # Errors
-/// Returns `BadInput` for a file that is no table of cross sections.
-pub fn page(paths: &[&Path]) -> Result<Page> {
+/// Returns `BadInput` for a file that is no table of cross sections, and for a target of too many triangles.
+pub fn page(paths: &[&Path], target: Option<&Scene>) -> Result<Page> {
     let tables = paths.iter().map(|p| table(p)).collect::<Result<Vec<Value>>>()?;
     let names: Vec<&str> = tables.iter().filter_map(|t| t["name"].as_str()).collect();
     let title = names.join(", ");
-    let data = json!({ "kind": "rcs", "title": title, "rcs": tables });
+    let target = target.map(|s| scene::small(&title, s).map(|()| scene::scene(s, &[0.0]))).transpose()?;
+    let data = json!({ "kind": "rcs", "title": title, "rcs": tables, "scene": target });
     Ok(Page { title, data, frames: Frames { count: 0, of: Box::new(|_| Ok(Value::Null)) } })
 }

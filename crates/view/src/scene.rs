@@ -1,11 +1,25 @@
 //! A scene for the page: meshes, objects, and where they are at the times of the frames.
 
 use super::pack;
+use catseye::base::error::{BadInput, Result};
 use catseye::scene::{Object, Scene, Shape};
 use serde_json::{Value, json};
 
 /// Most triangles of a scene that a page takes.
 pub const MOST_TRIANGLES: usize = 2_000_000;
+
+/// Complains about a scene of more triangles than a page takes.
+pub fn small(name: &str, scene: &Scene) -> Result<()> {
+    if scene.triangle_count() <= MOST_TRIANGLES {
+        return Ok(());
+    }
+    Err(BadInput::new("has too many triangles for a page")
+        .key(name)
+        .value(scene.triangle_count())
+        .allowed(format!("up to {MOST_TRIANGLES}"))
+        .remedy("show a coarser mesh")
+        .into())
+}
 
 /// Meshes, materials and objects; of those that move, where they are at each of the times.
 pub fn scene(scene: &Scene, times_s: &[f64]) -> Value {

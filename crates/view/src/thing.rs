@@ -1,11 +1,14 @@
 //! What a page is asked for.
 
-use super::{Frames, Page, rcs, run, scene};
+use super::{Frames, Page, dataset, rcs, run, scene};
 use catseye::base::error::{BadInput, Result};
 use catseye::formats::stage::MANIFEST;
 use catseye::scene::Scene;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+
+/// File that says that a folder is a dataset.
+const DATASET: &str = "dataset.json";
 
 /// What a page shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +17,8 @@ pub enum Thing {
     Run(PathBuf),
     /// One frame of the run in this folder.
     Frame(PathBuf, u32),
+    /// The frames of a dataset.
+    Dataset(PathBuf),
     /// Tables of cross sections, laid over each other.
     Rcs(Vec<PathBuf>),
 }
@@ -25,7 +30,7 @@ impl Thing {
     /// Returns `BadInput` for what no page can show.
     pub fn of(paths: &[PathBuf]) -> Result<Thing> {
         let [path] = paths else {
-            if let Some(other) = paths.iter().find(|p| !is(p, &["csv", "parquet"])) {
+            if let Some(other) = paths.iter().find(|p| !Self::is_table(p)) {
                 return Err(BadInput::new("cannot be shown together with others")
                     .file(other)
                     .allowed("several tables of cross sections (.csv), or one of anything else")
@@ -37,28 +42,38 @@ impl Thing {
         if path.is_dir() {
             return Self::of_folder(path);
         }
-        if is(path, &["csv", "parquet"]) {
+        if Self::is_table(path) {
             return Ok(Thing::Rcs(vec![path.clone()]));
         }
         Err(BadInput::new("is nothing that a page can show")
             .file(path)
-            .allowed("the folder of a run or of one of its frames, a scene (.glb, .gltf, .stl, .obj), a table of cross sections (.csv)")
-            .remedy("give what `catseye simulate`, `scene`, `reflector` or `rcs` wrote")
+            .allowed("the folder of a run, of one of its frames or of a dataset, or tables of cross sections (.csv)")
+            .remedy("give what `catseye simulate` or `catseye rcs` wrote")
             .into())
     }
 
+    /// Whether a file's name says that it is a table.
+    pub fn is_table(path: &Path) -> bool {
+        path.extension().is_some_and(|e| ["csv", "parquet"].iter().any(|end| e.eq_ignore_ascii_case(end)))
+    }
+
     fn of_folder(path: &Path) -> Result<Thing> {
+        // A dataset has a manifest too.
+        let is_run = |p: &Path| p.join(MANIFEST).is_file() && !p.join(DATASET).is_file();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let index = name.strip_prefix("frame_").and_then(|n| n.parse().ok());
-        if let (Some(index), Some(run)) = (index, path.parent().filter(|p| p.join(MANIFEST).is_file())) {
+        if let (Some(index), Some(run)) = (index, path.parent().filter(|p| is_run(p))) {
             return Ok(Thing::Frame(run.to_path_buf(), index));
         }
-        if path.join(MANIFEST).is_file() && path.join("frame_000000").is_dir() {
+        if path.join(DATASET).is_file() {
+            return Ok(Thing::Dataset(path.to_path_buf()));
+        }
+        if is_run(path) && path.join("frame_000000").is_dir() {
             return Ok(Thing::Run(path.to_path_buf()));
         }
-        Err(BadInput::new("is no folder of a run: it has no manifest.json with frames beside it")
+        Err(BadInput::new("is no folder of a run or dataset: it has no manifest.json with frames beside it, and no dataset.json")
             .file(path)
-            .remedy("give a folder that `catseye simulate` wrote to its end")
+            .remedy("give a folder that `catseye simulate` or `catseye dataset` wrote to its end")
             .into())
     }
 
@@ -69,31 +84,29 @@ impl Thing {
     pub fn page(&self) -> Result<Page> {
         match self {
             Thing::Run(folder) => run::page(folder, None),
+            Thing::Dataset(folder) => dataset::page(folder),
             Thing::Frame(folder, index) => run::page(folder, Some(*index)),
-            Thing::Rcs(paths) => rcs::page(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>()),
+            Thing::Rcs(paths) => rcs::page(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>(), None),
         }
     }
 }
 
 impl Page {
+    /// The page of tables of cross sections beside the target that they are of, which turns to where they are read.
+    ///
+    /// # Errors
+    /// Returns `BadInput` for a file that is no table of cross sections, and for a target of more triangles than a page takes.
+    pub fn of_target(tables: &[&Path], target: &Scene) -> Result<Page> {
+        rcs::page(tables, Some(target))
+    }
+
     /// The page of a scene by itself.
     ///
     /// # Errors
     /// Returns `BadInput` for a scene of more triangles than a page takes.
     pub fn of_scene(name: &str, whole: &Scene) -> Result<Page> {
-        if whole.triangle_count() > scene::MOST_TRIANGLES {
-            return Err(BadInput::new("has too many triangles for a page")
-                .key(name)
-                .value(whole.triangle_count())
-                .allowed(format!("up to {}", scene::MOST_TRIANGLES))
-                .remedy("show a coarser mesh")
-                .into());
-        }
+        scene::small(name, whole)?;
         let data = json!({ "kind": "scene", "title": name, "scene": scene::scene(whole, &[0.0]) });
         Ok(Page { title: name.into(), data, frames: Frames { count: 0, of: Box::new(|_| Ok(Value::Null)) } })
     }
-}
-
-fn is(path: &Path, endings: &[&str]) -> bool {
-    path.extension().is_some_and(|e| endings.iter().any(|end| e.eq_ignore_ascii_case(end)))
 }

@@ -1,6 +1,6 @@
 // What the page was given: the data element, and frames that stand in the page or lie beside it.
 
-const TYPES = { f32: Float32Array, f64: Float64Array, u32: Uint32Array, u16: Uint16Array };
+const TYPES = { u8: Uint8Array, f32: Float32Array, f64: Float64Array, u32: Uint32Array, u16: Uint16Array };
 
 /** Numbers as a typed array or a plain one; null stays null. */
 export function numbers(packed) {

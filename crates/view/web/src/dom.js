@@ -10,7 +10,7 @@ export function el(tag, attributes = {}, ...children) {
     else if (key === "class") e.className = value;
     else e.setAttribute(key, value);
   }
-  e.append(...children.flat().filter((c) => c != null).map((c) => (c instanceof Node ? c : String(c))));
+  e.append(...children.flat().filter((c) => c != null && c !== false).map((c) => (c instanceof Node ? c : String(c))));
   return e;
 }
 

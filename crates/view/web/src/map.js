@@ -32,6 +32,7 @@ export class LevelMap {
 
   show(map) {
     this.map = map;
+    if (!map) return this.redraw();
     const { rows, columns, at, low, high } = map;
     const picture = new ImageData(columns, rows);
     const table = MAPS[this.palette];

@@ -22,7 +22,8 @@ export class Lines {
   }
 
   room() {
-    return this.height ?? Math.max(120, this.box.clientHeight - (this.plot?.root.querySelector(".u-legend")?.offsetHeight ?? 26));
+    const beside = [".u-legend", ".u-title"].map((name) => this.plot?.root.querySelector(name)?.offsetHeight ?? 26);
+    return this.height ?? Math.max(120, this.box.clientHeight - 10 - beside[0] - beside[1]);
   }
 
   show(x, series, { title, marks, y } = {}) {

@@ -5,6 +5,8 @@ import { data, numbers } from "./data.js";
 import { canvas, colour, el, menu, number, ticks } from "./dom.js";
 import { LevelMap } from "./map.js";
 import { Lines } from "./plot.js";
+import { image, sizes } from "./isar.js";
+import { SceneView } from "./scene3d.js";
 
 const PAIRS = [["vv", "VV"], ["hh", "HH"], ["vh", "VH"], ["hv", "HV"]];
 const AXES = { azimuth_deg: "azimuth / °", elevation_deg: "elevation / °", frequency_hz: "frequency / GHz" };
@@ -13,7 +15,7 @@ const NAMES = Object.keys(AXES);
 /** A table with its values as arrays and the sorted different values of each axis. */
 function open(table) {
   const t = { name: table.name, comments: table.comments ?? [] };
-  for (const key of [...NAMES, ...PAIRS.map(([p]) => `${p}_dbsm`)]) t[key] = numbers(table[key]);
+  for (const key of [...NAMES, ...PAIRS.map(([p]) => `${p}_dbsm`), "vv_re_m", "vv_im_m"]) t[key] = numbers(table[key]);
   t.axes = Object.fromEntries(NAMES.map((n) => [n, [...new Set(t[n])].sort((a, b) => a - b)]));
   return t;
 }
@@ -47,17 +49,22 @@ export class RcsView {
     this.tables = data.rcs.map(open);
     this.pair = "vv";
     this.axis = NAMES.reduce((a, b) => (this.tables[0].axes[b].length > this.tables[0].axes[a].length ? b : a));
-    this.fixed = Object.fromEntries(NAMES.map((n) => [n, 0]));
+    // Cuts begin through the strongest direction.
+    const first = this.tables[0];
+    const best = first.vv_dbsm.reduce((b, v, i) => (v > first.vv_dbsm[b] || !Number.isFinite(first.vv_dbsm[b]) ? i : b), 0);
+    this.fixed = Object.fromEntries(NAMES.map((n) => [n, first.axes[n].indexOf(first[n][best])]));
     this.lines = new Lines({ x: AXES[this.axis], y: "cross section / dBsm", pick: (i) => this.at(i) });
     this.polar = canvas((g, w, h) => this.draw_polar(g, w, h));
     this.polar.canvas.className = "polar";
     this.map = new LevelMap({ name: "cross section over azimuth and elevation", unit: "dBsm", hover: (r, c) => this.hover(r, c), pick: (r, c) => this.pick(r, c) });
     this.note = el("p", { class: "hint" });
+    this.shown = "map";
+    if (data.scene) this.body = new SceneView({ pick: () => {} });
     this.tools = el("div", { class: "tools" });
     this.names = el("div", { class: "names" });
     const file = el("input", { type: "file", accept: ".csv", multiple: true, hidden: true, onchange: () => this.take([...file.files]) });
     this.element = el("main", { class: "rcs" }, this.tools, this.names,
-      el("div", { class: "cuts" }, this.lines.box, this.polar.canvas), this.map.box,
+      el("div", { class: this.body ? "cuts three" : "cuts" }, this.lines.box, this.polar.canvas, this.body?.box), this.map.box,
       el("div", { class: "note" }, this.note, el("button", { onclick: () => file.click() }, "lay another CSV over it"), file, el("span", { class: "hint" }, " or drop it here")));
     this.element.addEventListener("dragover", (e) => e.preventDefault());
     this.element.addEventListener("drop", (e) => {
@@ -67,7 +74,26 @@ export class RcsView {
   }
 
   async start() {
+    if (this.body) {
+      this.body.set(data.scene);
+      this.body.controls && (this.body.controls.maxPolarAngle = Math.PI);
+    }
     this.update();
+    this.turn(0, 0);
+  }
+
+  /** Looks at the target from where the radar stands, degrees. */
+  turn(azimuth, elevation) {
+    if (!this.body?.renderer) return;
+    const [lo, hi] = this.body.bounds();
+    const middle = lo.map((v, i) => 0.5 * (v + hi[i]));
+    const size = Math.max(0.01, Math.hypot(...lo.map((v, i) => hi[i] - v)));
+    Object.assign(this.body.camera, { near: size / 1000, far: 20 * size });
+    this.body.camera.updateProjectionMatrix();
+    // Straight from above, up would be undecided.
+    const [a, e] = [(azimuth * Math.PI) / 180, (Math.min(89.9, Math.max(-89.9, elevation)) * Math.PI) / 180];
+    const d = 1.5 * size;
+    this.body.look(middle, [middle[0] + d * Math.cos(e) * Math.cos(a), middle[1] + d * Math.cos(e) * Math.sin(a), middle[2] + d * Math.sin(e)]);
   }
 
   /** Tables that are dropped onto the page. */
@@ -88,14 +114,15 @@ export class RcsView {
     const first = this.tables[0];
     const own = NAMES.filter((n) => first.axes[n].length > 1);
     const show = (n, v) => (n === "frequency_hz" ? `${v / 1e9} GHz` : `${number(v, 3).replace(/\.?0+$/, "")}°`);
-    this.tools.replaceChildren(
+    this.tools.replaceChildren(...[
       menu("polarisation", PAIRS, this.pair, (v) => { this.pair = v; this.draw(); }),
+      this.can_image() && menu("below", [["map", "map over angles"], ["image", "image (ISAR)"]], this.shown, (v) => { this.shown = v; this.draw_map(); }),
       menu("along", NAMES.filter((n) => own.includes(n) || n === this.axis).map((n) => [n, AXES[n].split(" ")[0]]), this.axis, (v) => { this.axis = v; this.update(); }),
       ...NAMES.filter((n) => n !== this.axis && first.axes[n].length > 1).map((n) => {
         const slider = el("input", { type: "range", min: 0, max: first.axes[n].length - 1, value: this.fixed[n], "aria-label": n, oninput: () => { this.fixed[n] = Number(slider.value); text.textContent = show(n, first.axes[n][this.fixed[n]]); this.draw(); } });
         const text = el("output", {}, show(n, first.axes[n][this.fixed[n]]));
         return el("label", { class: "menu" }, el("span", {}, AXES[n].split(" ")[0]), slider, text);
-      }));
+      })].filter(Boolean));
     this.names.replaceChildren(...this.tables.map((t, k) => el("span", { title: t.comments.join("\n") }, el("i", { style: `background:${series(k)}` }), t.name)));
     this.draw();
   }
@@ -136,6 +163,9 @@ export class RcsView {
   at(i) {
     const x = this.xs?.[i];
     if (x == null) return;
+    const spot = Object.fromEntries(NAMES.map((n) => [n, this.tables[0].axes[n][Math.min(this.fixed[n], this.tables[0].axes[n].length - 1)]]));
+    if (this.axis !== "frequency_hz") spot[this.axis] = x;
+    this.turn(spot.azimuth_deg, spot.elevation_deg);
     this.note.textContent = this.cuts.map((cut, k) => {
       const row = cut.find(([v]) => v === x);
       return row ? `${this.tables[k].name}: ${number(row[1])} dBsm` : "";
@@ -186,8 +216,28 @@ export class RcsView {
     });
   }
 
+  can_image() {
+    const t = this.tables[0];
+    return t.axes.frequency_hz.length >= 8 && t.axes.azimuth_deg.length >= 8 && t.vv_re_m;
+  }
+
+  /** Where in the target the echoes come from: an image of the first table's sweep over frequency and azimuth. */
+  draw_image() {
+    const t = this.tables[0];
+    const elevation = t.axes.elevation_deg[Math.min(this.fixed.elevation_deg, t.axes.elevation_deg.length - 1)];
+    const box = sizes(t);
+    const levels = image(t, elevation, box);
+    const high = levels.reduce((m, v) => (v > m ? v : m), -Infinity);
+    this.grid = null;
+    const axis = (label, span, n) => ({ label, first: -0.5 * span + (0.5 * span) / n, step: span / n });
+    this.map.box.hidden = false;
+    this.map.show({ columns: box.n, rows: box.n, at: (r, c) => levels[r * box.n + c], x: axis("y / m, positive left", box.y_m, box.n), y: axis("x / m, positive towards the radar at azimuth 0", box.x_m, box.n), low: high - 40, high });
+    this.map.note.textContent = `VV, cells of ${number(box.dx_m, 3)} m along x and ${number(box.dy_m, 3)} m along y`;
+  }
+
   /** The first table's map over azimuth and elevation, where it has both. */
   draw_map() {
+    if (this.shown === "image" && this.can_image()) return this.draw_image();
     const t = this.tables[0], a = t.axes.azimuth_deg, e = t.axes.elevation_deg;
     const even = (l) => l.length > 1 && l.every((v, i) => Math.abs(v - l[0] - (i * (l.at(-1) - l[0])) / (l.length - 1)) < 1e-6 * (1 + Math.abs(v)) + 1e-3 * ((l.at(-1) - l[0]) / (l.length - 1)));
     this.map.box.hidden = !(even(a) && even(e));
@@ -207,10 +257,12 @@ export class RcsView {
   hover(r, c) {
     if (r == null || !this.grid) return;
     const { grid, a, e } = this.grid;
+    this.turn(a[c], e[r]);
     this.map.note.textContent = `azimuth ${number(a[c])}°, elevation ${number(e[r])}°: ${number(grid[r * a.length + c])} dBsm; a click cuts here`;
   }
 
   pick(r, c) {
+    if (!this.grid) return;
     this.fixed.azimuth_deg = c;
     this.fixed.elevation_deg = r;
     this.update();
@@ -219,6 +271,7 @@ export class RcsView {
   key_press() {}
 
   theme() {
+    this.body?.theme();
     this.lines.again();
     this.polar.redraw();
     this.map.redraw();

@@ -8,6 +8,8 @@ import { Lines } from "./plot.js";
 import { lookAxes, SceneView, toWorld } from "./scene3d.js";
 
 const PATHS = [[230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [213, 94, 0], [240, 228, 66]];
+/** Colours of the classes of a mask's cells: undefined, lane, vehicle, guard rail, marker; the first is not drawn. */
+const MASK = [null, [86, 180, 233], [230, 159, 0], [0, 114, 178], [0, 158, 115]];
 const COLOURS = [["range_rate_mps", "range rate"], ["rcs_dbsm", "cross section"], ["snr_db", "SNR"], ["power_dbm", "power"], ["class", "class"], ["ghost", "ghost or not"]];
 
 export class RunView {
@@ -36,7 +38,7 @@ export class RunView {
       data.radars.length > 1 && menu("radar", data.radars.map((r, k) => [String(k), r.name]), "0", (v) => this.take(Number(v))),
       menu("colour", COLOURS, this.by, (v) => { this.by = v; this.paint(); }),
       menu("map", [["viridis", "viridis"], ["cividis", "cividis"]], "viridis", (v) => { this.map.palette = v; this.draw(); }),
-      this.toggle("lanes", "lanes"), this.toggle("field of view", "field"), this.toggle("tracks", "tracks"),
+      this.follower(), this.toggle("lanes", "lanes"), this.toggle("field of view", "field"), this.toggle("tracks", "tracks"), this.toggle("mask", "mask"),
       el("button", { onclick: () => this.reset(), title: "Behind the vehicle (r)" }, "behind"),
       el("button", { onclick: () => this.top(), title: "From above (t)" }, "above"));
     this.legend = canvas((g, w, h) => this.key(g, w, h));
@@ -57,11 +59,16 @@ export class RunView {
     this.bars = canvas((g, w, h) => this.figures(g, w, h));
     this.bars.canvas.className = "bars";
     const time = el("footer", { class: frameCount > 1 ? "time" : "time single" },
-      el("button", { onclick: () => this.step(-1), title: "Frame before (←)" }, "⏮"), this.play,
-      el("button", { onclick: () => this.step(1), title: "Next frame (→)" }, "⏭"),
+      el("button", { onclick: () => this.step(-1), title: "Frame before (←)" }, "|◀"), this.play,
+      el("button", { onclick: () => this.step(1), title: "Next frame (→)" }, "▶|"),
       el("div", { class: "track" }, this.bars.canvas, this.slider), this.clock);
     this.tab("map");
     return el("main", { class: "run" }, left, right, time);
+  }
+
+  follower() {
+    this.follow = el("input", { type: "checkbox", checked: true });
+    return el("label", { class: "toggle", title: "Whether the view goes along with the vehicle" }, this.follow, "follow");
   }
 
   toggle(text, layer) {
@@ -99,7 +106,7 @@ export class RunView {
 
   toggle_play() {
     this.playing = !this.playing;
-    this.play.textContent = this.playing ? "⏸" : "▶";
+    this.play.textContent = this.playing ? "❚❚" : "▶";
     const on = async () => {
       if (!this.playing) return;
       const began = performance.now();
@@ -144,14 +151,19 @@ export class RunView {
     this.radar = radar;
     this.about = data.radars[radar];
     this.own = this.frame.radars[radar];
+    const before = this.pose;
     this.chosen = null;
     this.count = rows(this.own.points);
     const pose = (this.pose = this.own.pose ?? [0, 0, 0, 0, 0, 0, 1]);
+    // The view goes along with the vehicle; where another scene begins, it starts anew.
+    if (before && this.follow.checked) this.scene.along(before, pose);
     this.scene.sensors(this.frame.ego, this.frame.radars.map((r, k) => ({ pose: r.pose, halfAngle: (data.radars[k].max_azimuth_deg * Math.PI) / 180, range: Math.min(data.radars[k].max_range_m, 120) })));
     const world = toWorld(pose);
     const [x, y, z] = ["x_m", "y_m", "z_m"].map((c) => column(this.own.points, c));
     this.positions = new Float32Array(3 * this.count);
     for (let i = 0; i < this.count; i++) this.positions.set(world(x[i], y[i], z[i] ?? 0), 3 * i);
+    const mask = this.own.mask_road ?? this.own.mask_markers;
+    this.scene.mask(mask && { ...mask, classes: numbers(mask.classes) }, pose, MASK);
     const t = data.tables?.tracks;
     const at = column(t, "frame");
     const tracks = [];
@@ -159,7 +171,7 @@ export class RunView {
     this.scene.tracks(tracks);
     this.levels = this.own.map && levels(this.own.map);
     this.limits = this.own.threshold && levels(this.own.threshold);
-    this.clock.textContent = `frame ${this.frame.index} · ${number(this.frame.time_s, 3)} s · ${this.count} points${tracks.length ? ` · ${tracks.length} tracks` : ""}`;
+    this.clock.textContent = `frame ${this.frame.index}${this.frame.told ? ` · ${this.frame.told}` : ""} · ${number(this.frame.time_s, 3)} s · ${this.count} points${tracks.length ? ` · ${tracks.length} tracks` : ""}`;
     this.bars.redraw();
     this.paint();
     this.draw();
@@ -200,6 +212,7 @@ export class RunView {
     g.fillStyle = colour("ink");
     g.font = "11px system-ui";
     g.textBaseline = "bottom";
+    g.textAlign = "left";
     g.fillText(number(low, 1), 0, h);
     g.textAlign = "right";
     g.fillText(number(high, 1), w, h);
@@ -208,7 +221,8 @@ export class RunView {
   draw() {
     const { range_m: x, range_rate_mps: y } = this.about;
     if (!this.levels) {
-      this.map.note.textContent = "The run has no range_doppler.npy ([output] range_doppler = true keeps it).";
+      this.map.show(null);
+      this.hover(null);
       return;
     }
     const all = Array.from({ length: x.count * y.count }, (_, i) => this.levels.at(i)).filter(Number.isFinite).sort((a, b) => a - b);
@@ -237,7 +251,11 @@ export class RunView {
   }
 
   hover(r, c) {
-    if (r == null || !this.levels) {
+    if (!this.levels) {
+      this.map.note.textContent = "There is no map with this frame: [output] range_doppler = true of a scenario, or [keep] of a recipe, keeps it.";
+      return;
+    }
+    if (r == null) {
       this.map.note.textContent = this.chosen == null ? "Point at a cell for its level; click a ring for its point." : "";
       return;
     }
@@ -353,7 +371,7 @@ export class RunView {
     this.details.replaceChildren(
       el("h2", {}, `Point ${i}: `, el("span", { style: `color:rgb(${classColour(get("class")).join(",")})` }, head)), facts(sum),
       el("h3", {}, "Why it is there"),
-      cause ? el("ol", { class: "echoes" }, echoes.length ? echoes : "No echo falls into its cell: noise, or a side lobe of something far away.") : el("p", { class: "missing" }, "The run has no returns.csv ([output] returns = true keeps it)."),
+      cause ? el("ol", { class: "echoes" }, echoes.length ? echoes : "No echo falls into its cell: noise, or a side lobe of something far away.") : el("p", { class: "missing" }, "There are no returns with this frame: [output] returns = true of a scenario keeps them."),
       cause && cause.in_cell > echoes.length ? el("p", { class: "hint" }, `${cause.in_cell} echoes fall into this cell and beam; the strongest are listed.`) : "",
       cause && paths.length === 0 && echoes.length ? el("p", { class: "hint" }, "[output] return_places = true keeps the places of bounces, so that ways can be drawn.") : "",
       el("details", {}, el("summary", {}, "all columns of points.csv"), facts(Object.keys(p).map((name) => [name, value(name)]), "columns")));

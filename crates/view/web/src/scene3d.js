@@ -2,8 +2,8 @@
 
 import {
   AmbientLight, BufferAttribute, BufferGeometry, CanvasTexture, Color, DirectionalLight, DoubleSide, EdgesGeometry, BoxGeometry, Group, Line,
-  LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, Points, PointsMaterial, Quaternion,
-  Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer,
+  LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, NearestFilter, PerspectiveCamera, PlaneGeometry, Points, PointsMaterial, Quaternion,
+  Raycaster, Scene, SphereGeometry, SRGBColorSpace, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
@@ -49,7 +49,7 @@ export class SceneView {
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener("change", () => this.draw());
     this.controls.maxPolarAngle = 0.499 * Math.PI;
-    this.layers = Object.fromEntries(["bodies", "boxes", "lanes", "field", "ego", "tracks", "points", "chosen", "paths"].map((n) => [n, new Group()]));
+    this.layers = Object.fromEntries(["bodies", "boxes", "mask", "lanes", "field", "ego", "tracks", "points", "chosen", "paths"].map((n) => [n, new Group()]));
     this.scene.add(...Object.values(this.layers));
     this.texture = dot();
     new ResizeObserver(() => this.size()).observe(this.box);
@@ -199,6 +199,31 @@ export class SceneView {
     }
   }
 
+  /** The classes of cells before a radar, on the ground: rows go ahead, columns from the left. */
+  mask(mask, pose, colours) {
+    if (!this.renderer) return;
+    this.clear("mask");
+    if (!mask) return;
+    const { rows, columns, ahead_m, across_m, classes } = mask;
+    const picture = document.createElement("canvas");
+    picture.width = columns;
+    picture.height = rows;
+    const image = new ImageData(columns, rows);
+    classes.forEach((c, i) => colours[c] && image.data.set([...colours[c], 150], 4 * ((rows - 1 - Math.floor(i / columns)) * columns + (i % columns))));
+    picture.getContext("2d").putImageData(image, 0, 0);
+    const texture = new CanvasTexture(picture);
+    texture.magFilter = NearestFilter;
+    texture.colorSpace = SRGBColorSpace;
+    const sheet = new Mesh(new PlaneGeometry(across_m, ahead_m), new MeshBasicMaterial({ map: texture, transparent: true, depthWrite: false, side: DoubleSide }));
+    // Its picture's right is the radar's right, and up is ahead.
+    const turn = new Quaternion(...pose.slice(3)), ahead = new Vector3(1, 0, 0).applyQuaternion(turn);
+    const yaw = Math.atan2(ahead.y, ahead.x);
+    sheet.rotation.z = yaw - Math.PI / 2;
+    sheet.position.set(pose[0] + 0.5 * ahead_m * Math.cos(yaw), pose[1] + 0.5 * ahead_m * Math.sin(yaw), 0.02);
+    this.layers.mask.add(sheet);
+    this.draw();
+  }
+
   /** Tracks as dots with arrows of a second's way. */
   tracks(list) {
     if (!this.renderer) return;
@@ -221,7 +246,7 @@ export class SceneView {
       const g = new BufferGeometry();
       g.setAttribute("position", new BufferAttribute(positions, 3));
       g.setAttribute("color", new BufferAttribute(colours, 3));
-      const material = new PointsMaterial({ size: 9, sizeAttenuation: false, vertexColors: true, map: this.texture, alphaTest: 0.5, depthTest: false });
+      const material = new PointsMaterial({ size: 9, sizeAttenuation: false, vertexColors: true, map: this.texture, alphaTest: 0.5, depthTest: false, transparent: true });
       const cloud = new Points(g, material);
       cloud.renderOrder = 5;
       this.layers.points.add(cloud);
@@ -278,6 +303,16 @@ export class SceneView {
     this.camera.position.set(...from);
     this.controls.update();
     this.draw();
+  }
+
+  /** Moves the view as a body moves from one pose to another, turns about the vertical with it. */
+  along(from, to) {
+    if (!this.renderer) return;
+    const yaw = (p) => { const x = new Vector3(1, 0, 0).applyQuaternion(new Quaternion(...p.slice(3))); return Math.atan2(x.y, x.x); };
+    const turn = new Quaternion().setFromAxisAngle(new Vector3(0, 0, 1), yaw(to) - yaw(from));
+    const [a, b] = [new Vector3(...from.slice(0, 3)), new Vector3(...to.slice(0, 3))];
+    for (const v of [this.controls.target, this.camera.position]) v.sub(a).applyQuaternion(turn).add(b);
+    this.controls.update();
   }
 
   /** Corners of all that stands in the scene. */

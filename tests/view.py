@@ -1,0 +1,300 @@
+#!/usr/bin/env python3
+"""Opens pages of `catseye view` in a real headless Chromium and looks at what they show.
+
+tests/view.py PROGRAM [--write]     --write makes the pictures anew to which the scenes are compared
+Needs the package playwright, and Chromium as `chromium` or in CATSEYE_CHROMIUM.
+"""
+
+import csv
+import io
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+HERE = Path(__file__).resolve().parent
+PICTURES = HERE / "data" / "view"
+# A software renderer, so that pictures do not depend on a GPU.
+FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+# Mean difference of a picture's values, 0 to 255: other versions of the browser smooth edges otherwise.
+MOST_DIFFERENT = 3.0
+HOSTILE = "<img src=x onerror=window.broken=1></script><script>window.broken=1</script>"
+
+RUN = """
+name = "NAME"
+seed = 3
+radar = "demo77"
+[scene]
+builtin = "marked-road"
+[ego]
+position_m = [0, -1.75, 0]
+speed_mps = 10
+[[point]]
+name = "NAME"
+class = "car"
+position_m = [20, 3, 0.5]
+rcs_dbsm = 20
+[frames]
+count = FRAMES
+interval_s = 0.1
+[output]
+adc = false
+plots = false
+scene = SCENE
+return_places = true
+cfar_threshold = true
+angle_spectra = true
+"""
+
+program = str(Path(sys.argv[1]).resolve())
+write = "--write" in sys.argv
+failures = []
+
+
+def check(what, good, told=""):
+    print(f"{'ok  ' if good else 'FAIL'} {what}{'' if good else f': {told}'}", flush=True)
+    if not good:
+        failures.append(what)
+
+
+def run(*arguments, expect=0):
+    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
+    if done.returncode != expect:
+        raise SystemExit(f"{arguments}: exit {done.returncode}, {done.stderr}")
+    return done
+
+
+def simulate(folder, frames=1, scene=True, name="a road"):
+    text = RUN.replace("NAME", name).replace("FRAMES", str(frames)).replace("SCENE", str(scene).lower())
+    file = folder.with_suffix(".toml")
+    file.write_text(text)
+    run("simulate", file, "-o", folder, "--quiet", "--device", "cpu")
+    return folder
+
+
+class Opened:
+    """A page in the browser, with what it complained of."""
+
+    def __init__(self, browser, file, size=(1366, 768)):
+        self.page = browser.new_page(viewport={"width": size[0], "height": size[1]}, color_scheme="light")
+        self.told = []
+        self.page.on("console", lambda m: self.told.append(m.text) if m.type in ("error", "warning") else None)
+        self.page.on("pageerror", lambda e: self.told.append(str(e)))
+        # Nothing may be asked of the network.
+        self.page.on("request", lambda r: None if r.url.startswith(("file:", "data:", "blob:")) else self.told.append(f"asks for {r.url}"))
+        began = time.monotonic()
+        self.page.goto(file.resolve().as_uri())
+        self.page.wait_for_function("window.catseye?.ready", timeout=60_000)
+        self.seconds = time.monotonic() - began
+
+    def scene(self):
+        """The scene's canvas at a tenth of its pixels."""
+        png = self.page.locator(".scene canvas").screenshot()
+        return Image.open(io.BytesIO(png)).convert("RGB").resize((160, 120), Image.Resampling.BOX)
+
+    def quiet(self, what):
+        # SwiftShader says of itself that it is slow.
+        told = [t for t in self.told if "GPU stall" not in t and "GroupMarkerNotSet" not in t]
+        check(f"{what}: nothing is complained of", not told, told[:3])
+
+
+def like(name, picture):
+    file = PICTURES / f"{name}.png"
+    if write:
+        PICTURES.mkdir(parents=True, exist_ok=True)
+        picture.save(file, optimize=True)
+    want = Image.open(file).convert("RGB")
+    pairs = zip(picture.tobytes(), want.tobytes())
+    mean = sum(abs(a - b) for a, b in pairs) / len(want.tobytes())
+    check(f"{name}: the scene looks as it did", mean < MOST_DIFFERENT, f"differs by {mean:.2f} on average")
+    # An empty picture would look alike to an empty one.
+    check(f"{name}: the scene has something in it", len(picture.getcolors(160 * 120)) > 50)
+
+
+def a_run(browser, room):
+    """Every number of every point is that of points.csv, by each way to choose it."""
+    folder = simulate(room / "run", frames=3)
+    run("view", folder, "-o", room / "run.html", "--quiet")
+    o = Opened(browser, room / "run.html")
+    page = o.page
+    for index in range(3):
+        page.evaluate(f"catseye.view.go({index})")
+        page.wait_for_function(f"catseye.view.frame.index === {index}")
+        with open(folder / f"frame_{index:06d}" / "points.csv", newline="") as f:
+            rows = list(csv.DictReader(f))
+        check(f"frame {index}: all points are there", page.evaluate("catseye.view.count") == len(rows))
+        wrong = []
+        for i, row in enumerate(rows):
+            page.evaluate(f"catseye.view.choose({i})")
+            shown = dict(page.evaluate(
+                "[...document.querySelectorAll('.columns dt')].map((t) => [t.textContent, t.nextSibling.textContent])"))
+            for name, cell in row.items():
+                told = shown[name].split(" ")[0]
+                same = told == "–" if cell == "" else shown[name] == cell if name in ("class", "ambiguity") else float(told) == float(cell)
+                if not same:
+                    wrong.append((i, name, cell, shown[name]))
+        check(f"frame {index}: numbers are those of points.csv", not wrong, wrong[:3])
+    # A click on the strongest point in the scene chooses a point that is drawn there.
+    page.evaluate("catseye.view.choose(null), catseye.view.go(0)")
+    page.wait_for_function("catseye.view.frame.index === 0")
+    page.wait_for_timeout(300)
+    x, y = page.evaluate("catseye.view.scene.project([...catseye.view.positions.subarray(0, 3)])")[:2]
+    box = page.locator(".scene canvas").bounding_box()
+    page.mouse.click(box["x"] + x, box["y"] + y)
+    near = page.evaluate("(([a, b]) => { const v = catseye.view, i = v.chosen; if (i == null) return null; const p = v.scene.project([...v.positions.subarray(3 * i, 3 * i + 3)]); return Math.hypot(p[0] - a, p[1] - b); })", [x, y])
+    check("a click chooses the point under it", near is not None and near < 12, near)
+    told = page.locator(".echoes li").all_inner_texts()
+    check("why it is there is told by echoes from radar to radar", bool(told) and all("radar →" in t and "dBm" in t for t in told), told[:2])
+    check("their ways are drawn", page.evaluate("catseye.view.scene.layers.paths.children.length") == len(told))
+    # The map's level under the pointer is the file's, to the hundredth of a dB that it shows.
+    page.keyboard.press("Escape")
+    page.keyboard.press("1")
+    cell = page.locator(".map canvas").bounding_box()
+    page.mouse.move(cell["x"] + 0.5 * cell["width"], cell["y"] + 0.5 * cell["height"])
+    note = page.locator(".map .note").inner_text()
+    check("the map tells level and threshold", "dBm, threshold" in note, note)
+    page.keyboard.press("ArrowRight")
+    page.wait_for_function("catseye.view.frame.index === 1")
+    check("keys step through frames", page.locator(".clock").inner_text().startswith("frame 1"))
+    page.evaluate("catseye.view.go(0)")
+    page.wait_for_function("catseye.view.frame.index === 0")
+    page.keyboard.press("r")
+    page.wait_for_timeout(500)
+    like("run", o.scene())
+    page.keyboard.press("t")
+    page.wait_for_timeout(500)
+    like("run_above", o.scene())
+    # How fast it turns, on this renderer of the CPU.
+    frames = page.evaluate("""async () => { const s = catseye.view.scene, t = performance.now(); let n = 0;
+        while (performance.now() - t < 2000) { s.camera.position.x += 0.01; s.draw(); await new Promise(requestAnimationFrame); n++; } return n / 2; }""")
+    print(f"     opens in {o.seconds:.2f} s, {(room / 'run.html').stat().st_size / 2**20:.2f} MiB; {frames:.0f} pictures a second on SwiftShader")
+    o.quiet("run")
+    for size in [(1366, 768), (1920, 1080), (800, 900)]:
+        page.set_viewport_size({"width": size[0], "height": size[1]})
+        page.wait_for_timeout(200)
+        wide = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+        check(f"nothing sticks out at {size[0]} x {size[1]}", wide <= 0, wide)
+    page.close()
+
+
+def names_are_text(browser, room):
+    folder = simulate(room / "hostile", name=HOSTILE)
+    run("view", folder, "-o", room / "hostile.html", "--quiet")
+    o = Opened(browser, room / "hostile.html")
+    check("markup in names is shown as text", HOSTILE in o.page.locator("h1").inner_text())
+    o.page.evaluate("for (let i = 0; i < catseye.view.count; i++) catseye.view.choose(i)")
+    check("no name is run", o.page.evaluate("window.broken === undefined && document.querySelectorAll('img').length === 0"))
+    o.quiet("hostile names")
+    o.page.close()
+
+
+def frames_beside(browser, room):
+    """Frames beside a page come when they are wanted; one that is gone is told of, and the page goes on."""
+    folder = simulate(room / "many", frames=12, scene=False)
+    run("view", folder, "-o", room / "many.html", "--inline-mib", "0.5", "--quiet")
+    beside = room / "many_frames"
+    check("frames lie beside the page", len(list(beside.glob("*.js"))) == 12)
+    o = Opened(browser, room / "many.html")
+    o.page.evaluate("catseye.view.go(11)")
+    o.page.wait_for_function("catseye.view.frame.index === 11")
+    check("the last frame comes", o.page.evaluate("catseye.view.count > 0"))
+    check("boxes stand for a scene that was not kept", o.page.evaluate("catseye.view.scene.layers.boxes.children.length > 50"))
+    o.quiet("frames beside")
+    (beside / "000005.js").unlink()
+    o.page.evaluate("catseye.view.go(5)")
+    o.page.wait_for_selector(".details .missing")
+    check("a frame that is gone is told of", "many_frames" in o.page.locator(".details .missing").inner_text())
+    o.page.evaluate("catseye.view.go(6)")
+    o.page.wait_for_function("catseye.view.frame.index === 6")
+    o.page.close()
+
+
+def cross_sections(browser, room):
+    a, b = room / "a.csv", room / "b.csv"
+    run("rcs", "plate:width_m=0.1,height_m=0.1", "--azimuth-deg=-60:60:1", "--elevation-deg=-2:2:1", "-o", a, "--quiet", "--device", "cpu")
+    run("rcs", "trihedral:leg_m=0.1", "--azimuth-deg=-60:60:2", "-o", b, "--quiet", "--device", "cpu")
+    run("view", a, b, "-o", room / "rcs.html", "--quiet")
+    o = Opened(browser, room / "rcs.html")
+    o.page.evaluate("catseye.view.fixed.elevation_deg = 2, catseye.view.update()")
+    with open(a, newline="") as f:
+        rows = [r for r in csv.DictReader(line for line in f if not line.startswith("#")) if float(r["elevation_deg"]) == 0]
+    want = [[float(r["azimuth_deg"]), float(r["vv_dbsm"])] for r in rows]
+    got = o.page.evaluate("catseye.view.cuts[0].map(([x, y]) => [x, Number.isFinite(y) ? y : '-inf'])")
+    check("a cut is the table's", [[x, float(y)] for x, y in got] == want)
+    check("two tables lie over each other", o.page.evaluate("catseye.view.cuts.length") == 2)
+    check("the map is there", o.page.locator(".map canvas").is_visible())
+    o.page.set_input_files("input[type=file]", str(b))
+    o.page.wait_for_function("catseye.view.tables.length === 3")
+    wrong = room / "wrong.csv"
+    wrong.write_text("angle,level\n0,1\n")
+    o.page.set_input_files("input[type=file]", str(wrong))
+    o.page.wait_for_function("document.body.innerText.includes('has no column')")
+    check("a table that is none is told of and not taken", o.page.evaluate("catseye.view.tables.length") == 3)
+    o.quiet("cross sections")
+    o.page.close()
+
+
+def an_image(browser, room):
+    """The flash of a sphere lies on its front, by so much as the sphere is thick; and a target turns with what is read."""
+    table = room / "sphere.csv"
+    run("rcs", "sphere:radius_m=0.06", "--frequency-hz=74e9:80e9:0.2e9", "--azimuth-deg=-6:6:0.5", "-o", table, "--quiet", "--device", "cpu")
+    run("view", "sphere:radius_m=0.06", table, "-o", room / "sphere.html", "--quiet")
+    o = Opened(browser, room / "sphere.html")
+    x, y, level, cell = o.page.evaluate("""() => { const v = catseye.view; v.shown = 'image'; v.draw_map(); const m = v.map.map;
+        let best = [0, 0, -Infinity]; for (let r = 0; r < m.rows; r++) for (let c = 0; c < m.columns; c++) if (m.at(r, c) > best[2]) best = [r, c, m.at(r, c)];
+        return [m.y.first + best[0] * m.y.step, m.x.first + best[1] * m.x.step, best[2], m.y.step]; }""")
+    check("an image puts a sphere's flash on its front", abs(x - 0.06) < 0.5 * cell + 0.005 and abs(y) < 0.02, (x, y, cell))
+    # Its cross section is that of a sphere, pi r^2.
+    check("an image has the level of the flash", abs(level - (-19.47)) < 1.0, level)
+    o.page.evaluate("catseye.view.turn(90, 0)")
+    place = o.page.evaluate("catseye.view.body.camera.position.toArray()")
+    check("the target is seen from where the radar stands", abs(place[0]) < 0.05 and place[1] > 0.1, place)
+    o.quiet("image")
+    o.page.close()
+
+
+def a_dataset(browser, room):
+    run("examples", "tiny", "-o", room / "recipe", "--quiet")
+    recipe = next((room / "recipe").rglob("tiny.toml"))
+    run("dataset", recipe, "-o", room / "data", "--quiet", "--device", "cpu")
+    run("view", room / "data", "-o", room / "data.html", "--quiet")
+    o = Opened(browser, room / "data.html")
+    o.page.keyboard.press("ArrowRight")
+    o.page.wait_for_function("catseye.view.frame.index === 1")
+    check("a dataset's frames have their points", o.page.evaluate("catseye.view.count") > 0)
+    told = o.page.locator(".clock").inner_text()
+    check("a dataset's frames tell scene and split", "scene" in told and any(s in told for s in ("train", "validation", "test")), told)
+    o.quiet("dataset")
+    o.page.close()
+
+
+def a_reflector(browser, room):
+    run("view", "type1:width_m=0.16,height_m=0.004", "-o", room / "type1.html", "--quiet")
+    o = Opened(browser, room / "type1.html")
+    o.page.wait_for_timeout(500)
+    like("reflector", o.scene())
+    o.quiet("reflector")
+    o.page.close()
+
+
+def main():
+    chromium = os.environ.get("CATSEYE_CHROMIUM") or shutil.which("chromium")
+    if not chromium:
+        raise SystemExit("no Chromium: install Debian's package chromium, or name one in CATSEYE_CHROMIUM")
+    with tempfile.TemporaryDirectory() as room, sync_playwright() as p:
+        browser = p.chromium.launch(executable_path=chromium, args=FLAGS)
+        print(f"Chromium {browser.version}", flush=True)
+        for part in (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_reflector):
+            part(browser, Path(room))
+        browser.close()
+    if failures:
+        raise SystemExit(f"{len(failures)} of the checks failed: {', '.join(failures)}")
+
+
+main()
