@@ -92,7 +92,9 @@ impl Root {
     fn follow(&self, mut open: Vec<PathBuf>) -> Result<()> {
         let mut seen = BTreeSet::new();
         while let Some(file) = open.pop() {
-            if !seen.insert(file.clone()) || !is_toml(&file) || !file.is_file() {
+            // A file of another ending may be read as TOML, too. Larger ones are refused by their readers.
+            let small = file.metadata().is_ok_and(|m| m.is_file() && m.len() <= LARGEST_TOML);
+            if !seen.insert(file.clone()) || !small || holds_no_names(&file) {
                 continue;
             }
             let bytes = input::read(&file, "a TOML file", LARGEST_TOML)?;
@@ -139,14 +141,17 @@ impl Root {
     }
 }
 
-fn is_toml(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+/// Whether the file is of a kind that is not TOML.
+fn holds_no_names(path: &Path) -> bool {
+    const OTHERS: [&str; 9] = ["glb", "gltf", "stl", "obj", "csv", "npy", "parquet", "png", "xodr"];
+    path.extension().is_some_and(|e| OTHERS.iter().any(|other| e.eq_ignore_ascii_case(other)))
 }
 
 /// What in a value may be a path: the whole, and the values of a reflector's or material's words.
 fn pieces(word: &str) -> Vec<&str> {
-    // An address of the web is none, and neither is a text of several lines.
-    if word.contains("://") || word.contains('\n') || word.len() > 4096 || word.is_empty() {
+    // An address of the web is none.
+    let is_address = (word.starts_with("https://") || word.starts_with("http://")) && !word.contains("..");
+    if word.is_empty() || is_address {
         return Vec::new();
     }
     let mut pieces = vec![word];

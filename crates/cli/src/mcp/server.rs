@@ -83,7 +83,13 @@ impl Server {
         let tools = self.tools.clone();
         match &*request.name {
             "rcs" => self.tools.rcs(arguments::read(given)?).await,
-            "simulate" => self.tools.simulate(arguments::read(given)?).await,
+            "simulate" => {
+                let input: SimulateInput = arguments::read(given)?;
+                let (input, asked) = aside(move || tools.asked(&input).map(|asked| (input, asked))).await?;
+                let answer = self.tools.simulate(&input, &asked).await?;
+                let tools = self.tools.clone();
+                aside(move || tools.told(&asked, answer)).await
+            }
             "examples" => self.tools.examples(arguments::read(given)?).await,
             "describe" => {
                 let input = arguments::read(given)?;
@@ -102,7 +108,7 @@ impl Server {
 }
 
 /// Runs what takes its time on another thread; the protocol goes on. A panic there is an error of the call.
-async fn aside(work: impl FnOnce() -> Result<Value> + Send + 'static) -> Result<Value> {
+async fn aside<T: Send + 'static>(work: impl FnOnce() -> Result<T> + Send + 'static) -> Result<T> {
     let done = tokio::task::spawn_blocking(work).await;
     done.unwrap_or_else(|e| {
         Err(Error::Failed(format!("the tool ended by itself: {e}; please report it with the input")))

@@ -10,7 +10,6 @@ use crate::angles::parse_list;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage;
 use catseye::road::target;
-use catseye::scene::scenario;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
@@ -30,6 +29,16 @@ pub struct Tools {
     pub root: Root,
     /// Who computes.
     pub program: Program,
+}
+
+/// What a call of `simulate` is about.
+#[derive(Debug)]
+pub struct Asked {
+    scenario: PathBuf,
+    output: PathBuf,
+    /// Number of frames whose points the answer holds.
+    shown: u32,
+    dry_run: bool,
 }
 
 impl Tools {
@@ -116,11 +125,11 @@ impl Tools {
         names.into_iter().find(free).unwrap_or_else(|| format!("{stem}.{extension}").into())
     }
 
-    /// Frames of a scenario: what the run is, points of its first frames, its pictures.
+    /// What a call of `simulate` is about: its paths, checked. The text of a scenario is checked whole, and kept.
     ///
     /// # Errors
-    /// Returns the command's error, or `BadInput` for a path outside the root.
-    pub async fn simulate(&self, input: SimulateInput) -> Result<Value> {
+    /// Returns `BadInput` for inputs that are wrong, a path outside the root, or a text that is no scenario.
+    pub fn asked(&self, input: &SimulateInput) -> Result<Asked> {
         let shown = input.points_of_frames.unwrap_or(1);
         if shown > 20 {
             return Err(BadInput::new("is out of range")
@@ -134,10 +143,9 @@ impl Tools {
             let bad = BadInput::new("is the server's own folder").key("output").value(&input.output);
             return Err(bad.remedy("give the name of a new folder").into());
         }
-        let force = input.force.unwrap_or(false);
         let scenario = match (&input.scenario, &input.scenario_toml) {
             (Some(path), None) => self.root.inside_with_named("scenario", path)?,
-            (None, Some(text)) => self.keep(&output, text, force)?,
+            (None, Some(text)) => self.keep(&output, text, input.force.unwrap_or(false))?,
             _ => {
                 return Err(BadInput::new("exactly one of the two is needed")
                     .key("scenario or scenario_toml")
@@ -145,35 +153,49 @@ impl Tools {
                     .into());
             }
         };
-        let dry = input.dry_run.unwrap_or(false);
-        let mut options = Options(vec!["simulate".into(), word(&scenario)]);
-        options.with("output", (!dry).then(|| output.display()));
+        Ok(Asked { scenario, output, shown, dry_run: input.dry_run.unwrap_or(false) })
+    }
+
+    /// Runs the command of a call.
+    ///
+    /// # Errors
+    /// Returns the command's error.
+    pub async fn simulate(&self, input: &SimulateInput, asked: &Asked) -> Result<Answer> {
+        let mut options = Options(vec!["simulate".into(), word(&asked.scenario)]);
+        options.with("output", (!asked.dry_run).then(|| asked.output.display()));
         options.with("frames", input.frames);
         options.with("seed", input.seed);
         options.flag("dry-run", input.dry_run);
-        options.flag("force", Some(force && !dry));
-        let Answer { object: report, notes } = self.program.run(&options.0, true).await?;
-        if dry {
-            return Ok(json!({ "scenario": scenario, "dry_run": report, "notes": notes }));
+        options.flag("force", input.force.filter(|_| !asked.dry_run));
+        self.program.run(&options.0, true).await
+    }
+
+    /// What a call of `simulate` is answered: what the run is, the points of its first frames, its pictures.
+    ///
+    /// # Errors
+    /// Returns an error for files of the run that cannot be read.
+    pub fn told(&self, asked: &Asked, answer: Answer) -> Result<Value> {
+        let Answer { object: report, notes } = answer;
+        if asked.dry_run {
+            return Ok(json!({ "scenario": asked.scenario, "dry_run": report, "notes": notes }));
         }
-        let (run, manifest) = describe::run_in(&self.root, &output)?;
-        let mut columns: Vec<String> = ["frame", "radar"].map(String::from).into();
+        let (run, manifest) = describe::run_in(&self.root, &asked.output)?;
+        let mut columns: Vec<String> = Vec::new();
         let (mut rows, mut files, mut left_out, mut pictures) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        for (index, radar, folder) in describe::frames(&manifest, &output) {
+        for (index, radar, folder) in describe::frames(&manifest, &asked.output) {
             let points = folder.join("points.csv");
-            if index < u64::from(shown) && points.is_file() {
+            if index < u64::from(asked.shown) && points.is_file() {
                 let (header, of_frame) = describe::rows(&points)?;
-                match rows.len() + of_frame.len() > MOST_ROWS {
-                    true => left_out.push(points.clone()),
-                    false => {
-                        columns.truncate(2);
-                        columns.extend(header);
-                        rows.extend(of_frame.into_iter().map(|r| {
-                            [json!(index), json!(radar)].into_iter().chain(r).collect::<Vec<Value>>()
-                        }));
-                        files.push(points);
-                    }
+                if rows.len() + of_frame.len() > MOST_ROWS {
+                    left_out.push(points);
+                } else {
+                    columns = ["frame", "radar"].map(String::from).into_iter().chain(header).collect();
+                    let place = [json!(index), json!(radar)];
+                    rows.extend(
+                        of_frame.into_iter().map(|r| place.iter().cloned().chain(r).collect::<Vec<Value>>()),
+                    );
+                    files.push(points);
                 }
             }
             if index == 0 {
@@ -182,7 +204,7 @@ impl Tools {
         }
         let points = json!({ "columns": columns, "rows": rows, "files": files, "files_left_out": left_out, "note": POINTS_NOTE });
         Ok(json!({
-            "scenario": scenario,
+            "scenario": asked.scenario,
             "run": run,
             "resumed": report["resumed"],
             "points": points,
@@ -191,13 +213,13 @@ impl Tools {
         }))
     }
 
-    /// Checks a scenario's text and keeps it beside the folder of its run.
+    /// Checks a scenario's text, with the scene that it describes, and keeps it beside the folder of its run.
     fn keep(&self, output: &Path, text: &str, force: bool) -> Result<PathBuf> {
         let mut name = output.as_os_str().to_os_string();
         name.push(".toml");
         let file = self.root.inside("output", PathBuf::from(name))?;
         self.root.named_by("scenario_toml", &file, text)?;
-        scenario::parse(&file, text)?;
+        check::read("scenario", &file, text)?;
         if std::fs::read(&file).is_ok_and(|there| there == text.as_bytes()) {
             return Ok(file);
         }

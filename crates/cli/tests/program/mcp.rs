@@ -299,6 +299,8 @@ mod served {
         std::os::unix::fs::symlink(&out, here.join("link")).unwrap();
         fs::write(here.join("s.toml"), SCENARIO.replace("demo77", "../out/radar.toml")).unwrap();
         fs::write(here.join("linked.toml"), SCENARIO.replace("demo77", "link/radar.toml")).unwrap();
+        fs::write(here.join("radar"), "[antenna]\npattern = \"../out/x.csv\"\n").unwrap();
+        fs::write(here.join("far.toml"), SCENARIO.replace("demo77", "radar")).unwrap();
         let names = |folder: &Path| -> BTreeSet<String> {
             fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
         };
@@ -316,6 +318,7 @@ mod served {
             ("rcs", json!({ "target": "plate", "plot": "/tmp/x.png" })),
             ("simulate", json!({ "scenario": "s.toml", "output": "run" })),
             ("simulate", json!({ "scenario": "linked.toml", "output": "run" })),
+            ("simulate", json!({ "scenario": "far.toml", "output": "run" })),
             ("simulate", json!({ "scenario_toml": SCENARIO, "output": "link/run" })),
             (
                 "simulate",
