@@ -27,7 +27,7 @@ pub fn kind_of(file: &Path, text: &str) -> Result<&'static str> {
         let top = keys::top(kind)?;
         known.push((table.keys().filter(|k| top.contains(k)).count(), kind));
     }
-    known.sort_by(|a, b| b.0.cmp(&a.0));
+    known.sort_by_key(|k| std::cmp::Reverse(k.0));
     match known[..] {
         [(most, kind), (next, _), ..] if most > next => Ok(kind),
         _ => Err(asked("its keys fit several kinds of file or none")),
