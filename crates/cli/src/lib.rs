@@ -22,6 +22,7 @@ mod init;
 mod lane;
 mod learn;
 mod man;
+mod mcp;
 mod plot;
 mod process;
 mod rcs;
@@ -61,6 +62,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
         ("hdf5", cfg!(feature = "hdf5")),
         ("learn", cfg!(feature = "learn")),
         ("mcap", cfg!(feature = "mcap")),
+        ("mcp", cfg!(feature = "mcp")),
         ("osi", cfg!(feature = "osi")),
         ("parquet", cfg!(feature = "parquet")),
         ("zarr", cfg!(feature = "zarr")),
@@ -71,7 +73,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 });
 
 /// The global options that act for each command. The others are not in its help, and it says that they change nothing.
-const ACTING: [(&str, &[&str]); 26] = [
+const ACTING: [(&str, &[&str]); 27] = [
     ("demo", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("devices", &["json", "quiet"]),
     ("init", &["json", "quiet", "force"]),
@@ -97,6 +99,7 @@ const ACTING: [(&str, &[&str]); 26] = [
     ("bench", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("completions", &[]),
     ("man", &["json", "quiet", "force"]),
+    ("mcp", &["device", "precision", "trace", "quiet"]),
     ("help", &[]),
 ];
 
@@ -167,6 +170,7 @@ enum Command {
     Bench(bench::Bench),
     Completions(completions::Completions),
     Man(man::Man),
+    Mcp(mcp::Mcp),
     Help(help::Help),
 }
 
@@ -213,6 +217,7 @@ pub fn run() -> ExitCode {
         Command::Bench(c) => c.run(g),
         Command::Completions(c) => c.run(command()),
         Command::Man(c) => c.run(g, command()),
+        Command::Mcp(c) => c.run(g),
         Command::Help(c) => c.run(command()),
     };
     ended(result)

@@ -75,7 +75,7 @@ fn broken(path: &str, page: &str) -> Vec<String> {
 #[test]
 fn links_lead_somewhere() {
     let mut pages = pages_of("docs");
-    pages.extend(["README.md", "python/README.md"].map(String::from));
+    pages.extend(["README.md", "SKILL.md", "python/README.md"].map(String::from));
     let wrong: Vec<String> = pages.iter().flat_map(|p| broken(p, &text(p))).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     let count: usize = pages.iter().map(|p| links(&text(p)).len()).sum();
