@@ -78,6 +78,15 @@ def simulate(folder, frames=1, scene=True, name="a road"):
     return folder
 
 
+def wait(page, expression, seconds=30):
+    """Waits until an expression holds. Playwright's own way has the page read text as script, which the page forbids."""
+    end = time.monotonic() + seconds
+    while not page.evaluate(expression):
+        if time.monotonic() > end:
+            raise SystemExit(f"waited {seconds} s for {expression}")
+        time.sleep(0.05)
+
+
 class Opened:
     """A page in the browser, with what it complained of."""
 
@@ -90,7 +99,7 @@ class Opened:
         self.page.on("request", lambda r: None if r.url.startswith(("file:", "data:", "blob:")) else self.told.append(f"asks for {r.url}"))
         began = time.monotonic()
         self.page.goto(file.resolve().as_uri())
-        self.page.wait_for_function("window.catseye?.ready", timeout=60_000)
+        wait(self.page, "window.catseye?.ready", seconds=60)
         self.seconds = time.monotonic() - began
 
     def scene(self):
@@ -125,7 +134,7 @@ def a_run(browser, room):
     page = o.page
     for index in range(3):
         page.evaluate(f"catseye.view.go({index})")
-        page.wait_for_function(f"catseye.view.frame.index === {index}")
+        wait(page, f"catseye.view.frame.index === {index}")
         with open(folder / f"frame_{index:06d}" / "points.csv", newline="") as f:
             rows = list(csv.DictReader(f))
         check(f"frame {index}: all points are there", page.evaluate("catseye.view.count") == len(rows))
@@ -142,7 +151,7 @@ def a_run(browser, room):
         check(f"frame {index}: numbers are those of points.csv", not wrong, wrong[:3])
     # A click on the strongest point in the scene chooses a point that is drawn there.
     page.evaluate("catseye.view.choose(null), catseye.view.go(0)")
-    page.wait_for_function("catseye.view.frame.index === 0")
+    wait(page, "catseye.view.frame.index === 0")
     page.wait_for_timeout(300)
     x, y = page.evaluate("catseye.view.scene.project([...catseye.view.positions.subarray(0, 3)])")[:2]
     box = page.locator(".scene canvas").bounding_box()
@@ -160,10 +169,10 @@ def a_run(browser, room):
     note = page.locator(".map .note").inner_text()
     check("the map tells level and threshold", "dBm, threshold" in note, note)
     page.keyboard.press("ArrowRight")
-    page.wait_for_function("catseye.view.frame.index === 1")
+    wait(page, "catseye.view.frame.index === 1")
     check("keys step through frames", page.locator(".clock").inner_text().startswith("frame 1"))
     page.evaluate("catseye.view.go(0)")
-    page.wait_for_function("catseye.view.frame.index === 0")
+    wait(page, "catseye.view.frame.index === 0")
     page.keyboard.press("r")
     page.wait_for_timeout(500)
     like("run", o.scene())
@@ -202,7 +211,7 @@ def frames_beside(browser, room):
     check("frames lie beside the page", len(list(beside.glob("*.js"))) == 12)
     o = Opened(browser, room / "many.html")
     o.page.evaluate("catseye.view.go(11)")
-    o.page.wait_for_function("catseye.view.frame.index === 11")
+    wait(o.page, "catseye.view.frame.index === 11")
     check("the last frame comes", o.page.evaluate("catseye.view.count > 0"))
     check("boxes stand for a scene that was not kept", o.page.evaluate("catseye.view.scene.layers.boxes.children.length > 50"))
     o.quiet("frames beside")
@@ -211,7 +220,7 @@ def frames_beside(browser, room):
     o.page.wait_for_selector(".details .missing")
     check("a frame that is gone is told of", "many_frames" in o.page.locator(".details .missing").inner_text())
     o.page.evaluate("catseye.view.go(6)")
-    o.page.wait_for_function("catseye.view.frame.index === 6")
+    wait(o.page, "catseye.view.frame.index === 6")
     o.page.close()
 
 
@@ -230,11 +239,11 @@ def cross_sections(browser, room):
     check("two tables lie over each other", o.page.evaluate("catseye.view.cuts.length") == 2)
     check("the map is there", o.page.locator(".map canvas").is_visible())
     o.page.set_input_files("input[type=file]", str(b))
-    o.page.wait_for_function("catseye.view.tables.length === 3")
+    wait(o.page, "catseye.view.tables.length === 3")
     wrong = room / "wrong.csv"
     wrong.write_text("angle,level\n0,1\n")
     o.page.set_input_files("input[type=file]", str(wrong))
-    o.page.wait_for_function("document.body.innerText.includes('has no column')")
+    wait(o.page, "document.body.innerText.includes('has no column')")
     check("a table that is none is told of and not taken", o.page.evaluate("catseye.view.tables.length") == 3)
     o.quiet("cross sections")
     o.page.close()
@@ -266,7 +275,7 @@ def a_dataset(browser, room):
     run("view", room / "data", "-o", room / "data.html", "--quiet")
     o = Opened(browser, room / "data.html")
     o.page.keyboard.press("ArrowRight")
-    o.page.wait_for_function("catseye.view.frame.index === 1")
+    wait(o.page, "catseye.view.frame.index === 1")
     check("a dataset's frames have their points", o.page.evaluate("catseye.view.count") > 0)
     told = o.page.locator(".clock").inner_text()
     check("a dataset's frames tell scene and split", "scene" in told and any(s in told for s in ("train", "validation", "test")), told)

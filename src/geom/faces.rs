@@ -7,9 +7,11 @@ use super::welded::{NO_PLANE, Welded, sides};
 use crate::base::frames::{Pose, Target, World};
 use crate::geom::hash::FastMap;
 use glam::{DVec2, DVec3, Vec3Swizzles};
-use obvhs::bvh2::{builder::build_bvh2, node::Bvh2Node};
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::bvh2::{Bvh2, node::Bvh2Node};
+use obvhs::ploc::PlocBuilder;
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
-use std::time::Duration;
 
 /// Largest number of corners of a face.
 pub const MOST_CORNERS: usize = 8;
@@ -553,7 +555,7 @@ fn tree_over(boxes: &[(DVec3, DVec3)], most: u32) -> (Vec<Node>, Vec<u32>) {
     let boxes: Vec<Padded> =
         boxes.iter().map(|(lo, hi)| Padded(Aabb::new(lo.as_vec3a(), hi.as_vec3a()))).collect();
     let params = BvhBuildParams { max_prims_per_leaf: most, ..BvhBuildParams::medium_build() };
-    let tree = build_bvh2(&boxes, params, &mut Duration::default());
+    let tree = tree_of(&boxes, &params);
     let node = |n: &Bvh2Node| Node {
         centre: DVec3::ZERO,
         half: DVec3::ZERO,
@@ -561,6 +563,23 @@ fn tree_over(boxes: &[(DVec3, DVec3)], most: u32) -> (Vec<Node>, Vec<u32>) {
         count: n.prim_count,
     };
     (tree.nodes.iter().map(node).collect(), tree.primitive_indices)
+}
+
+/// The tree that `obvhs::bvh2::builder::build_bvh2` makes, by the same steps without its clock, which the browser does not have.
+fn tree_of<T: Boundable>(boxes: &[T], params: &BvhBuildParams) -> Bvh2 {
+    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
+        params.ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        params.sort_precision,
+        params.search_depth_threshold,
+    );
+    let mut reinsertion = ReinsertionOptimizer::default();
+    reinsertion.run(&mut tree, params.reinsertion_batch_ratio, None);
+    collapse(&mut tree, params.max_prims_per_leaf.clamp(1, 255), params.collapse_traversal_cost);
+    let again = params.reinsertion_batch_ratio * params.post_collapse_reinsertion_batch_ratio_multiplier;
+    reinsertion.run(&mut tree, again, None);
+    tree
 }
 
 pub(super) fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
@@ -801,6 +820,32 @@ mod tests {
     use crate::base::frames::Pose;
     use crate::geom::Geometry;
     use crate::scene::{Material, Mesh, Scene};
+
+    #[test]
+    fn the_tree_is_that_of_the_library() {
+        let mut state = 5u64;
+        let mut draw = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        };
+        for n in [1, 2, 7, 500] {
+            let place = |draw: &mut dyn FnMut() -> f32| glam::Vec3A::new(draw(), 3.0 * draw(), draw());
+            let boxes: Vec<Aabb> = (0..n)
+                .map(|_| {
+                    let at = place(&mut draw);
+                    Aabb::new(at, at + 0.2 * place(&mut draw))
+                })
+                .collect();
+            let params = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::medium_build() };
+            let (own, other) = (
+                tree_of(&boxes, &params),
+                obvhs::bvh2::builder::build_bvh2(&boxes, params, &mut Default::default()),
+            );
+            assert_eq!(own.primitive_indices, other.primitive_indices);
+            let node = |n: &Bvh2Node| (n.first_index, n.prim_count, n.aabb);
+            assert!(own.nodes.iter().map(node).eq(other.nodes.iter().map(node)), "{n}");
+        }
+    }
 
     fn faces_of(mesh: Mesh) -> Faces {
         let mut scene = Scene::default();

@@ -79,6 +79,7 @@ fn object(id: u32, class: &str) -> Object {
         pose: Pose::IDENTITY,
         velocity_mps: DVec3::ZERO,
         motion: None,
+        radar: true,
     }
 }
 

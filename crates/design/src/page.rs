@@ -4,6 +4,18 @@ use super::{Cut, corners, cut, glb, kinds, materials, scene};
 use catseye::base::error::Error;
 use wasm_bindgen::prelude::*;
 
+#[wasm_bindgen]
+extern "C" {
+    #[wasm_bindgen(js_namespace = console, js_name = error)]
+    fn console_error(text: &str);
+}
+
+/// Has a fault of the module tell what it is on the browser's console.
+#[wasm_bindgen(start)]
+pub fn begin() {
+    std::panic::set_hook(Box::new(|fault| console_error(&fault.to_string())));
+}
+
 /// An error of one line for the script.
 fn told(e: Error) -> JsError {
     JsError::new(&e.to_string())

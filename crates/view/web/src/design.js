@@ -161,6 +161,8 @@ export class DesignView {
       corners = target.corners();
       found = target.cut(1e9 * frequency_ghz, azimuth, elevation, bounces, ptd);
     } catch (e) {
+      // A fault in the module is none of the user's, and leaves it unusable.
+      if (e instanceof WebAssembly.RuntimeError) throw e;
       target?.free();
       this.complain(e.message);
       return;
