@@ -3,9 +3,10 @@
 
 use super::triangle::Triangle;
 use glam::{DVec3, UVec2, Vec3A};
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh, node::CwBvhNode};
+use obvhs::bvh2::{Bvh2, reinsertion::ReinsertionOptimizer};
+use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh, node::CwBvhNode};
+use obvhs::ploc::PlocBuilder;
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb, ray::Ray, traverse};
-use std::time::Duration;
 
 /// Up to this many triangles a plain loop is faster than the tree.
 const LOOP_LIMIT: usize = 6;
@@ -43,6 +44,24 @@ impl Boundable for Padded {
     }
 }
 
+/// The binary tree with which obvhs' own builders begin. They read a clock, which the browser does not have.
+pub(super) fn binary_tree<T: Boundable>(boxes: &[T], params: &BvhBuildParams) -> Bvh2 {
+    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
+        params.ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        params.sort_precision,
+        params.search_depth_threshold,
+    );
+    ReinsertionOptimizer::default().run(&mut tree, params.reinsertion_batch_ratio, None);
+    tree
+}
+
+/// The tree that `obvhs::cwbvh::builder::build_cwbvh` makes, by the same steps.
+fn wide_tree<T: Boundable>(boxes: &[T], params: &BvhBuildParams) -> CwBvh {
+    bvh2_to_cwbvh(&binary_tree(boxes, params), params.max_prims_per_leaf.clamp(1, 3), true, false)
+}
+
 impl Bvh {
     /// Builds the tree and puts `triangles` into the order of its leaves. Boxes are padded by `t_min_m`
     /// so that the f32 box test never misses what the f64 facet test would hit.
@@ -59,7 +78,7 @@ impl Bvh {
         let cwbvh = if boxes.is_empty() {
             CwBvh::default()
         } else {
-            build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default())
+            wide_tree(&boxes, &BvhBuildParams::medium_build())
         };
         *triangles = cwbvh.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
         Bvh { cwbvh, unit_m: 5e-3 * (t_min_m / 1e-6), t_min_m }
@@ -181,6 +200,25 @@ impl Bvh {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn the_wide_tree_is_that_of_the_library() {
+        for n in [1, 3, 40, 700] {
+            let boxes: Vec<Aabb> = soup(n as u64, n, false)
+                .iter()
+                .map(|t| {
+                    let c = t.corners().map(|p| p.as_vec3a());
+                    Aabb::new(c[0].min(c[1]).min(c[2]), c[0].max(c[1]).max(c[2]))
+                })
+                .collect();
+            let params = BvhBuildParams::medium_build();
+            let own = wide_tree(&boxes, &params);
+            let other = obvhs::cwbvh::builder::build_cwbvh(&boxes, params, &mut Default::default());
+            assert_eq!(own.primitive_indices, other.primitive_indices);
+            let bytes = |t: &CwBvh| bytemuck::cast_slice::<CwBvhNode, u8>(&t.nodes).to_vec();
+            assert_eq!(bytes(&own), bytes(&other), "{n}");
+        }
+    }
 
     fn soup(seed: u64, n: usize, snap: bool) -> Vec<Triangle> {
         let mut state = seed;

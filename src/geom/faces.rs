@@ -1,6 +1,7 @@
 //! Convex faces for exact beams: coplanar neighbours merged, cut into convex polygons of at most
 //! [`MOST_CORNERS`] corners, in a binary tree of boxes that can be asked for what lies in a prism.
 
+use super::bvh::binary_tree;
 use super::cells::{self, Cell, NO_CELL};
 use super::curved_facet::CurvedFacet;
 use super::welded::{NO_PLANE, Welded, sides};
@@ -10,7 +11,6 @@ use glam::{DVec2, DVec3, Vec3Swizzles};
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};
-use obvhs::ploc::PlocBuilder;
 use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 
 /// Largest number of corners of a face.
@@ -565,20 +565,12 @@ fn tree_over(boxes: &[(DVec3, DVec3)], most: u32) -> (Vec<Node>, Vec<u32>) {
     (tree.nodes.iter().map(node).collect(), tree.primitive_indices)
 }
 
-/// The tree that `obvhs::bvh2::builder::build_bvh2` makes, by the same steps without its clock, which the browser does not have.
+/// The tree that `obvhs::bvh2::builder::build_bvh2` makes, by the same steps.
 fn tree_of<T: Boundable>(boxes: &[T], params: &BvhBuildParams) -> Bvh2 {
-    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
-        params.ploc_search_distance,
-        boxes,
-        (0..boxes.len() as u32).collect(),
-        params.sort_precision,
-        params.search_depth_threshold,
-    );
-    let mut reinsertion = ReinsertionOptimizer::default();
-    reinsertion.run(&mut tree, params.reinsertion_batch_ratio, None);
+    let mut tree = binary_tree(boxes, params);
     collapse(&mut tree, params.max_prims_per_leaf.clamp(1, 255), params.collapse_traversal_cost);
     let again = params.reinsertion_batch_ratio * params.post_collapse_reinsertion_batch_ratio_multiplier;
-    reinsertion.run(&mut tree, again, None);
+    ReinsertionOptimizer::default().run(&mut tree, again, None);
     tree
 }
 

@@ -492,10 +492,7 @@ fn bad_files_are_refused_in_one_line() {
             with("[[road.object]]\nfile = \"../x.glb\"\ns_m = 5\nlateral = { lane = 1 }"),
             "leaves the folder of the scene file",
         ),
-        (
-            with("name = \"one vehicle\"\n[[road]]\nname = \"r\"\nplan = []"),
-            "is empty, or the name of another road",
-        ),
+        (with("[[road]]\nname = \"r\"\nplan = []"), "is empty, or the name of another road"),
         (
             with(
                 "[[road]]\nname = \"q\"\nplan = [{ kind = \"straight\", length_m = 10 }]\nright = [{ width_m = 3 }]",

@@ -39,7 +39,7 @@ pub enum What {
     },
     /// Score a trained network on runs or datasets with truth: precision, recall and F1 of each class, or how well objects are found
     Eval {
-        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road, points
+        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road, markers, points
         dir: PathBuf,
         /// Folders that `catseye simulate` or `catseye dataset` wrote
         #[arg(required = true, value_name = "RUN")]
@@ -50,7 +50,7 @@ pub enum What {
     },
     /// Score a trained network on made-up scans of a lane: other distances of points, widths, noise and objects (Feng 2019, table 5.6)
     Robustness {
-        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road, points
+        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road, markers, points
         dir: PathBuf,
         /// Scans of each set
         #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=10_000))]
@@ -58,7 +58,7 @@ pub enum What {
     },
     /// Write the classes that a trained network gives to the cells or the points of a run, or the objects that it finds
     Predict {
-        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road, points
+        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road, markers, points
         dir: PathBuf,
         /// Folder that `catseye simulate` or `catseye dataset` wrote; its truth is not looked at
         run: PathBuf,

@@ -21,9 +21,10 @@ macro_rules! shipped {
     };
 }
 
-/// All of them: `road` gives cells of the road grid a class, `points` the points of a scan. Their folders lie in `crates/learn/weights`, each
+/// All of them: `road` gives cells of the road grid a class, `markers` tells lanes between rows of markers in theirs, `points` gives the
+/// points of a scan a class. Their folders lie in `crates/learn/weights`, each
 /// with its model card.
-pub const SHIPPED: [Shipped; 2] = shipped!["road", "points"];
+pub const SHIPPED: [Shipped; 3] = shipped!["road", "markers", "points"];
 
 /// The network of this name.
 pub fn find(name: &str) -> Option<&'static Shipped> {

@@ -203,7 +203,7 @@ mod tests {
         let sweep: Vec<f64> = (-20..=20).map(f64::from).collect();
         let a = rows(&sweep, &[0.0], |az, _| -0.02 * az * az);
         let same = rcs_overlay("plate", &a, &a).unwrap();
-        let b = rows(&sweep, &[0.0], |az, _| -0.02 * az * az + if az == 5.0 { 3.0 } else { 0.0 });
+        let b = rows(&sweep, &[0.0], |az, _| -0.02 * az * az + if az == 5.0 { -3.0 } else { 0.0 });
         let other = rcs_overlay("plate", &a, &b).unwrap();
         // Where the second leaves the first, more of the wide stroke of the first is bare.
         let wide = pale(CURVE_COLOURS[0]);

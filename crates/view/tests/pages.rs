@@ -40,7 +40,7 @@ fn paged(thing: &Path, out: &Path, inline: usize) -> Result<Written> {
 
 /// The JSON in an element of a page.
 fn element(page: &str, id: &str) -> Value {
-    let from = page.find(&format!("id=\"{id}\">")).unwrap() + id.len() + 5;
+    let from = page.find(&format!("id=\"{id}\">")).unwrap() + id.len() + 6;
     let to = from + page[from..].find("</script>").unwrap();
     serde_json::from_str(&page[from..to]).unwrap()
 }

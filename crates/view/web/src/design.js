@@ -253,7 +253,7 @@ export class DesignView {
     const s = this.state;
     const other = s.along === "azimuth" ? "elevation" : "azimuth";
     const step = Number(((s.to - s.from) / Math.max(1, s.steps - 1)).toPrecision(9));
-    return `# Made in a page of catseye view. catseye study ${s.kind}.toml -o out\nname = "${s.kind}"\ntitle = "${s.kind} over ${s.along}"\nquantities = ["rcs_dbsm"]\n\n[set]\ntarget = "${this.spec()}"\nfrequency_hz = ${1e9 * s.frequency_ghz}\n${other}_deg = ${s[other]}\nbounces = ${s.bounces}\ndiffraction = "${s.ptd ? "ptd" : "none"}"\n\n[[sweep]]\nparameter = "${s.along}_deg"\nstart = ${s.from}\nstop = ${s.to}\nstep = ${step}\n`;
+    return `# Made in a page of catseye view. catseye study ${s.kind}.toml -o out\nname = "${s.kind}"\ntitle = "${s.kind} over ${s.along}"\nquantities = ["rcs_dbsm"]\n\n[set]\ntarget = "${this.spec()}"\nfrequency_hz = ${1e9 * s.frequency_ghz}\n${other}_deg = ${s[other]}\n\n[solver]\nbounces = ${s.bounces}\ndiffraction = "${s.ptd ? "ptd" : "none"}"\n\n[[sweep]]\nparameter = "${s.along}_deg"\nstart = ${s.from}\nstop = ${s.to}\nstep = ${step}\n`;
   }
 
   save_toml() {
