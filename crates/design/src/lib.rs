@@ -160,7 +160,7 @@ mod tests {
         // Every kind builds as it is.
         for k in all.as_array().unwrap() {
             let s = scene(k["name"].as_str().unwrap()).unwrap();
-            assert!(corners(&s).len() % 9 == 0 && !glb(&s).unwrap().is_empty(), "{}", k["name"]);
+            assert!(corners(&s).len().is_multiple_of(9) && !glb(&s).unwrap().is_empty(), "{}", k["name"]);
         }
     }
 

@@ -1,4 +1,4 @@
-//! Why a point is there: the echoes that fall into its cell, strongest first, with the places that their paths touch.
+//! Why a point is there: the echoes that fall into its cell, first those that its beam hears most, with the places that their paths touch.
 
 use catseye::base::error::{BadInput, Result};
 use catseye::formats::csv::Table;
@@ -108,7 +108,13 @@ impl Returns {
             })
             .collect();
         let total = found.len();
-        found.sort_by(|a, b| self.list[*b].power_dbm.total_cmp(&self.list[*a].power_dbm));
+        // As the array hears them that looks at the point: its beam as a Gaussian of 0.886 λ/D between half powers.
+        let heard = |i: usize| {
+            let e = &self.list[i];
+            let off = width.map_or(0.0, |w| (e.sine - sine) / (0.886 * w));
+            e.power_dbm - 12.0 * off * off
+        };
+        found.sort_by(|a, b| heard(*b).total_cmp(&heard(*a)));
         found.truncate(MOST);
         let echoes: Vec<Value> = found.iter().map(|i| self.echo(*i)).collect();
         json!({ "echoes": echoes, "in_cell": total })
@@ -127,7 +133,7 @@ impl Returns {
         };
         json!({
             "power_dbm": e.power_dbm, "range_m": e.range_m, "range_rate_mps": e.range_rate_mps,
-            "bounces": self.bounces[i], "chain": chain, "places": places,
+            "bounces": self.bounces[i] as u64, "chain": chain, "places": places,
         })
     }
 }

@@ -161,8 +161,7 @@ impl Page {
     /// the page works out itself.
     pub fn of_design(reflector: &Reflector) -> Page {
         let spec = reflector.spec();
-        let data =
-            json!({ "kind": "design", "title": spec, "spec": spec, "version": env!("CARGO_PKG_VERSION") });
-        Page { physics: true, ..Page::still(spec, data) }
+        let data = json!({ "kind": "design", "title": reflector.kind().name, "spec": spec, "version": env!("CARGO_PKG_VERSION") });
+        Page { physics: true, ..Page::still(reflector.kind().name.into(), data) }
     }
 }

@@ -75,7 +75,7 @@ export function rows(table) {
 /** The unit that the end of a column's name says, as the program has it. */
 const UNITS = [
   ["_rad_per_s", "rad/s"], ["_mps", "m/s"], ["_deg", "°"], ["_dbsm", "dBsm"], ["_dbm", "dBm"], ["_db", "dB"],
-  ["_hz", "Hz"], ["_m", "m"], ["_s", "s"],
+  ["_ghz", "GHz"], ["_hz", "Hz"], ["_m", "m"], ["_s", "s"],
 ];
 export function unit(name) {
   return UNITS.find(([end]) => name.endsWith(end))?.[1] ?? "";

@@ -59,6 +59,14 @@ export class DesignView {
     return `${kind}:${[...Object.entries(values), ["material", material]].map(([k, v]) => `${k}=${v}`).join(",")}`;
   }
 
+  /** The specification without what is as by default, for the eye. */
+  told_spec() {
+    const { kind, values, material } = this.state;
+    const own = this.kind.parameters.filter((p) => values[p.name] !== p.default).map((p) => [p.name, values[p.name]]);
+    if (material !== this.kind.material) own.push(["material", material]);
+    return own.length ? `${kind}:${own.map(([k, v]) => `${k}=${v}`).join(",")}` : kind;
+  }
+
   get kind() {
     return this.kinds.find((k) => k.name === this.state.kind);
   }
@@ -179,7 +187,7 @@ export class DesignView {
     this.scene.triangles(corners);
     this.draw();
     const best = this.levels[0].reduce((b, v, i) => (v != null && (this.levels[0][b] == null || v > this.levels[0][b]) ? i : b), 0);
-    this.note.textContent = `${this.spec()} · VV ${number(this.levels[0][best])} dBsm at ${number(x[best])}° at most · ${x.length} directions in ${number(this.ms, 1)} ms`;
+    this.note.textContent = `${this.told_spec()} · VV ${number(this.levels[0][best])} dBsm at ${number(x[best])}° at most · ${x.length} directions in ${number(this.ms, 1)} ms`;
   }
 
   draw() {
@@ -187,7 +195,7 @@ export class DesignView {
     // Cross-polarised echoes of a symmetrical corner are none.
     const best = Math.max(...this.levels.flat().filter((v) => v != null));
     if (Math.max(...this.levels[1].filter((v) => v != null)) > best - 40) lines.push({ label: "VH", colour: series(3), values: this.levels[1] });
-    if (this.held) lines.push({ label: `held: ${this.held.spec}`, colour: "#999", dash: [5, 4], values: this.held_values() });
+    if (this.held) lines.push({ label: "VV held", colour: "#999", dash: [5, 4], values: this.held_values() });
     this.lines.labels.x = `${this.state.along} / °`;
     this.lines.show(Array.from(this.result.x), lines, { y: (_, lo, hi) => [Math.max(lo, best - 60) - 2, hi + 2] });
   }
@@ -204,7 +212,7 @@ export class DesignView {
   }
 
   hold() {
-    this.held = { spec: this.spec(), x: Array.from(this.result.x), values: [...this.levels[0]] };
+    this.held = { x: Array.from(this.result.x), values: [...this.levels[0]] };
     this.draw();
   }
 

@@ -372,7 +372,7 @@ export class RunView {
       el("h2", {}, `Point ${i}: `, el("span", { style: `color:rgb(${classColour(get("class")).join(",")})` }, head)), facts(sum),
       el("h3", {}, "Why it is there"),
       cause ? el("ol", { class: "echoes" }, echoes.length ? echoes : "No echo falls into its cell: noise, or a side lobe of something far away.") : el("p", { class: "missing" }, "There are no returns with this frame: [output] returns = true of a scenario keeps them."),
-      cause && cause.in_cell > echoes.length ? el("p", { class: "hint" }, `${cause.in_cell} echoes fall into this cell and beam; the strongest are listed.`) : "",
+      cause && cause.in_cell > echoes.length ? el("p", { class: "hint" }, `${cause.in_cell} echoes fall into this cell and beam; those that the beam hears most are listed.`) : "",
       cause && paths.length === 0 && echoes.length ? el("p", { class: "hint" }, "[output] return_places = true keeps the places of bounces, so that ways can be drawn.") : "",
       el("details", {}, el("summary", {}, "all columns of points.csv"), facts(Object.keys(p).map((name) => [name, value(name)]), "columns")));
     const line = this.list.querySelector(`tr[data-row="${i}"]`);
