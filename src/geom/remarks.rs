@@ -22,7 +22,7 @@ pub fn of_meshes(scene: &Scene, freq_hz: f64) -> Result<Vec<String>> {
     let dielectric = |m: u32| scene.materials.get(m as usize).is_some_and(|m| m.is_dielectric());
     let mut seen = vec![false; scene.meshes.len()];
     let mut lines = Vec::new();
-    for object in &scene.objects {
+    for object in scene.objects.iter().filter(|o| o.radar) {
         let Shape::Mesh(m) = object.shape else { continue };
         if std::mem::replace(&mut seen[m], true) {
             continue;

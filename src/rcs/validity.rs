@@ -57,7 +57,7 @@ impl Faces {
     /// Finds the parts of a scene's meshes. Points and scattering tables have none.
     pub fn of(scene: &Scene) -> Faces {
         let (mut flat, mut curved) = (Vec::new(), Vec::new());
-        for o in &scene.objects {
+        for o in scene.objects.iter().filter(|o| o.radar) {
             let Shape::Mesh(m) = o.shape else { continue };
             let mesh = &scene.meshes[m];
             let world: Vec<DVec3> = mesh.positions_m.iter().map(|p| o.pose.point(*p)).collect();

@@ -244,6 +244,9 @@ fn a_vehicle_scatters_as_a_point_and_keeps_its_body() {
         let geometry =
             RigidScene::new(Cow::Borrowed(&point), 77e9, Facets::Flat).unwrap().at(time_s, 0.0).unwrap();
         assert_eq!(geometry.triangle_count, 0, "{kind}");
+        // Nothing is said of a mesh that the radar does not see.
+        let checked = |s: &Scene| catseye::geom::validate::check_scene(s, 77e9).unwrap().len();
+        assert!(checked(&whole) > 0 && checked(&point) == 0, "{kind}");
         assert_eq!(geometry.points.len(), 1, "{kind}");
         let p = &geometry.points[0];
         let part = point.object_by_id(p.id).unwrap();

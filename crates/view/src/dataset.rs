@@ -3,7 +3,7 @@
 use super::{Frames, Page, pack};
 use catseye::base::error::Result;
 use catseye::base::units::dbm_from_w;
-use catseye::road::mask::{CellClass, Grid};
+use catseye::road::mask::Grid;
 use catseye_io::dataset::DatasetFile;
 use catseye_io::store::{Column, Data, DatasetLayout, Record, Table};
 use serde_json::{Map, Value, json};
@@ -50,7 +50,6 @@ pub fn page(folder: &Path) -> Result<Page> {
         "radars": shown,
         "frames": frames,
         "notes": notes,
-        "classes": CellClass::ALL.map(CellClass::name),
         "scene": null,
         "tables": {},
     });
