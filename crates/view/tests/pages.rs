@@ -106,7 +106,8 @@ fn a_page_says_what_the_files_say() {
                     length += to.iter().zip(at).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
                     at = to;
                 }
-                assert!((0.5 * length - e["range_m"].as_f64().unwrap()).abs() < 0.05, "{e}");
+                // Half a wavelength: places are f32, and those of another bounce or face lie farther off.
+                assert!((0.5 * length - e["range_m"].as_f64().unwrap()).abs() < 0.002, "{e}");
             }
             if ids[k] > 0.0 && shares[k] > 0.9 && ghosts[k] == 0.0 && lobes[k] == 0.0 {
                 let named = echoes
