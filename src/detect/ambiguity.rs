@@ -111,8 +111,7 @@ impl Standing {
     }
 }
 
-/// Speed along the line of sight that no body is taken to exceed, m/s: two cars that meet at 180 km/h each.
-pub const FASTEST_MPS: f64 = 100.0;
+pub use crate::scene::radar_figures::FASTEST_MPS;
 
 /// Whether a range rate known but for multiples of `modulo_mps` is the only one of them within ±[`FASTEST_MPS`].
 pub fn is_alone(range_rate_mps: f64, modulo_mps: f64) -> bool {
@@ -156,7 +155,9 @@ type Beam = (f64, (f64, f64));
 /// Probability with which bursts of the same body pass the test of agreement.
 const AGREEMENT: f64 = 0.999;
 /// Another answer is ruled out when it is e^{−½·14} ≈ 1/1000 as likely.
-const MARGIN: f64 = 14.0;
+pub(super) const MARGIN: f64 = 14.0;
+/// A peak's row is as that of one body to this share of a cell, which more than one scatterer of it makes uncertain.
+pub(super) const ROW_CELLS: f64 = 0.1;
 
 /// Probability from which a fold is taken: the one that was measured, another one.
 const SURE: f64 = 0.999;

@@ -44,7 +44,7 @@ pub fn separated(
     taken.snapshots.data.truncate(tops.len() * taken.snapshots.channels);
     let folds = fold_test(radar)?;
     let standing = velocity_mps.map(|v| Standing::seen_by(radar, v));
-    let all = decoded(radar, &taken, &rates, folds.as_ref(), standing.as_ref());
+    let all = decoded(radar, &taken, &rates, folds.as_ref(), standing.as_ref(), &[]);
     Ok(SeparatedCells {
         snapshots: all.snapshots,
         noise_w: all.noise,

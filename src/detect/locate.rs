@@ -2,7 +2,10 @@
 //! that the radar asks for, slopes paired.
 
 use super::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
-use super::ambiguity::{Ambiguity, FASTEST_MPS, Folded, Standing, TdmFolds, empty_bands, is_alone};
+use super::ambiguity::{
+    Ambiguity, FASTEST_MPS, Folded, ROW_CELLS, Standing, TdmFolds, empty_bands, is_alone,
+};
+use super::bursts::{self, Burst, Known};
 use super::points::{Detected, Point, least_range_m, peaks, point, range_rate_mps};
 use super::same_slope;
 use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
@@ -30,8 +33,6 @@ use rayon::prelude::*;
 const MODEL_ERROR: f64 = 1e-2;
 /// Directions in which folds are tested, to a beamwidth of the array.
 const PER_BEAM: f64 = 3.0;
-/// A peak's row is as that of one body to this share of a cell, which more than one scatterer of it makes uncertain.
-const ROW_CELLS: f64 = 0.1;
 /// Levels of one body on two slopes differ by about this, dB: other frequencies, other cells.
 const SLOPE_LEVEL_DB: f64 = 2.0;
 
@@ -135,7 +136,8 @@ pub fn detected(
     accuracy: &PointAccuracy,
     velocity_mps: Option<DVec3>,
 ) -> Result<Vec<Detected>> {
-    let Some(search) = Search::new(radar, found, accuracy, velocity_mps)? else { return Ok(Vec::new()) };
+    let Some(chosen) = Chosen::new(radar, found, accuracy) else { return Ok(Vec::new()) };
+    let search = chosen.search(radar, found, velocity_mps, &[])?;
     let mut looked = looked(engine, &[&search])?;
     Ok(looked.pop().map_or_else(Vec::new, |looked| search.detections(&looked)))
 }
@@ -169,14 +171,15 @@ struct Search {
     standing: Option<Standing>,
 }
 
-impl Search {
-    /// Chooses the cells of `found` and tells their transmitters apart. None where there are no cells.
-    fn new(
-        radar: &Radar,
-        found: &mut RangeDoppler<f64>,
-        accuracy: &PointAccuracy,
-        velocity_mps: Option<DVec3>,
-    ) -> Result<Option<Search>> {
+/// The cells of one map that are placed, and the range rate of each cell's row, m/s.
+struct Chosen {
+    tops: Vec<Peak>,
+    rates: Vec<f64>,
+}
+
+impl Chosen {
+    /// Chooses the cells of `found`, which keeps them. None where there are no cells.
+    fn new(radar: &Radar, found: &mut RangeDoppler<f64>, accuracy: &PointAccuracy) -> Option<Chosen> {
         if radar.processing.group != [0; 2] {
             keep_heads(found, radar.processing.group);
         }
@@ -184,13 +187,22 @@ impl Search {
         let channels = found.snapshots.channels;
         found.cells.truncate(tops.len());
         found.snapshots.data.truncate(tops.len() * channels);
-        if tops.is_empty() {
-            return Ok(None);
-        }
         found.noise.truncate(tops.len());
+        (!tops.is_empty()).then_some(Chosen { tops, rates })
+    }
+
+    /// Tells the transmitters of the cells apart. `known` is what other bursts know of each cell's range rate, or nothing at all.
+    fn search(
+        self,
+        radar: &Radar,
+        found: &RangeDoppler<f64>,
+        velocity_mps: Option<DVec3>,
+        known: &[Option<Known>],
+    ) -> Result<Search> {
+        let Chosen { tops, rates } = self;
         let folds = fold_test(radar)?;
         let standing = velocity_mps.map(|velocity_mps| Standing::seen_by(radar, velocity_mps));
-        let cells = decoded(radar, found, &rates, folds.as_ref(), standing.as_ref());
+        let cells = decoded(radar, found, &rates, folds.as_ref(), standing.as_ref(), known);
         let scalloping = tops
             .iter()
             .zip(&found.cells)
@@ -209,9 +221,11 @@ impl Search {
             }
         };
         let standing = standing.filter(|_| folds.is_none());
-        Ok(Some(Search { finder, grid, tops, scalloping, rates, cells, standing }))
+        Ok(Search { finder, grid, tops, scalloping, rates, cells, standing })
     }
+}
 
+impl Search {
     /// Bytes that the spectra of all cells take on the device and on the host.
     fn spectrum_bytes(&self) -> usize {
         self.tops.len() * self.grid.len() * (2 * size_of::<f32>() + size_of::<f64>())
@@ -361,13 +375,15 @@ pub(super) struct Decoded {
     pub rates: Vec<(f64, Ambiguity, f64)>,
 }
 
-/// Tells the transmitters of the cells of `found` apart; `rates` are the range rates of their rows, m/s.
+/// Tells the transmitters of the cells of `found` apart; `rates` are the range rates of their rows, m/s, and `known` is what
+/// other bursts know of each of them, where there are any.
 pub(super) fn decoded(
     radar: &Radar,
     found: &RangeDoppler<f64>,
     rates: &[f64],
     folds: Option<&TdmFolds>,
     standing: Option<&Standing>,
+    known: &[Option<Known>],
 ) -> Decoded {
     let channels = found.snapshots.channels;
     // Of a decoded channel: BPM averages its slots, and the map of DDM is scaled by B/N_tx.
@@ -383,15 +399,21 @@ pub(super) fn decoded(
         .zip(found.snapshots.data.par_chunks(channels))
         .zip(&noise)
         .zip(&found.cells)
-        .map(|(((rate, snapshot), noise), cell)| {
-            let (rate, state, modulo_mps) = match folds {
-                Some(test) => {
+        .enumerate()
+        .map(|(i, (((rate, snapshot), noise), cell))| {
+            let known = known.get(i).copied().flatten();
+            let as_known = |k: Known| (k.range_rate_mps, k.state, k.modulo_mps);
+            let (rate, state, modulo_mps) = match (known, folds) {
+                // What bursts agree on needs no array, which then sees the body where it is.
+                (Some(k), _) if k.state == Ambiguity::Resolved => as_known(k),
+                (_, Some(test)) => {
                     let t = test.test(snapshot, *rate, *noise, MODEL_ERROR, standing);
                     // In doubt the rate stays as it was measured.
                     let is_unfolded = t.is_found || t.state.is_settled();
                     (if is_unfolded { t.range_rate_mps } else { *rate }, t.state, t.modulo_mps)
                 }
-                None => (*rate, Ambiguity::Unresolved, fold_mps),
+                (Some(k), None) => as_known(k),
+                (None, None) => (*rate, Ambiguity::Unresolved, fold_mps),
             };
             // Bands are counted from the cell's own row: a peak between rows may lie across the map's edge from it.
             let rate = match radar.multiplex {
@@ -418,12 +440,27 @@ pub(super) fn decoded(
                 }
                 _ => (state, modulo_mps),
             };
-            (d.channels, (d.range_rate_mps, state, modulo_mps))
+            // Bands tell the fold of one burst but for multiples of all of them, and bursts may tell more.
+            let all_mps = fold_mps * bands(radar) as f64;
+            let more = known.filter(|k| {
+                let folds = (k.range_rate_mps - d.range_rate_mps) / all_mps;
+                k.state == Ambiguity::Resolved && (folds - folds.round()).abs() * all_mps < 0.5 * fold_mps
+            });
+            let rate = more.map_or((d.range_rate_mps, state, modulo_mps), as_known);
+            (d.channels, rate)
         })
         .collect();
     let data = cells.iter().flat_map(|c| c.0.iter().copied()).collect();
     let snapshots = Snapshots { channels: radar.virtual_channels(), data };
     Decoded { snapshots, noise, rates: cells.into_iter().map(|c| c.1).collect() }
+}
+
+/// Doppler bands of a map: one where transmitters do not have their own.
+fn bands(radar: &Radar) -> usize {
+    match radar.multiplex {
+        Multiplex::Ddm { bands } => bands,
+        Multiplex::Tdm | Multiplex::Bpm => 1,
+    }
 }
 
 /// Whether an angle stands at an end of the angles that are searched, or beyond. An axis of one value is not searched.
@@ -541,14 +578,66 @@ impl Ramps {
     fn new(frame: &mut FrameMaps<'_>) -> Result<Ramps> {
         let parts: Vec<Radar> = (0..frame.maps.len()).map(|i| frame.radar.part(i)).collect();
         let accuracies = parts.iter().map(accuracy).collect::<Result<Vec<_>>>()?;
-        let searches = parts
-            .iter()
+        let ramps = || parts.iter().zip(&accuracies);
+        let chosen: Vec<Option<Chosen>> = ramps()
             .zip(frame.maps.iter_mut())
-            .zip(&accuracies)
-            .map(|((part, map), accuracy)| Search::new(part, map, accuracy, frame.velocity_mps))
+            .map(|((part, accuracy), map)| Chosen::new(part, map, accuracy))
+            .collect();
+        let mut known = known(frame.radar, &parts, &accuracies, &chosen, frame.maps);
+        let searches = chosen
+            .into_iter()
+            .zip(&parts)
+            .zip(frame.maps.iter())
+            .zip(&mut known)
+            .map(|(((chosen, part), map), known)| {
+                let search = |c: Chosen| c.search(part, map, frame.velocity_mps, &std::mem::take(known));
+                chosen.map(search).transpose()
+            })
             .collect::<Result<_>>()?;
         Ok(Ramps { parts, accuracies, searches })
     }
+}
+
+/// What bursts of one slope know of the range rates of each ramp's cells; nothing where ramps follow each other in every loop, whose
+/// periods are one.
+fn known(
+    radar: &Radar,
+    parts: &[Radar],
+    accuracies: &[PointAccuracy],
+    chosen: &[Option<Chosen>],
+    maps: &[RangeDoppler<f64>],
+) -> Vec<Vec<Option<Known>>> {
+    let mut out = vec![Vec::new(); parts.len()];
+    if !radar.waveform.is_in_bursts() {
+        return out;
+    }
+    for group in same_slope::ramps(radar) {
+        let of = |i: usize| {
+            let (peaks, rates) =
+                chosen[i].as_ref().map_or((&[][..], &[][..]), |c| (&c.tops[..], &c.rates[..]));
+            Burst {
+                radar: &parts[i],
+                accuracy: &accuracies[i],
+                snapshots: &maps[i].snapshots,
+                noise_w: &maps[i].noise,
+                peaks,
+                rates_mps: rates,
+            }
+        };
+        let bursts: Vec<Burst<'_>> = group.iter().map(|i| of(*i)).collect();
+        for (i, known) in group.iter().zip(bursts::agreed(&bursts)) {
+            out[*i] = known;
+        }
+    }
+    out
+}
+
+/// A detection of one burst on the scales of another of the same slope.
+fn on_scales_of(part: &Radar, d: &Detected, to: &Radar) -> Detected {
+    let rate = range_rate_mps(part, d.doppler_row) + d.unfolded_mps;
+    let (bin_mps, rows) = (to.velocity_bin_mps(), to.doppler_rows() as f64);
+    let doppler_row = (rate / bin_mps + (rows / 2.0).floor()).rem_euclid(rows);
+    Detected { doppler_row, unfolded_mps: rate - range_rate_mps(to, doppler_row), ..*d }
 }
 
 /// Points of what the ramps of one frame saw.
@@ -565,10 +654,13 @@ fn joined(
         let mut alike: Vec<Vec<Detected>> = group.iter().map(|i| std::mem::take(&mut lists[*i])).collect();
         // All to the time of the first.
         for (list, i) in alike.iter_mut().zip(&group) {
-            let later_s = parts[*i].middle_s() - part.middle_s();
+            let later_s = accuracies[*i].coupling_s - accuracy.coupling_s;
             for d in list {
-                let rate = range_rate_mps(part, d.doppler_row) + d.unfolded_mps;
+                let rate = range_rate_mps(&parts[*i], d.doppler_row) + d.unfolded_mps;
                 d.range_bin -= rate * later_s / part.range_bin_m();
+                if radar.waveform.is_in_bursts() {
+                    *d = on_scales_of(&parts[*i], d, part);
+                }
             }
         }
         let bodies = same_slope::together(part, accuracy, &alike);

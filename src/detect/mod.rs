@@ -45,6 +45,7 @@
 pub mod accuracy;
 pub mod ambiguity;
 pub mod assignment;
+mod bursts;
 pub mod cluster;
 pub mod columns;
 pub mod directions;

@@ -124,7 +124,7 @@ impl Response {
             doppler: WindowResponse::new(&window::coefficients(p.doppler_window, radar.chirps)?),
             mean: p.remove_static.then(|| WindowResponse::new(&vec![1.0; radar.chirps])),
             range_cell_m: C0 / (2.0 * lines.step_hz.abs() * lines.count as f64),
-            rate_cell_mps: radar.wavelength_m() / (2.0 * radar.frame_time_s()),
+            rate_cell_mps: radar.velocity_cell_mps(),
             coupling_s: radar.range_per_rate_s(),
             fold_mps: 2.0 * radar.max_velocity_mps(),
             tx_m,

@@ -56,7 +56,7 @@ pub fn angle_spectra(
     let folds = fold_test(radar)?;
     let standing = velocity_mps.map(|velocity_mps| Standing::seen_by(radar, velocity_mps));
     let Decoded { snapshots, noise, rates } =
-        decoded(radar, found, &rates, folds.as_ref(), standing.as_ref());
+        decoded(radar, found, &rates, folds.as_ref(), standing.as_ref(), &[]);
     let angle = &radar.processing.angle;
     let values = if angle.method == AngleMethod::Bartlett && angle.calibration.is_none() {
         engine.angular_power(&Beamformer::new(radar)?, &snapshots, &vec![0.0; tops.len()])?

@@ -51,11 +51,11 @@ pub struct Smear {
 }
 
 impl Smear {
-    /// Computes the smear: how much farther a target of the next fold walks during the frame, and how much its Doppler
+    /// Computes the smear: how much farther a target of the next fold walks during its chirps, and how much its Doppler
     /// frequency changes over the ramp.
     pub fn new(radar: &Radar, t: &Transform) -> Smear {
         let lines = radar.lines();
-        let walk_m = 2.0 * radar.max_velocity_mps() * radar.frame_time_s();
+        let walk_m = 2.0 * radar.max_velocity_mps() * radar.burst_time_s();
         let band = lines.count as f64 * lines.step_hz.abs() / radar.carrier_hz;
         Smear {
             per_fold: [t.doppler_rows() as f64 * band, walk_m / radar.range_bin_m()],

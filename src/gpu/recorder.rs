@@ -551,8 +551,9 @@ impl<'a> Recorder<'a> {
             Ok(Err(e)) => return Err(gpu.lost(&kernels, &e.to_string())),
             Err(_) => return Err(gpu.lost(&kernels, "while it was waited for")),
         }
+        // Nor are its results refused otherwise: what is wrong with a buffer was told above.
         if let Some(e) = refused.lock().ok().and_then(|mut r| r.take()) {
-            return Err(gpu.error(&kernels, format!("results cannot be read: {e}")));
+            return Err(gpu.lost(&kernels, &format!("results cannot be read: {e}")));
         }
         for read in &mut reads {
             let Some(kept) = &read.kept else { continue };

@@ -428,16 +428,27 @@ impl Radar {
     }
     /// Time between chirps of the same slot and ramp, s.
     pub fn loop_period_s(&self) -> f64 {
-        self.waveform.periods_s().0 * self.slots() as f64
+        let own = match self.waveform.is_in_bursts() {
+            true => self.waveform.period_s(),
+            false => self.waveform.periods_s().0,
+        };
+        own * self.slots() as f64
+    }
+    /// Time over which the chirps of this ramp are spread, s: the frame, or this burst of it. Range rates are resolved to
+    /// λ over twice this time.
+    pub fn burst_time_s(&self) -> f64 {
+        self.loop_period_s() * self.chirps as f64
     }
     /// Length of a frame, s.
     pub fn frame_time_s(&self) -> f64 {
-        self.loop_period_s() * self.chirps as f64
+        self.waveform.periods_s().0 * self.slots() as f64 * self.chirps as f64
     }
     /// Start of the chirp of a loop and a slot relative to the middle of the frame, where positions
     /// are taken (CONVENTIONS eq. 10).
     pub fn chirp_start_s(&self, chirp: usize, slot: usize) -> f64 {
         let (_, before) = self.waveform.periods_s();
+        // Bursts wait for all chirps of those before them.
+        let before = if self.waveform.is_in_bursts() { before * self.chirps as f64 } else { before };
         chirp as f64 * self.loop_period_s()
             + before * self.slots() as f64
             + slot as f64 * self.chirp_period_s()
@@ -473,6 +484,10 @@ impl Radar {
     /// Width of a Doppler cell, m/s of range rate.
     pub fn velocity_bin_mps(&self) -> f64 {
         self.wavelength_m() / (2.0 * self.loop_period_s() * self.processing.doppler_fft as f64)
+    }
+    /// Resolution along Doppler λ/2T with the time T of this ramp's chirps, m/s of range rate.
+    pub fn velocity_cell_mps(&self) -> f64 {
+        0.5 * self.wavelength_m() / self.burst_time_s()
     }
     /// Number of rows of the range-Doppler map: the Doppler FFT, or its share of one band (DDM).
     pub fn doppler_rows(&self) -> usize {

@@ -17,10 +17,10 @@ pub struct RadarFigures {
     /// Range resolution c/2B with the band B that is sampled, m.
     pub range_resolution_m: f64,
     /// Largest |range rate| that looks like no other one, m/s: λ/4T_c where transmitters in turn or empty Doppler bands tell the folds
-    /// apart, else that of a row of the map. None for a radar that measures no Doppler shift, and for one whose several slopes tell
+    /// apart, half of [`common_fold_mps`] but [`FASTEST_MPS`] at most where bursts of one slope do, else that of a row of the map. None for a radar that measures no Doppler shift, and for one whose several slopes tell
     /// range rates without folds.
     pub max_speed_mps: Option<f64>,
-    /// Range-rate resolution λ/2T with the length T of a frame, m/s. None for a radar that measures no Doppler shift.
+    /// Range-rate resolution λ/2T with the length T of a frame, or of a burst of it, m/s. None for a radar that measures no Doppler shift.
     pub speed_resolution_mps: Option<f64>,
     /// Half-power width of the beam at broadside in azimuth and elevation, all channels with the same weight, degrees. None where
     /// the array is too short to tell the angle.
@@ -42,7 +42,9 @@ impl RadarFigures {
             }
             _ => (true, true),
         };
+        let parts: Vec<Radar> = (0..radar.waveform.parts()).map(|i| radar.part(i)).collect();
         let max_speed_mps = match radar.multiplex {
+            _ if radar.waveform.is_in_bursts() => FASTEST_MPS.min(0.5 * common_fold_mps(parts.iter())),
             Multiplex::Tdm if is_one_ramp => quarter_mps(radar.chirp_period_s()),
             Multiplex::Ddm { bands } if bands > radar.tx.len() => quarter_mps(radar.loop_period_s()),
             _ => radar.max_velocity_mps(),
@@ -61,10 +63,31 @@ impl RadarFigures {
             max_range_m: radar.max_range_m(),
             range_resolution_m: 0.5 * C0 / (lines.count as f64 * lines.step_hz.abs()),
             max_speed_mps: (is_doppler && is_one_slope).then_some(max_speed_mps),
-            speed_resolution_mps: is_doppler.then(|| 0.5 * radar.wavelength_m() / radar.frame_time_s()),
+            speed_resolution_mps: is_doppler.then(|| radar.velocity_cell_mps()),
             beam_deg,
         }
     }
+}
+
+/// Speed along the line of sight that no body is taken to exceed, m/s: two cars that meet at 180 km/h each.
+pub const FASTEST_MPS: f64 = 100.0;
+
+/// Rates beyond this are not looked at for folds, m/s.
+const FASTEST_FOLD_MPS: f64 = 2000.0;
+
+/// The smallest range rate besides zero that all bursts fold onto zero, to a resolution cell of each, m/s, of those up to 2 km/s:
+/// range rates that far apart look alike to all of them.
+pub fn common_fold_mps<'a>(bursts: impl Iterator<Item = &'a Radar> + Clone) -> f64 {
+    let fold_mps = |r: &Radar| 2.0 * r.max_velocity_mps();
+    let Some(first) = bursts.clone().next().map(fold_mps) else { return FASTEST_FOLD_MPS };
+    let is_common = |v: &f64| {
+        bursts.clone().all(|r| {
+            let off = v - fold_mps(r) * (v / fold_mps(r)).round();
+            off.abs() <= r.velocity_cell_mps()
+        })
+    };
+    let folds = (1u32..).map(|q| f64::from(q) * first).take_while(|v| *v < FASTEST_FOLD_MPS);
+    folds.into_iter().find(is_common).unwrap_or(FASTEST_FOLD_MPS)
 }
 
 /// Width between the half powers of the beam that channels at `places_m` form at broadside, rad.

@@ -363,7 +363,7 @@ pub struct CfarTable {
 }
 
 /// Built-in radars: name and TOML text.
-pub const PRESETS: [(&str, &str); 14] = [
+pub const PRESETS: [(&str, &str); 15] = [
     ("feng77", include_str!("../../scenes/presets/feng77.toml")),
     ("front77", include_str!("../../scenes/presets/front77.toml")),
     ("demo77", include_str!("../../scenes/presets/demo77.toml")),
@@ -376,6 +376,7 @@ pub const PRESETS: [(&str, &str); 14] = [
     ("ars408-far", include_str!("../../scenes/presets/ars408-far.toml")),
     ("ars408-near", include_str!("../../scenes/presets/ars408-near.toml")),
     ("lrr77", include_str!("../../scenes/presets/lrr77.toml")),
+    ("lrr77-bursts", include_str!("../../scenes/presets/lrr77-bursts.toml")),
     ("corner77", include_str!("../../scenes/presets/corner77.toml")),
     ("imaging77", include_str!("../../scenes/presets/imaging77.toml")),
 ];

@@ -15,7 +15,18 @@ pub struct Ramp {
     pub period_s: f64,
 }
 
-/// Ramps in turn. A fast-chirp radar has one, an FM-CW radar with a triangle two. Every ramp is sent by all
+/// In which order the chirps of several ramps are sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RampOrder {
+    /// One chirp of each ramp in every loop, as slopes that rise and fall in turn.
+    #[default]
+    InTurn,
+    /// All chirps of a ramp before those of the next: bursts, whose periods may differ so that they fold range rates
+    /// differently (staggered repetition).
+    Bursts,
+}
+
+/// Several ramps. A fast-chirp radar has one, an FM-CW radar with a triangle two. Every ramp is sent by all
 /// transmitters before the next one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slopes {
@@ -23,6 +34,8 @@ pub struct Slopes {
     pub ramps: Vec<Ramp>,
     /// The ramp that this radar's range and Doppler scales speak of.
     pub this: usize,
+    /// How their chirps follow each other.
+    pub order: RampOrder,
 }
 
 /// Envelope of a pulse over its carrier, with a largest magnitude of 1.
@@ -154,7 +167,8 @@ pub enum Waveform {
 impl Waveform {
     /// Fast chirps: one rising (or, with a negative bandwidth, falling) ramp.
     pub fn chirp(bandwidth_hz: f64, ramp_time_s: f64, period_s: f64) -> Waveform {
-        Waveform::Fmcw(Slopes { ramps: vec![Ramp { bandwidth_hz, time_s: ramp_time_s, period_s }], this: 0 })
+        let ramps = vec![Ramp { bandwidth_hz, time_s: ramp_time_s, period_s }];
+        Waveform::Fmcw(Slopes { ramps, this: 0, order: RampOrder::InTurn })
     }
 
     /// Number of times that a loop sends with each transmitter.
@@ -192,6 +206,11 @@ impl Waveform {
             }
             _ => (self.period_s(), 0.0),
         }
+    }
+
+    /// Whether all chirps of a ramp are sent before those of the next.
+    pub fn is_in_bursts(&self) -> bool {
+        matches!(self, Waveform::Fmcw(s) if s.order == RampOrder::Bursts)
     }
 
     /// The name that `waveform.kind` has in a radar file.

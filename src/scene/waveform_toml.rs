@@ -2,7 +2,7 @@
 
 use super::radar::Sampling;
 use super::toml_file::{Above, At, Document, read_beside};
-use super::waveform::{Multiplex, PulseShape, Ramp, Slopes, Waveform, m_sequence};
+use super::waveform::{Multiplex, PulseShape, Ramp, RampOrder, Slopes, Waveform, m_sequence};
 use crate::base::error::{BadInput, Result};
 use num_complex::Complex64;
 use schemars::JsonSchema;
@@ -22,6 +22,16 @@ pub enum WaveformName {
     Pulse,
     /// Phase-modulated continuous wave: `chip_rate_hz` and `code_degree` or `code`.
     Pmcw,
+}
+
+/// In which order the chirps of several ramps are sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RampOrderName {
+    /// One chirp of each ramp in every loop.
+    InTurn,
+    /// All chirps of a ramp before those of the next.
+    Bursts,
 }
 
 /// How transmitters share a frame.
@@ -83,6 +93,11 @@ pub struct WaveformTable {
     /// "fmcw": several slopes in turn, in place of `bandwidth_hz`, `ramp_time_s` and `chirp_period_s`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ramp: Vec<RampTable>,
+    /// With several [[waveform.ramp]]: "in-turn" sends one chirp of each in every loop, "bursts" all chirps of one before those of
+    /// the next. Bursts of one slope with different `chirp_period_s` tell range rates apart that one burst folds together (staggered
+    /// repetition); default "in-turn".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ramp_order: Option<At<RampOrderName>>,
     /// "stepped-frequency": distance from one tone to the next, Hz; there are as many tones as samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_hz: Option<At<f64>>,
@@ -170,7 +185,17 @@ pub fn build(
                     .allowed("1..=64")
                     .into());
             }
-            Waveform::Fmcw(Slopes { ramps, this: 0 })
+            let order = match &w.ramp_order {
+                Some(o) if ramps.len() < 2 => {
+                    return Err(doc
+                        .bad(&o.span, "one ramp alone has no order")
+                        .remedy("take ramp_order out or give a [[waveform.ramp]] for each burst")
+                        .into());
+                }
+                Some(o) if o.value == RampOrderName::Bursts => RampOrder::Bursts,
+                _ => RampOrder::InTurn,
+            };
+            Waveform::Fmcw(Slopes { ramps, this: 0, order })
         }
         WaveformName::SteppedFrequency => {
             let at = need(doc, w, &w.step_hz, "step_hz", "as in 2e6")?;
@@ -264,6 +289,7 @@ fn only(doc: &Document<'_>, w: &WaveformTable) -> Result<()> {
             one_ramp,
         ),
         ("ramp", w.ramp.first().map(|r| &r.bandwidth_hz.span), &[Fmcw], true),
+        ("ramp_order", w.ramp_order.as_ref().map(|a| &a.span), &[Fmcw], true),
         ("step_hz", w.step_hz.as_ref().map(|a| &a.span), &[SteppedFrequency], true),
         ("pulse_file", w.pulse_file.as_ref().map(|a| &a.span), &[Pulse], true),
         ("pulse_samples", w.pulse_samples.as_ref().map(|a| &a.span), &[Pulse], true),
@@ -561,6 +587,7 @@ pub fn table(
         ramp_time_s: None,
         chirp_period_s: Some(waveform.period_s().into()),
         ramp: Vec::new(),
+        ramp_order: None,
         step_hz: None,
         pulse_file: None,
         pulse_samples: None,
@@ -589,6 +616,9 @@ pub fn table(
                         chirp_period_s: r.period_s.into(),
                     })
                     .collect();
+                if s.order == RampOrder::Bursts {
+                    t.ramp_order = Some(RampOrderName::Bursts.into());
+                }
             }
         },
         Waveform::Stepped { step_hz, .. } => {

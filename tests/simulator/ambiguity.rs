@@ -8,7 +8,7 @@ use catseye::detect::locate;
 use catseye::engine::{Engine, Precision};
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml::parse;
-use catseye::scene::waveform::{Ramp, Slopes, Waveform};
+use catseye::scene::waveform::{Ramp, RampOrder, Slopes, Waveform};
 use catseye::trace::Echoes;
 use glam::DVec3;
 use std::path::Path;
@@ -36,7 +36,16 @@ fn radar(multiplex: &str, period_s: f64, chirps: usize, [tx, rx, apart]: [usize;
 
 fn in_turn(radar: &mut Radar, ramps: &[(f64, f64)], time_s: f64) {
     let ramp = |(b, period): &(f64, f64)| Ramp { bandwidth_hz: *b, time_s, period_s: *period };
-    radar.waveform = Waveform::Fmcw(Slopes { ramps: ramps.iter().map(ramp).collect(), this: 0 });
+    radar.waveform =
+        Waveform::Fmcw(Slopes { ramps: ramps.iter().map(ramp).collect(), this: 0, order: RampOrder::InTurn });
+}
+
+fn in_bursts(radar: &mut Radar, periods_s: &[f64], time_s: f64) {
+    let ramps: Vec<(f64, f64)> = periods_s.iter().map(|p| (0.3e9, *p)).collect();
+    in_turn(radar, &ramps, time_s);
+    if let Waveform::Fmcw(s) = &mut radar.waveform {
+        s.order = RampOrder::Bursts;
+    }
 }
 
 /// A radar of one kind with parameters that a user may choose.
@@ -55,6 +64,23 @@ fn drawn(kind: &str, d: &mut Draws) -> Radar {
                 one_of(d, &[(25e-6, 35e-6), (30e-6, 33e-6), (20e-6, 40e-6), (25e-6, 25e-6), (21e-6, 34e-6)]);
             let mut radar = radar("", a, 32, array, fov);
             in_turn(&mut radar, &[(0.3e9, a), (0.3e9, b)], 16e-6);
+            radar
+        }
+        "bursts" => {
+            let tx = one_of(d, &[1, 1, 2, 3]);
+            let periods = one_of(
+                d,
+                &[
+                    &[25e-6, 28e-6][..],
+                    &[20e-6, 23e-6, 27.5e-6],
+                    &[33e-6, 35e-6, 38e-6],
+                    &[22e-6, 33e-6],
+                    &[40e-6, 43e-6, 45e-6, 49e-6],
+                ],
+            );
+            let mut radar = radar("", periods[0], 64, [tx, rx, rx], fov);
+            in_bursts(&mut radar, periods, 16e-6);
+            radar.sample_rate_hz = 128.0 / (0.8 * 16e-6);
             radar
         }
         "bands" => {
@@ -84,9 +110,13 @@ fn drawn(kind: &str, d: &mut Draws) -> Radar {
 #[test]
 fn what_is_called_resolved_is_not_off() {
     let engine = Engine::Cpu(Precision::F64);
-    for (kind, frames, least) in
-        [("turns", 260, 0.02), ("staggered turns", 200, 0.0), ("bands", 200, 0.1), ("slopes", 200, 0.02)]
-    {
+    for (kind, frames, least) in [
+        ("turns", 260, 0.02),
+        ("staggered turns", 200, 0.0),
+        ("bursts", 400, 0.3),
+        ("bands", 200, 0.1),
+        ("slopes", 200, 0.02),
+    ] {
         let (mut points, mut resolved, mut off, mut ambiguous) = (0, 0, Vec::new(), 0);
         for frame in 0..frames {
             let mut d = Draws::new(frame, 4711);

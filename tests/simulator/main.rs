@@ -7,6 +7,7 @@ mod array_motion;
 mod batches;
 mod beams;
 mod bounce_limit;
+mod bursts;
 mod closest;
 mod clutter;
 mod curved;

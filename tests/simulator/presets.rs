@@ -37,7 +37,7 @@ const fn sheet(
 }
 
 /// No beams of TI's boards: their documents tell 2/N rad of a row of N, and here the raised channels weigh on the row's middle.
-const SHEETS: [Sheet; 9] = [
+const SHEETS: [Sheet; 10] = [
     sheet("awr1843", [3, 4], [75.0, 0.99, 90.0, 0.24], [0.0; 2], 60.0),
     sheet("iwr6843", [3, 4], [60.0, 0.6, 90.0, 0.24], [0.0; 2], 60.0),
     sheet("iwr6843aop", [3, 4], [60.0, 0.6, 90.0, 0.24], [0.0; 2], 60.0),
@@ -45,6 +45,7 @@ const SHEETS: [Sheet; 9] = [
     sheet("ars408-far", [2, 6], [250.0, 1.79, 400.0 / 3.6, 0.37 / 3.6], [2.2, 0.0], 9.0),
     sheet("ars408-near", [2, 6], [70.0, 0.39, 400.0 / 3.6, 0.43 / 3.6], [4.4, 0.0], 60.0),
     sheet("lrr77", [2, 8], [250.0, 1.07, 90.0, 0.18], [2.1, 0.0], 15.0),
+    sheet("lrr77-bursts", [2, 8], [250.0, 0.535, 100.0, 0.383], [2.1, 0.0], 15.0),
     sheet("corner77", [3, 4], [100.0, 0.6, 90.0, 0.24], [8.5, 0.0], 70.0),
     sheet("imaging77", [12, 16], [300.0, 1.79, 90.0, 0.12], [2.1, 8.5], 60.0),
 ];
@@ -120,8 +121,8 @@ fn points(radar: &Radar, targets: &[(f64, f64, f64)], own_mps: Option<DVec3>) ->
     let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz).unwrap();
     let echoes = engine.trace(&geometry, radar, &pose, DVec3::ZERO, &TraceOptions::default()).unwrap();
     let (cube, _) = engine.cube(radar, &echoes, &[], 9, 2, Control::default()).unwrap();
-    let found = engine.range_doppler(radar, &cube).unwrap();
-    let mut points = locate::points(&engine, radar, &mut [found], own_mps).unwrap();
+    let mut found = engine.maps(radar, &cube).unwrap();
+    let mut points = locate::points(&engine, radar, &mut found, own_mps).unwrap();
     label::label(radar, &mut points, &echoes, &Bodies::new(&scene, 0.0, &pose)).unwrap();
     points
 }

@@ -9,7 +9,7 @@ use catseye::detect::points::range_rate_mps;
 use catseye::engine::{AnyCube, Engine, FrameInput, Precision};
 use catseye::scene::radar::{Cfar, CfarKind, Radar};
 use catseye::scene::radar_toml::parse;
-use catseye::scene::waveform::{Multiplex, PulseShape, Ramp, Slopes, Waveform};
+use catseye::scene::waveform::{Multiplex, PulseShape, Ramp, RampOrder, Slopes, Waveform};
 use catseye::trace::{Echo, Echoes};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -415,7 +415,7 @@ fn levels_and_noise_of_points_of_every_multiplex() {
 fn ramps_in_turn(all: &[(f64, f64)]) -> Radar {
     let mut radar = mimo("", 64);
     let ramps = all.iter().map(|(b, period)| Ramp { bandwidth_hz: *b, time_s: 20e-6, period_s: *period });
-    radar.waveform = Waveform::Fmcw(Slopes { ramps: ramps.collect(), this: 0 });
+    radar.waveform = Waveform::Fmcw(Slopes { ramps: ramps.collect(), this: 0, order: RampOrder::InTurn });
     radar
 }
 
@@ -502,7 +502,7 @@ fn equal_slopes_are_put_together() {
     let with = |bands: &[f64]| {
         let mut radar = triangle();
         let ramps = bands.iter().map(|b| Ramp { bandwidth_hz: *b, time_s: 1e-3, period_s: 1.1e-3 });
-        radar.waveform = Waveform::Fmcw(Slopes { ramps: ramps.collect(), this: 0 });
+        radar.waveform = Waveform::Fmcw(Slopes { ramps: ramps.collect(), this: 0, order: RampOrder::InTurn });
         radar.thermal_noise = true;
         radar
     };

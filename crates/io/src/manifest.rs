@@ -40,6 +40,10 @@ pub struct Axes {
     pub range_m: Axis,
     /// Range rate of the rows, m/s, positive receding.
     pub range_rate_mps: Axis,
+    /// Range rates of the rows of each burst's map, `range_doppler.npy`, `range_doppler_1.npy` and so on, m/s, of a radar whose ramps are
+    /// sent in bursts; empty for others, whose maps all have the rows above.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub range_rate_of_bursts_mps: Vec<Axis>,
     /// Azimuths of the columns of `angle_spectra.npy`, degrees, where that file is written.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub azimuth_deg: Vec<f64>,
@@ -65,15 +69,19 @@ impl Axes {
 
     /// Axes of a radar's map.
     pub fn of(radar: &Radar) -> Axes {
-        let rows = radar.doppler_rows();
-        let step = radar.velocity_bin_mps();
+        let rates = |radar: &Radar| {
+            let (rows, step) = (radar.doppler_rows(), radar.velocity_bin_mps());
+            Axis { first: -((rows / 2) as f64) * step, step, count: rows }
+        };
+        let bursts = if radar.waveform.is_in_bursts() { radar.waveform.parts() } else { 0 };
         Axes {
             range_m: Axis {
                 first: radar.first_range_m(),
                 step: radar.range_bin_m(),
                 count: radar.range_bins(),
             },
-            range_rate_mps: Axis { first: -((rows / 2) as f64) * step, step, count: rows },
+            range_rate_mps: rates(radar),
+            range_rate_of_bursts_mps: (0..bursts).map(|i| rates(&radar.part(i))).collect(),
             azimuth_deg: Vec::new(),
             elevation_deg: Vec::new(),
         }

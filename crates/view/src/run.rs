@@ -138,7 +138,7 @@ pub fn page(folder: &Path, only: Option<u32>) -> Result<Page> {
 }
 
 fn radar_json(r: &RunRadar) -> Value {
-    let Axes { range_m, range_rate_mps, azimuth_deg, elevation_deg } = &r.axes;
+    let Axes { range_m, range_rate_mps, azimuth_deg, elevation_deg, .. } = &r.axes;
     let axis = |a: &catseye_io::manifest::Axis| json!({ "first": a.first, "step": a.step, "count": a.count });
     json!({
         "name": if r.name.is_empty() { &r.radar.name } else { &r.name },

@@ -3,6 +3,7 @@
 use catseye::base::error::{Error, Result};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A folder that is removed when this value is dropped.
 pub(super) struct Scratch(PathBuf);
@@ -10,7 +11,10 @@ pub(super) struct Scratch(PathBuf);
 impl Scratch {
     /// Names a workload's folder below the system's temporary folder, without creating it.
     pub(super) fn new(workload: &str) -> Scratch {
-        Scratch(std::env::temp_dir().join(format!("catseye-{workload}-{}", std::process::id())))
+        // Two threads may run the same workload.
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        Scratch(std::env::temp_dir().join(format!("catseye-{workload}-{}-{number}", std::process::id())))
     }
 
     /// Creates the folder and writes these files into it, given as (name, text).
