@@ -2,6 +2,7 @@
 """Opens pages of `catseye view` in a real headless Chromium and looks at what they show.
 
 tests/view.py PROGRAM [--write]     --write makes the pictures anew to which the scenes are compared
+CATSEYE_VIEW_PARTS="a_run studies" runs these parts alone; CATSEYE_LOOK=DIR saves pictures of new pages for eyes.
 Needs the package playwright, and Chromium as `chromium` or in CATSEYE_CHROMIUM.
 """
 
@@ -184,11 +185,7 @@ def a_run(browser, room):
         while (performance.now() - t < 2000) { s.camera.position.x += 0.01; s.draw(); await new Promise(requestAnimationFrame); n++; } return n / 2; }""")
     print(f"     opens in {o.seconds:.2f} s, {(room / 'run.html').stat().st_size / 2**20:.2f} MiB; {frames:.0f} pictures a second on SwiftShader")
     o.quiet("run")
-    for size in [(1366, 768), (1920, 1080), (800, 900)]:
-        page.set_viewport_size({"width": size[0], "height": size[1]})
-        page.wait_for_timeout(200)
-        wide = page.evaluate("document.documentElement.scrollWidth - innerWidth")
-        check(f"nothing sticks out at {size[0]} x {size[1]}", wide <= 0, wide)
+    sticks_out(page, [(1366, 768), (1920, 1080), (800, 900)])
     page.close()
 
 
@@ -347,6 +344,171 @@ def a_design(browser, room):
     page.close()
 
 
+STUDY = """
+name = "sweep"
+title = "TITLE"
+reference = "REFERENCE"
+quantities = ["rcs_dbsm", "view_range_m"]
+[set]
+radar_height_m = 0.5
+lateral_m = 0
+frequency_hz = 77e9
+polarisation = "vv"
+target = "type1:width_m=0.16"
+[[sweep]]
+parameter = "longitudinal_m"
+start = 5
+stop = 25
+step = 1
+[[sweep]]
+parameter = "target.height_m"
+values = [0.004, 0.008]
+names = ["H 4 mm", "NAMED"]
+[[sweep]]
+parameter = "ground"
+values = ["none", "pec"]
+[[fact]]
+text = "at 10 m"
+document = 0
+unit = "dBsm"
+of = "value"
+at = { "longitudinal_m" = 10, "target.height_m" = 0.004, "ground" = "none" }
+why = "NAMED"
+[[fact]]
+text = "distance"
+document = 10
+unit = "m"
+of = "value"
+quantity = "view_range_m"
+at = { "longitudinal_m" = 10, "target.height_m" = 0.004, "ground" = "none" }
+[[fact]]
+text = "words"
+document = "much"
+unit = "dB"
+of = "maximum"
+"""
+SEARCH = """
+name = "search"
+title = "A search"
+quantities = ["rcs_dbsm"]
+[set]
+azimuth_deg = 0
+range_m = inf
+frequency_hz = 77e9
+polarisation = "vv"
+target = "type1"
+[[sweep]]
+parameter = "elevation_deg"
+values = [1, 3]
+[search]
+goal = "least-rcs"
+front = "target.height_m"
+front_values = [0.004, 0.008]
+starts = 1
+steps = 20
+[[search.parameter]]
+name = "target.width_m"
+min = 0.1
+max = 0.2
+"""
+
+
+def studies(browser, room):
+    """Lines, map and table of a study have the table's numbers; facts are judged as the program judges them."""
+    files = room / "studies"
+    files.mkdir()
+    (files / "a.toml").write_text(STUDY.replace("TITLE", HOSTILE).replace("REFERENCE", HOSTILE).replace("NAMED", HOSTILE))
+    (files / "b.toml").write_text(SEARCH)
+    out = room / "studied"
+    run("study", files, "-o", out, "--quiet", "--device", "cpu")
+    run("view", out, "-o", room / "studies.html", "--quiet")
+    rows = values_of(out / "sweep.csv")
+    o = Opened(browser, room / "studies.html")
+    page = o.page
+    check("markup in a study is shown as text", HOSTILE in page.locator(".details h2").inner_text() and HOSTILE in page.locator(".judged").inner_text())
+    # Every line of each quantity along each axis, and every cell of the map, at each place of the sliders.
+    cells = {tuple(r[c] for c in ("longitudinal_m", "target.height_m", "ground")): r for r in rows}
+    wrong = []
+    for x, over in ((0, 1), (0, 2), (1, 2), (2, 0), (1, None)):
+        for field, name in enumerate(("rcs_dbsm", "view_range_m")):
+            state = "Object.assign(v, {kind: 'lines', x: X, over: OVER, field: FIELD, places: [3, 1, 1]}), v.update()"
+            state = state.replace("X", str(x)).replace("OVER", "null" if over is None else str(over)).replace("FIELD", str(field))
+            got = page.evaluate("(() => { const v = catseye.view; STATE; const a = v.study.axes; return v.lines.last[1].map((l, j) => l.values.map((y, i) => { const p = [...v.places]; p[v.x] = v.order[i]; if (v.over != null) p[v.over] = v.shown[j]; return [p.map((q, k) => a[k].names[q]), y]; })).flat(); })()".replace("STATE", state))
+            wrong += [(at, y) for at, y in got if y != float(cells[tuple(at)][name])]
+            check(f"lines of {name} along axis {x}, one for each of {over}: as many as the table has", len(got) == [21, 2, 2][x] * (1 if over is None else min(12, [21, 2, 2][over])), len(got))
+    check("lines are the table's", not wrong, wrong[:3])
+    page.evaluate("(() => { const v = catseye.view; Object.assign(v, {kind: 'map', x: 0, over: 1, field: 0, places: [0, 0, 1]}); v.update(); })()")
+    got = page.evaluate("(() => { const v = catseye.view, m = v.map.map, a = v.study.axes; return Array.from({ length: m.rows * m.columns }, (_, i) => [[a[0].names[i % m.columns], a[1].names[Math.floor(i / m.columns)], 'pec'], m.at(Math.floor(i / m.columns), i % m.columns)]); })()")
+    check("the map is the table's", len(got) == 42 and all(y == float(cells[tuple(at)]["rcs_dbsm"]) for at, y in got), got[:2])
+    box = page.locator(".map canvas").bounding_box()
+    page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.7 * box["height"])
+    note = page.locator(".map .note").inner_text()
+    value = note.rsplit(": ", 1)[1].replace("−", "-")
+    check("the value under the pointer is one of the table's", value in {r["rcs_dbsm"] for r in rows}, note)
+    # The table, sorted downwards by what is shown.
+    header = page.locator(".list th button").nth(3)
+    header.click()
+    header.click()
+    shown = [t.replace("−", "-") for t in page.locator(".list tbody tr td:nth-child(4)").all_inner_texts()]
+    check("the table sorts by its numbers", shown == [str(v) for v in sorted((r["rcs_dbsm"] for r in rows), key=float, reverse=True)], shown[:4])
+    # A row's reflector is read by the program as what the row says.
+    page.locator(".list tbody tr").first.click()
+    told = dict(page.evaluate("[...document.querySelectorAll('.details .facts dt')].map((t) => [t.textContent, t.nextSibling.textContent])"))
+    spec = page.locator(".spec code").inner_text()
+    height = {"H 4 mm": "0.004", HOSTILE: "0.008"}[next(v for v in told.values() if v in ("H 4 mm", HOSTILE))]
+    check("a row has its reflector as text", f"height_m={height}" in spec and "width_m=0.16" in spec, spec)
+    run("view", spec, "-o", room / "of_row.html", "--quiet")
+    facts = {tr[0].split("\n")[0]: tr[-1] for tr in (r.locator("td").all_inner_texts() for r in page.locator(".judged tbody tr").all())}
+    check("facts are passed, not passed and not judged", "not passed" in facts["at 10 m"] and facts["distance"] == "✓ passed" and facts["words"] == "not judged", facts)
+    check("their number is told", "1 of 2 that" in page.locator(".details").inner_text())
+    # The search: its front is an axis, what was sought are its quantities.
+    page.evaluate("catseye.view.take(1)")
+    found = values_of(out / "search.csv")
+    got = page.evaluate("(() => { const v = catseye.view; return v.study.fields.map((f) => [f.name, v.lines.last[0].map((x, i) => [x, f.cells[v.drawn[0][i]]])]); })()")
+    check("a search's designs are those of its table", all([[float(r["target.height_m"]), float(r[name])] for r in found] == pairs for name, pairs in got) and [n for n, _ in got][:2] == ["target.width_m", "least_rcs_dbsm"], got)
+    page.locator(".list tbody tr").nth(1).click()
+    spec = page.locator(".spec code").inner_text()
+    check("a design has its reflector as text", f"height_m={found[1]['target.height_m']}" in spec and f"width_m={found[1]['target.width_m']}" in spec, spec)
+    check("no name of a study is run", page.evaluate("window.broken === undefined && document.querySelectorAll('img').length === 0"))
+    page.evaluate("catseye.view.take(0)")
+    sticks_out(page, [(900, 600), (1366, 768), (1920, 1080)])
+    looked_at(page, "study")
+    o.quiet("studies")
+    page.close()
+    # A table that is gone leaves the picture; one that is cut short is told of.
+    (out / "sweep.csv").unlink()
+    run("view", out, "-o", room / "pictures.html", "--quiet")
+    o = Opened(browser, room / "pictures.html")
+    check("without a table its picture is shown", o.page.evaluate("(async () => { const i = document.querySelector('img.picture'); await i.decode(); return i.naturalWidth > 100; })()"))
+    o.quiet("a picture")
+    o.page.close()
+    table = out / "search.csv"
+    table.write_text("\n".join(table.read_text().splitlines()[:-1]) + "\n")
+    told = run("view", out, "-o", room / "none.html", "--quiet", expect=2).stderr
+    check("a study's table that is cut short is told of in one line", told.count("\n") == 1 and "search.csv" in told and "another number of rows" in told, told)
+
+
+def sticks_out(page, sizes):
+    for size in sizes:
+        page.set_viewport_size({"width": size[0], "height": size[1]})
+        page.wait_for_timeout(200)
+        wide = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+        check(f"nothing sticks out at {size[0]} x {size[1]}", wide <= 0, wide)
+
+
+def looked_at(page, name):
+    """Pictures of a page in light and dark at three sizes, for eyes: only where CATSEYE_LOOK names a folder."""
+    folder = os.environ.get("CATSEYE_LOOK")
+    if not folder:
+        return
+    for theme in ("light", "dark"):
+        for size in [(900, 600), (1366, 768), (1920, 1080)]:
+            page.set_viewport_size({"width": size[0], "height": size[1]})
+            page.wait_for_timeout(400)
+            page.screenshot(path=Path(folder) / f"{name}_{size[0]}_{theme}.png")
+        page.keyboard.press("d")
+
+
 def main():
     chromium = os.environ.get("CATSEYE_CHROMIUM") or shutil.which("chromium")
     if not chromium:
@@ -354,8 +516,11 @@ def main():
     with tempfile.TemporaryDirectory() as room, sync_playwright() as p:
         browser = p.chromium.launch(executable_path=chromium, args=FLAGS)
         print(f"Chromium {browser.version}", flush=True)
-        for part in (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design):
-            part(browser, Path(room))
+        parts = (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design, studies)
+        only = os.environ.get("CATSEYE_VIEW_PARTS", "").split()
+        for part in parts:
+            if not only or part.__name__ in only:
+                part(browser, Path(room))
         browser.close()
     if failures:
         raise SystemExit(f"{len(failures)} of the checks failed: {', '.join(failures)}")

@@ -1,7 +1,8 @@
 //! What a page is asked for.
 
-use super::{Page, dataset, rcs, run, scene};
-use catseye::base::error::{BadInput, Error, Result};
+use super::{Page, dataset, rcs, run, scene, study};
+use catseye::base::error::{BadInput, Error, Result, json_in_words};
+use catseye::formats::input::{LARGEST_TEXT, read};
 use catseye::formats::stage::MANIFEST;
 use catseye::road::reflector::Reflector;
 use catseye::road::target::{self, Target};
@@ -22,6 +23,8 @@ pub enum Thing {
     Frame(PathBuf, u32),
     /// The frames of a dataset.
     Dataset(PathBuf),
+    /// The studies that `catseye study` wrote into this folder.
+    Study(PathBuf),
     /// Tables of cross sections, laid over each other.
     Rcs(Vec<PathBuf>),
 }
@@ -35,6 +38,26 @@ fn load(target: &str, options: &ImportOptions) -> Result<Target> {
     let mut options = options.clone();
     options.unit_given |= !mesh_file::leaves_unit_open(Path::new(target), &options);
     target::load(target, &options)
+}
+
+/// The kind of results that a folder's manifest states; empty where it states none.
+///
+/// # Errors
+/// Returns `BadInput` for a manifest that is no JSON.
+fn kind_of(folder: &Path) -> Result<String> {
+    #[derive(serde::Deserialize)]
+    struct Kind {
+        #[serde(default)]
+        kind: String,
+    }
+    let path = folder.join(MANIFEST);
+    let bytes = read(&path, "a manifest", LARGEST_TEXT)?;
+    let kind: Kind = serde_json::from_slice(&bytes).map_err(|e| {
+        BadInput::new(format!("is no manifest: {}", json_in_words(&e)))
+            .file(&path)
+            .remedy("give a folder that catseye wrote to its end")
+    })?;
+    Ok(kind.kind)
 }
 
 impl Thing {
@@ -61,7 +84,7 @@ impl Thing {
         }
         Err(BadInput::new("is nothing that a page can show")
             .file(path)
-            .allowed("the folder of a run, of one of its frames or of a dataset, or tables of cross sections (.csv)")
+            .allowed("the folder of a run, of one of its frames, of a dataset or of studies, or tables of cross sections (.csv)")
             .remedy("give what `catseye simulate` or `catseye rcs` wrote")
             .into())
     }
@@ -85,9 +108,12 @@ impl Thing {
         if is_run(path) && path.join("frame_000000").is_dir() {
             return Ok(Thing::Run(path.to_path_buf()));
         }
-        Err(BadInput::new("is no folder of a run or dataset: it has no manifest.json with frames beside it, and no dataset.json")
+        if is_run(path) && kind_of(path)? == "study" {
+            return Ok(Thing::Study(path.to_path_buf()));
+        }
+        Err(BadInput::new("is no folder that a page can show: it has no manifest.json of studies or with frames beside it, and no dataset.json")
             .file(path)
-            .remedy("give a folder that `catseye simulate` or `catseye dataset` wrote to its end")
+            .remedy("give a folder that `catseye simulate`, `catseye dataset` or `catseye study` wrote to its end")
             .into())
     }
 
@@ -99,6 +125,7 @@ impl Thing {
         match self {
             Thing::Run(folder) => run::page(folder, None),
             Thing::Dataset(folder) => dataset::page(folder),
+            Thing::Study(folder) => study::page(folder),
             Thing::Frame(folder, index) => run::page(folder, Some(*index)),
             Thing::Rcs(paths) => rcs::page(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>(), None),
         }
@@ -106,7 +133,7 @@ impl Thing {
 }
 
 impl Page {
-    /// The page of what `catseye view` is asked for: the folder of a run, a frame or a dataset, a file of a mesh, a reflector, tables of cross
+    /// The page of what `catseye view` is asked for: the folder of a run, a frame, a dataset or studies, a file of a mesh, a reflector, tables of cross
     /// sections, or a mesh or reflector before its tables. `note` gets what was dropped or assumed when a mesh was read.
     ///
     /// # Errors
