@@ -8,7 +8,10 @@ Needs the package playwright, and Chromium as `chromium` or in CATSEYE_CHROMIUM.
 
 import csv
 import io
+import json
+import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -488,6 +491,66 @@ def studies(browser, room):
     check("a study's table that is cut short is told of in one line", told.count("\n") == 1 and "search.csv" in told and "another number of rows" in told, told)
 
 
+def lane_estimates(browser, room):
+    """Lines that a method found lie where its curves say, and errors are those of its scores."""
+    scenario = HERE.parent / "scenes" / "lane" / "markers_turn.toml"
+    own, found = room / "lane_run", room / "lanes"
+    run("simulate", scenario, "-o", own, "--frames", "3", "--quiet", "--device", "cpu")
+    run("lane", "markers", scenario, "-o", found, "--runs", "2", "--frames", "2", "--quiet", "--device", "cpu")
+    run("view", own, found, "-o", room / "lanes.html", "--quiet")
+    looks = [json.loads(line) for line in (found / "estimates.jsonl").read_text().splitlines()]
+    looks = {look["frame"]: look for look in looks if look["run"] == 0}
+    o = Opened(browser, room / "lanes.html")
+    page = o.page
+    told_errors = 0
+    for index in (0, 1):
+        page.evaluate(f"catseye.view.go({index})")
+        wait(page, f"catseye.view.frame.index === {index}")
+        ego = json.loads((own / f"frame_{index:06d}" / "truth.json").read_text())["ego"]
+        x, y, z, w = ego["rotation_xyzw"]
+        yaw = math.atan2(2 * (x * y + z * w), 1 - 2 * (y * y + z * z))
+        apart, lines = 0.0, looks[index]["estimate"]["lines"]
+        got = page.evaluate("catseye.view.scene.layers.estimates.children.map((l) => { const a = l.geometry.attributes, n = a.instanceStart.count; return [a.instanceStart, a.instanceEnd].map((b, k) => [b.getX(k * (n - 1)), b.getY(k * (n - 1)), b.getZ(k * (n - 1))]); })")
+        check(f"frame {index}: as many lines are drawn as were found", len(got) == len(lines) > 0, len(got))
+        for line, ends in zip(lines, got, strict=True):
+            c = line["fitted"]["curve"]
+            # Both ends, the far one by small steps along the clothoid.
+            (px, py), h, k, n = c["start_m"], c["heading_rad"], c["curvature_per_m"], 20000
+            places, d = [(px, py)], c["length_m"] / 20000
+            for i in range(n):
+                s = (i + 0.5) * d
+                at = h + k * s + 0.5 * c["curvature_rate_per_m2"] * s * s
+                px, py = px + d * math.cos(at), py + d * math.sin(at)
+            places.append((px, py))
+            for (px, py), end in zip(places, ends, strict=True):
+                wx = ego["position_m"][0] + math.cos(yaw) * px - math.sin(yaw) * py
+                wy = ego["position_m"][1] + math.sin(yaw) * px + math.cos(yaw) * py
+                apart = max(apart, abs(wx - end[0]), abs(wy - end[1]))
+        check(f"frame {index}: lines lie where their curves do", apart < 2e-3, apart)
+        text = page.locator(".found").inner_text().replace("−", "-")
+        score = looks[index]["score"]
+        for name, key, scale, digits in (("offset error", "offset_error_m", 1, 3), ("heading error", "heading_error_rad", 180 / math.pi, 3), ("curvature error", "curvature_error_per_m", 1, 5)):
+            shown = re.search(rf"{name} (\S+)", text).group(1).rstrip("°")
+            value = score[key]
+            told_errors += value is not None
+            check(f"frame {index}: {name} is the score's", shown == "–" if value is None else abs(float(shown) - scale * value) <= 0.51 * 10**-digits, (shown, value))
+    check("some errors are numbers", told_errors > 0)
+    page.get_by_label("lane estimates").uncheck()
+    check("estimates can be hidden", page.evaluate("catseye.view.scene.layers.estimates.visible === false && catseye.view.scene.layers.lanes.visible"))
+    page.get_by_label("lane estimates").check()
+    page.evaluate("catseye.view.go(2)")
+    wait(page, "catseye.view.frame.index === 2")
+    check("a frame without a look says so", "no look" in page.locator(".found").inner_text() and page.evaluate("catseye.view.scene.layers.estimates.children.length === 0"))
+    page.evaluate("catseye.view.go(1)")
+    wait(page, "catseye.view.frame.index === 1")
+    sticks_out(page, [(900, 600), (1366, 768), (1920, 1080)])
+    looked_at(page, "lanes")
+    o.quiet("lane estimates")
+    page.close()
+    told = run("view", found, "-o", room / "none.html", "--quiet", expect=2).stderr
+    check("lanes without their run lead to it", "catseye view RUN LANES" in told and told.count("\n") == 1, told)
+
+
 def sticks_out(page, sizes):
     for size in sizes:
         page.set_viewport_size({"width": size[0], "height": size[1]})
@@ -516,7 +579,7 @@ def main():
     with tempfile.TemporaryDirectory() as room, sync_playwright() as p:
         browser = p.chromium.launch(executable_path=chromium, args=FLAGS)
         print(f"Chromium {browser.version}", flush=True)
-        parts = (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design, studies)
+        parts = (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design, studies, lane_estimates)
         only = os.environ.get("CATSEYE_VIEW_PARTS", "").split()
         for part in parts:
             if not only or part.__name__ in only:

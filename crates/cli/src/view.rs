@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 )]
 pub struct View {
     /// Folder of a run, of a frame, of a dataset or of studies, scene (.glb, .gltf, .stl, .obj), reflector ("type1:width_m=0.16"), RCS tables (.csv; several are
-    /// laid over each other), a reflector or mesh before its RCS tables
+    /// laid over each other), a reflector or mesh before its RCS tables, a run before its lane estimates
     #[arg(required = true, value_name = "THING")]
     pub things: Vec<String>,
     /// Page to write (default: beside the thing, with its name)

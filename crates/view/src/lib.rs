@@ -8,6 +8,7 @@
 mod causes;
 mod dataset;
 mod html;
+mod lanes;
 mod pack;
 mod rcs;
 mod run;

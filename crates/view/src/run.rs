@@ -1,6 +1,7 @@
 //! A run, or one frame of it.
 
 use super::causes::Returns;
+use super::lanes::{Lanes, OfRun};
 use super::{Frames, Page, pack, scene, table};
 use catseye::base::error::{BadInput, Result, json_in_words};
 use catseye::base::units::dbm_from_w;
@@ -25,6 +26,8 @@ struct RunManifest {
     engine: Value,
     #[serde(default)]
     seed: Option<u64>,
+    #[serde(default)]
+    scenario: Option<String>,
     #[serde(default)]
     scenario_name: String,
     radar: PerRadar<String>,
@@ -58,13 +61,15 @@ struct Run {
     frames: Vec<(u32, f64)>,
     /// Whether the scene itself is there; else boxes stand for it.
     has_scene: bool,
+    /// Lanes that a method found in this drive.
+    lanes: Option<Lanes>,
 }
 
-/// The page of a run; of one frame of it where `only` is given.
+/// The page of a run; of one frame of it where `only` is given, and with the estimates of `lanes` where they are.
 ///
 /// # Errors
 /// Returns `BadInput` for a folder without a run's manifest, and for files of it that are cut short or do not fit.
-pub fn page(folder: &Path, only: Option<u32>) -> Result<Page> {
+pub fn page(folder: &Path, only: Option<u32>, lanes: Option<&Path>) -> Result<Page> {
     let path = folder.join(MANIFEST);
     let bytes = read(&path, "a run's manifest", LARGEST_TEXT)?;
     let manifest: RunManifest = serde_json::from_slice(&bytes).map_err(|e| {
@@ -84,6 +89,8 @@ pub fn page(folder: &Path, only: Option<u32>) -> Result<Page> {
             .remedy("give the folder of the run, or one of its frames")
             .into());
     }
+    let of_run = OfRun { seed: manifest.seed, scenario: manifest.scenario.as_deref(), frames: &frames };
+    let lanes = lanes.map(|path| Lanes::read(path, &of_run)).transpose()?;
     let texts: Vec<(String, &String)> = match &manifest.radar {
         PerRadar::One(text) => vec![(String::new(), text)],
         PerRadar::Several(by_name) => by_name.iter().map(|(n, t)| (n.clone(), t)).collect(),
@@ -131,8 +138,9 @@ pub fn page(folder: &Path, only: Option<u32>) -> Result<Page> {
         "notes": notes,
         "scene": whole.as_ref().map(|s| scene::scene(s, &times_s)),
         "tables": tables,
+        "lanes": lanes.as_ref().map(|l| json!({ "method": l.method, "remark": l.remark })),
     });
-    let run = Run { folder: folder.to_path_buf(), radars, frames, has_scene };
+    let run = Run { folder: folder.to_path_buf(), radars, frames, has_scene, lanes };
     let count = run.frames.len();
     Ok(Page { title, data, physics: false, frames: Frames { count, of: Box::new(move |i| run.frame(i)) } })
 }
@@ -175,6 +183,9 @@ impl Run {
                     |p: &catseye_io::files::PoseRecord| [&p.position_m[..], &p.rotation_xyzw[..]].concat();
                 own.insert("pose".into(), json!(pose(&truth.radar)));
                 if which == 0 {
+                    if let Some(lanes) = &self.lanes {
+                        out["estimate"] = lanes.frame(index, &truth.ego);
+                    }
                     out["ego"] = json!(pose(&truth.ego));
                     out["lanes"] = truth.lanes.iter().map(lane).collect();
                     out["actors"] =
@@ -183,6 +194,11 @@ impl Run {
                         out["boxes"] = truth.boxes.iter().map(boxed).collect();
                     }
                 }
+            }
+            if which == 0 && self.lanes.is_some() && !truth.is_file() {
+                let bad =
+                    BadInput::new("is missing, and tells where the vehicle of the lane estimates stands");
+                return Err(bad.file(&truth).remedy("simulate the run with [output] truth = true").into());
             }
             let points = dir.join("points.csv");
             if points.is_file() {

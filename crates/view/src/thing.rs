@@ -1,6 +1,6 @@
 //! What a page is asked for.
 
-use super::{Page, dataset, rcs, run, scene, study};
+use super::{Page, dataset, lanes, rcs, run, scene, study};
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::input::{LARGEST_TEXT, read};
 use catseye::formats::stage::MANIFEST;
@@ -21,6 +21,8 @@ pub enum Thing {
     Run(PathBuf),
     /// One frame of the run in this folder.
     Frame(PathBuf, u32),
+    /// A run or one frame of it with the lane estimates in a folder or file.
+    Lanes(Box<Thing>, PathBuf),
     /// The frames of a dataset.
     Dataset(PathBuf),
     /// The studies that `catseye study` wrote into this folder.
@@ -61,16 +63,30 @@ fn kind_of(folder: &Path) -> Result<String> {
 }
 
 impl Thing {
-    /// What lies at these paths: one of anything, or several tables of cross sections.
+    /// What lies at these paths: one of anything, several tables of cross sections, or a run before its lane estimates.
     ///
     /// # Errors
     /// Returns `BadInput` for what no page can show.
     pub fn of(paths: &[PathBuf]) -> Result<Thing> {
+        if let [run, found] = paths
+            && run.is_dir()
+            && (lanes::is_lanes(found) || !Self::is_table(found))
+        {
+            return match Self::of_folder(run)? {
+                run @ (Thing::Run(_) | Thing::Frame(..)) => Ok(Thing::Lanes(Box::new(run), found.clone())),
+                _ => Err(BadInput::new("is no run, which alone is shown together with lane estimates")
+                    .file(run)
+                    .remedy(
+                        "give the folder that `catseye simulate` wrote first, then that of `catseye lane`",
+                    )
+                    .into()),
+            };
+        }
         let [path] = paths else {
             if let Some(other) = paths.iter().find(|p| !Self::is_table(p)) {
                 return Err(BadInput::new("cannot be shown together with others")
                     .file(other)
-                    .allowed("several tables of cross sections (.csv), or one of anything else")
+                    .allowed("several tables of cross sections (.csv), a run and its lane estimates, or one of anything else")
                     .remedy("give it alone")
                     .into());
             }
@@ -108,6 +124,12 @@ impl Thing {
         if is_run(path) && path.join("frame_000000").is_dir() {
             return Ok(Thing::Run(path.to_path_buf()));
         }
+        if lanes::is_lanes(path) {
+            return Err(BadInput::new("holds lane estimates, and not the frames in which they were found")
+                .file(path)
+                .remedy("give the run of the same scenario before it: catseye view RUN LANES")
+                .into());
+        }
         if is_run(path) && kind_of(path)? == "study" {
             return Ok(Thing::Study(path.to_path_buf()));
         }
@@ -123,10 +145,15 @@ impl Thing {
     /// Returns `BadInput` for files that are not what they should be.
     pub fn page(&self) -> Result<Page> {
         match self {
-            Thing::Run(folder) => run::page(folder, None),
+            Thing::Run(folder) => run::page(folder, None, None),
+            Thing::Lanes(run, lanes) => match run.as_ref() {
+                Thing::Run(folder) => run::page(folder, None, Some(lanes)),
+                Thing::Frame(folder, index) => run::page(folder, Some(*index), Some(lanes)),
+                other => other.page(),
+            },
             Thing::Dataset(folder) => dataset::page(folder),
             Thing::Study(folder) => study::page(folder),
-            Thing::Frame(folder, index) => run::page(folder, Some(*index)),
+            Thing::Frame(folder, index) => run::page(folder, Some(*index), None),
             Thing::Rcs(paths) => rcs::page(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>(), None),
         }
     }
@@ -134,7 +161,7 @@ impl Thing {
 
 impl Page {
     /// The page of what `catseye view` is asked for: the folder of a run, a frame, a dataset or studies, a file of a mesh, a reflector, tables of cross
-    /// sections, or a mesh or reflector before its tables. `note` gets what was dropped or assumed when a mesh was read.
+    /// sections, a mesh or reflector before its tables, or a run before its lane estimates. `note` gets what was dropped or assumed when a mesh was read.
     ///
     /// # Errors
     /// Returns `BadInput` for what no page can show.

@@ -14,6 +14,8 @@ import { numbers } from "./data.js";
 import { colour, el } from "./dom.js";
 
 const paint = ([r, g, b]) => new Color(`rgb(${r},${g},${b})`);
+/** Colours of lane lines: what is true, and what a method found. */
+export const TRUTH = [240, 228, 66], ESTIMATE = [213, 94, 0];
 const FLAT = new Set(["road", "verge", "ground", "terrain", "lane_line"]);
 
 /** A round dot, so that points are no squares. */
@@ -49,7 +51,7 @@ export class SceneView {
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener("change", () => this.draw());
     this.controls.maxPolarAngle = 0.499 * Math.PI;
-    this.layers = Object.fromEntries(["bodies", "boxes", "mask", "lanes", "field", "ego", "tracks", "points", "chosen", "paths"].map((n) => [n, new Group()]));
+    this.layers = Object.fromEntries(["bodies", "boxes", "mask", "lanes", "estimates", "field", "ego", "tracks", "points", "chosen", "paths"].map((n) => [n, new Group()]));
     this.scene.add(...Object.values(this.layers));
     this.texture = dot();
     new ResizeObserver(() => this.size()).observe(this.box);
@@ -191,9 +193,25 @@ export class SceneView {
       for (const side of ["left", "right"]) {
         const p = Float32Array.from(numbers(lane[side]));
         for (let i = 2; i < p.length; i += 3) p[i] += 0.03;
-        this.line("lanes", p, [240, 228, 66]);
+        this.line("lanes", p, TRUTH);
       }
     }
+  }
+
+  /** Lines that a method found, broad and in another colour than the truth; those of which it is less sure are fainter. */
+  estimates(list) {
+    if (!this.renderer) return;
+    this.clear("estimates");
+    for (const { points, confidence } of list ?? []) {
+      const g = new LineGeometry();
+      g.setPositions(numbers(points));
+      const m = new LineMaterial({ color: paint(ESTIMATE), linewidth: 3, transparent: true, opacity: 0.35 + 0.6 * Math.min(1, Math.max(0, confidence)) });
+      m.resolution.set(this.box.clientWidth, this.box.clientHeight);
+      const line = new Line2(g, m);
+      line.renderOrder = 3;
+      this.layers.estimates.add(line);
+    }
+    this.draw();
   }
 
   /** The ego vehicle's outline and each radar's field of view, at their poses. */
