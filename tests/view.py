@@ -551,6 +551,44 @@ def lane_estimates(browser, room):
     check("lanes without their run lead to it", "catseye view RUN LANES" in told and told.count("\n") == 1, told)
 
 
+# Reads the colour that a body is drawn in and that of its name in the legend.
+MATERIALS = """(v) => ({ key: Object.fromEntries([...v.key.querySelectorAll('span')].map((s) => [s.textContent, getComputedStyle(s.querySelector('i')).backgroundColor])),
+    drawn: v.bodies.flatMap(({ body }) => [body.material].flat().filter((_, i) => !body.geometry.groups.length || body.geometry.groups.some((g) => g.materialIndex === i)).map((m) => { const c = m.color.getHexString(); return `rgb(${[0, 2, 4].map((k) => parseInt(c.slice(k, k + 2), 16)).join(', ')})`; })) })"""
+
+
+def materials(browser, room):
+    """Bodies are drawn in the colours of their materials, which a legend tells; triangles are where the physics has them."""
+    colours = {}
+    for spec, names in (("plate:width_m=0.1,height_m=0.1,material=aluminium", {"aluminium"}), ("plate:width_m=0.1,height_m=0.1,material=glass", {"glass"}),
+                        ("plate:width_m=0.1,height_m=0.1,material=stainless-steel", {"stainless-steel"}), ("type1:fill=polypropylene,height_m=0.016,material=copper", {"copper", "polypropylene"})):
+        run("view", spec, "-o", room / "material.html", "--quiet", "--force")
+        o = Opened(browser, room / "material.html")
+        page = o.page
+        told = page.evaluate(f"({MATERIALS})(catseye.view.scene)")
+        check(f"{spec}: the legend has its materials", set(told["key"]) == names, told)
+        check(f"{spec}: it is drawn in their colours", set(told["drawn"]) == set(told["key"].values()) and len(set(told["drawn"])) == len(names), told)
+        colours |= told["key"]
+        low, high = page.evaluate("catseye.view.scene.bounds()")
+        count = page.evaluate("catseye.view.scene.bodies.reduce((n, { body }) => n + body.geometry.attributes.position.count / 3, 0)")
+        with page.expect_download() as saved:
+            page.get_by_title("The reflector with its radar material").click()
+        saved.value.save_as(room / "material.glb")
+        looked_at(page, f"material_{spec.split(':')[0]}")
+        o.quiet(spec)
+        page.close()
+        # The same body by the program's own reader of such files.
+        run("view", room / "material.glb", "-o", room / "body.html", "--quiet", "--force")
+        o = Opened(browser, room / "body.html")
+        want = o.page.evaluate("catseye.view.scene.bounds()")
+        apart = max(abs(a - b) for p, q in zip((low, high), want, strict=True) for a, b in zip(p, q, strict=True))
+        check(f"{spec}: it is as large as the program has it", apart < 1e-6 and count == o.page.evaluate("catseye.data.scene.meshes.reduce((n, m) => n + m.materials.reduce((k, [, c]) => k + c, 0), 0)"), (apart, count))
+        told = o.page.evaluate(f"({MATERIALS})(catseye.view.scene)")
+        check(f"{spec}: its file's page has the same colours", set(told["key"]) >= names and all(told["key"][n] == colours[n] for n in names) and set(told["drawn"]) == set(told["key"].values()), told)
+        o.quiet(f"{spec} as a file")
+        o.page.close()
+    check("materials have colours of their own", len(set(colours.values())) == len(colours) == 5, colours)
+
+
 def sticks_out(page, sizes):
     for size in sizes:
         page.set_viewport_size({"width": size[0], "height": size[1]})
@@ -579,7 +617,7 @@ def main():
     with tempfile.TemporaryDirectory() as room, sync_playwright() as p:
         browser = p.chromium.launch(executable_path=chromium, args=FLAGS)
         print(f"Chromium {browser.version}", flush=True)
-        parts = (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design, studies, lane_estimates)
+        parts = (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design, studies, lane_estimates, materials)
         only = os.environ.get("CATSEYE_VIEW_PARTS", "").split()
         for part in parts:
             if not only or part.__name__ in only:

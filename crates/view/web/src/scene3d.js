@@ -34,6 +34,8 @@ export class SceneView {
   constructor({ pick }) {
     this.box = el("div", { class: "scene", tabIndex: 0 });
     this.pick = pick;
+    this.key = el("div", { class: "materials", hidden: true });
+    this.box.append(this.key);
     try {
       this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
     } catch {
@@ -123,20 +125,36 @@ export class SceneView {
     this.move(0);
   }
 
-  /** Triangles of one body in place of all bodies, three corners of three numbers each. */
-  triangles(corners) {
+  /** Triangles of one body in place of all bodies: lists of corners, three numbers each, with the names of their materials. */
+  triangles(parts) {
+    this.legend(parts.map((p) => p.material));
     if (!this.renderer) return;
     this.clear("bodies");
-    const g = new BufferGeometry();
-    g.setAttribute("position", new BufferAttribute(corners, 3));
-    const body = new Mesh(g, new MeshLambertMaterial({ color: paint(materialColour("aluminium", "")), side: DoubleSide, flatShading: true }));
-    this.layers.bodies.add(body);
-    this.bodies = [{ body, poses: new Float32Array([0, 0, 0, 0, 0, 0, 1]), many: false }];
+    this.bodies = parts.map(({ corners, material }) => {
+      const g = new BufferGeometry();
+      g.setAttribute("position", new BufferAttribute(corners, 3));
+      const body = new Mesh(g, new MeshLambertMaterial({ color: paint(materialColour(material, "")), side: DoubleSide, flatShading: true }));
+      body.userData = { material };
+      this.layers.bodies.add(body);
+      return { body, poses: new Float32Array([0, 0, 0, 0, 0, 0, 1]), many: false };
+    });
     const { size } = this.extent();
     Object.assign(this.camera, { near: size / 1000, far: 30 * size });
     this.camera.updateProjectionMatrix();
     this.controls.maxPolarAngle = Math.PI;
     this.draw();
+  }
+
+  /** The materials that are drawn, each with its colour. */
+  legend(names) {
+    this.key.hidden = !names.length;
+    this.key.replaceChildren(...[...new Set(names)].map((n) => el("span", {}, el("i", { style: `background:rgb(${materialColour(n, "").join(",")})` }), n || "without a material")));
+  }
+
+  /** Names of the materials that a scene's objects have; those of a ground are not told by colour. */
+  static used(scene) {
+    const found = scene.objects.flatMap((o) => ("mesh" in o.shape && !FLAT.has(o.class) ? scene.meshes[o.shape.mesh].materials.map(([m]) => m) : []));
+    return [...new Set(found)].sort((a, b) => a - b).map((m) => scene.materials[m] ?? "");
   }
 
   /** Middle and length of the diagonal of all that stands in the scene. */
