@@ -589,6 +589,45 @@ def materials(browser, room):
     check("materials have colours of their own", len(set(colours.values())) == len(colours) == 5, colours)
 
 
+def too_many_points(browser, room):
+    """Of more points than a page draws the strongest are shown, with their rows of the file, and the page says how many; damaged files are told of."""
+    whole = room / "run"
+    many = room / "very_many"
+    shutil.copytree(whole, many)
+    points = many / "frame_000000" / "points.csv"
+    head, *rows = points.read_text().splitlines()
+    at = head.split(",").index("power_dbm")
+    cells = [rows[i % len(rows)].split(",") for i in range(30000)]
+    for i, row in enumerate(cells):
+        row[at] = str(-60 - (7919 * i % 30000) / 1000)
+    points.write_text("\n".join([head, *(",".join(row) for row in cells)]) + "\n")
+    run("view", many / "frame_000000", "-o", room / "many_points.html", "--quiet")
+    o = Opened(browser, room / "many_points.html")
+    strongest = sorted(sorted(range(30000), key=lambda i: -float(cells[i][at]))[:20000])
+    told = o.page.locator(".part").inner_text()
+    check("of too many points the page says how many it shows", "20000" in told and "30000" in told and o.page.evaluate("catseye.view.count") == 20000, told)
+    check("these are the strongest ones of the file", o.page.evaluate("[...catseye.view.file_rows]") == strongest)
+    o.page.evaluate("catseye.view.choose(7)")
+    check("a point has its row's number", f"Point {strongest[7]}:" in o.page.locator(".details h2").inner_text())
+    o.quiet("too many points")
+    o.page.close()
+    # Files that were cut short: one error each.
+    points.write_text(points.read_text()[:-30])
+    truth = whole / "frame_000001" / "truth.json"
+    kept = truth.read_text()
+    truth.write_text(kept[: len(kept) // 2])
+    manifest = whole / "manifest.json"
+    about = manifest.read_text()
+    for what, thing, words in (("points.csv", many / "frame_000000", "points.csv:"), ("truth.json", whole, "truth.json")):
+        told = run("view", thing, "-o", room / "none.html", "--quiet", "--force", expect=2).stderr
+        check(f"a {what} that is cut short is told of in one line", words in told and told.count("\n") == 1, told)
+    manifest.write_text(re.sub(r'"catseye": "[^"]*"', '"catseye": "9.9.9"', about, count=1).replace('"axes"', '"axes_of_old"', 1))
+    told = run("view", whole, "-o", room / "none.html", "--quiet", "--force", expect=2).stderr
+    check("a manifest of another version is told of in one line", "manifest.json" in told and "9.9.9" in told and told.count("\n") == 1, told)
+    manifest.write_text(about)
+    truth.write_text(kept)
+
+
 def sticks_out(page, sizes):
     for size in sizes:
         page.set_viewport_size({"width": size[0], "height": size[1]})
@@ -617,7 +656,7 @@ def main():
     with tempfile.TemporaryDirectory() as room, sync_playwright() as p:
         browser = p.chromium.launch(executable_path=chromium, args=FLAGS)
         print(f"Chromium {browser.version}", flush=True)
-        parts = (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design, studies, lane_estimates, materials)
+        parts = (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design, studies, lane_estimates, materials, too_many_points)
         only = os.environ.get("CATSEYE_VIEW_PARTS", "").split()
         for part in parts:
             if not only or part.__name__ in only:

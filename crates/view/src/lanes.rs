@@ -251,7 +251,12 @@ mod tests {
         assert_eq!(lanes.looks[&1].run, 1);
         // At (10, 20, 3), turned to the left by a right angle, and rolled, which the level frame is not.
         let turn = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2) * DQuat::from_rotation_x(0.2);
-        let ego = PoseRecord { position_m: [10.0, 20.0, 3.0], rotation_xyzw: turn.to_array() };
+        let ego = PoseRecord {
+            position_m: [10.0, 20.0, 3.0],
+            rotation_xyzw: turn.to_array(),
+            velocity_mps: [0.0; 3],
+            spin_rad_per_s: [0.0; 3],
+        };
         let frame = lanes.frame(1, &ego);
         let want = [[8.5, 25.0, 3.06], [8.5, 25.5, 3.06], [8.5, 26.0, 3.06]];
         assert_eq!(

@@ -18,6 +18,10 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
+/// Most points of a frame that a page draws: of more it has the strongest, and says so. A million with their echoes are 500 MiB of
+/// script, which a browser does not open.
+const MOST_POINTS: usize = 20_000;
+
 /// What of a run's manifest a page needs.
 #[derive(Deserialize)]
 struct RunManifest {
@@ -73,9 +77,21 @@ pub fn page(folder: &Path, only: Option<u32>, lanes: Option<&Path>) -> Result<Pa
     let path = folder.join(MANIFEST);
     let bytes = read(&path, "a run's manifest", LARGEST_TEXT)?;
     let manifest: RunManifest = serde_json::from_slice(&bytes).map_err(|e| {
-        BadInput::new(format!("is no manifest of a run: {}", json_in_words(&e)))
+        // A manifest of another version may lack what this one reads.
+        let other = serde_json::from_slice::<Value>(&bytes)
+            .ok()
+            .and_then(|v| Some(v.get("catseye")?.as_str()?.to_string()));
+        let told = match other.filter(|v| v != env!("CARGO_PKG_VERSION")) {
+            Some(v) => format!(
+                "was written by catseye {v}, and this is {}: {}",
+                env!("CARGO_PKG_VERSION"),
+                json_in_words(&e)
+            ),
+            None => format!("is no manifest of a run: {}", json_in_words(&e)),
+        };
+        BadInput::new(told)
             .file(&path)
-            .remedy("give a folder that `catseye simulate` wrote to its end")
+            .remedy("give a folder that `catseye simulate` of this version wrote to its end")
     })?;
     let mut frames: Vec<(u32, f64)> = manifest.frames.iter().map(|f| (f.index, f.time_s)).collect();
     frames.dedup_by_key(|f| f.0);
@@ -177,7 +193,9 @@ impl Run {
             if truth.is_file() {
                 let bytes = read(&truth, "the truth of a frame", LARGEST_TEXT)?;
                 let truth: Truth = serde_json::from_slice(&bytes).map_err(|e| {
-                    BadInput::new(format!("is no truth of a frame: {}", json_in_words(&e))).file(&truth)
+                    BadInput::new(format!("is no truth of a frame: {}", json_in_words(&e)))
+                        .file(&truth)
+                        .remedy("it was cut short or changed: simulate the run again")
                 })?;
                 let pose =
                     |p: &catseye_io::files::PoseRecord| [&p.position_m[..], &p.rotation_xyzw[..]].concat();
@@ -202,9 +220,15 @@ impl Run {
             }
             let points = dir.join("points.csv");
             if points.is_file() {
-                own.insert("points".into(), table::columns(&points)?.0);
+                let whole = Table::read(&points)?;
+                let rows = table::largest(&whole, "power_dbm", MOST_POINTS)?;
+                own.insert("points".into(), table::columns_of(&whole, rows.as_deref())?);
                 if let Some(returns) = Returns::read(&dir)? {
-                    own.insert("causes".into(), causes(&points, &r.radar, &returns)?);
+                    own.insert("causes".into(), causes(&whole, rows.as_deref(), &r.radar, &returns)?);
+                }
+                if let Some(rows) = rows {
+                    own.insert("points_in_file".into(), json!(whole.len()));
+                    own.insert("point_rows".into(), pack::u32s(rows));
                 }
             }
             let cells = [r.axes.range_rate_mps.count, r.axes.range_m.count];
@@ -231,14 +255,15 @@ impl Run {
     }
 }
 
-/// The echoes behind each point, in the order of `points.csv`.
-fn causes(points: &Path, radar: &Radar, returns: &Returns) -> Result<Value> {
-    let table = Table::read(points)?;
+/// The echoes behind each point, or behind those of these rows, in the order of `points.csv`.
+fn causes(table: &Table, rows: Option<&[u32]>, radar: &Radar, returns: &Returns) -> Result<Value> {
     let [range, rate, azimuth, elevation] =
         ["range_m", "range_rate_mps", "azimuth_deg", "elevation_deg"].map(|c| table.numbers(c));
     let (range, rate, azimuth, elevation) = (range?, rate?, azimuth?, elevation?);
     let or_level = |deg: f64| if deg.is_finite() { deg } else { 0.0 };
-    Ok((0..table.len())
+    let all = 0..rows.map_or(table.len(), <[u32]>::len);
+    Ok(all
+        .map(|i| rows.map_or(i, |r| r[i] as usize))
         .map(|i| returns.of(radar, range[i], rate[i], or_level(azimuth[i]), or_level(elevation[i])))
         .collect())
 }

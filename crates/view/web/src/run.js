@@ -45,7 +45,8 @@ export class RunView {
     this.legend.canvas.className = "key";
     this.legendText = el("div", { class: "key-text" });
     this.found = el("div", { class: "legend found" });
-    const left = el("section", { class: "left" }, choices, this.scene.box, el("div", { class: "legend" }, this.legend.canvas, this.legendText), data.lanes && this.found);
+    this.part = el("p", { class: "part", role: "status", hidden: true });
+    const left = el("section", { class: "left" }, choices, this.part, this.scene.box, el("div", { class: "legend" }, this.legend.canvas, this.legendText), data.lanes && this.found);
     this.tabs = {};
     const bodies = [["map", "range-Doppler", this.map.box], ["profile", "profile", this.profile.box], ["spectrum", "angles", this.spectrum.box], ["list", "points", this.list]];
     const buttons = bodies.map(([id, text, body], k) => {
@@ -173,7 +174,10 @@ export class RunView {
     this.scene.tracks(tracks);
     this.levels = this.own.map && levels(this.own.map);
     this.limits = this.own.threshold && levels(this.own.threshold);
-    this.clock.textContent = `frame ${this.frame.index}${this.frame.told ? ` · ${this.frame.told}` : ""} · ${number(this.frame.time_s, 3)} s · ${this.count} points${tracks.length ? ` · ${tracks.length} tracks` : ""}`;
+    this.clock.textContent = `frame ${this.frame.index}${this.frame.told ? ` · ${this.frame.told}` : ""} · ${number(this.frame.time_s, 3)} s · ${this.count}${this.own.points_in_file ? ` of ${this.own.points_in_file}` : ""} points${tracks.length ? ` · ${tracks.length} tracks` : ""}`;
+    this.part.hidden = !this.own.points_in_file;
+    this.part.textContent = `Only the strongest ${this.count} of the ${this.own.points_in_file} points of this frame are shown.`;
+    this.file_rows = numbers(this.own.point_rows);
     this.bars.redraw();
     this.paint();
     this.draw();
@@ -385,7 +389,7 @@ export class RunView {
     }, el("i", { style: `background:rgb(${PATHS[k % PATHS.length].join(",")})` }), el("b", {}, `${number(e.power_dbm, 1)} dBm`), ` ${e.bounces} ${e.bounces === 1 ? "bounce" : "bounces"}: `,
       ["radar", ...e.chain.map((id) => this.name(id)), "radar"].join(" → ")));
     this.details.replaceChildren(
-      el("h2", {}, `Point ${i}: `, el("span", { style: `color:rgb(${classColour(get("class")).join(",")})` }, head)), facts(sum),
+      el("h2", {}, `Point ${this.file_rows ? this.file_rows[i] : i}: `, el("span", { style: `color:rgb(${classColour(get("class")).join(",")})` }, head)), facts(sum),
       el("h3", {}, "Why it is there"),
       cause ? el("ol", { class: "echoes" }, echoes.length ? echoes : "No echo falls into its cell: noise, or a side lobe of something far away.") : el("p", { class: "missing" }, "There are no returns with this frame: [output] returns = true of a scenario keeps them."),
       cause && cause.in_cell > echoes.length ? el("p", { class: "hint" }, `${cause.in_cell} echoes fall into this cell and beam; those that the beam hears most are listed.`) : "",

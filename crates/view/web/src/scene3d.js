@@ -304,7 +304,7 @@ export class SceneView {
       const g = new BufferGeometry();
       g.setAttribute("position", new BufferAttribute(positions, 3));
       g.setAttribute("color", new BufferAttribute(colours, 3));
-      const material = new PointsMaterial({ size: 9, sizeAttenuation: false, vertexColors: true, map: this.texture, alphaTest: 0.5, depthTest: false, transparent: true });
+      const material = new PointsMaterial({ size: positions.length > 15000 ? 4 : 9, sizeAttenuation: false, vertexColors: true, map: this.texture, alphaTest: 0.5, depthTest: false, transparent: true });
       const cloud = new Points(g, material);
       cloud.renderOrder = 5;
       this.layers.points.add(cloud);
