@@ -2,12 +2,16 @@
 """Opens pages of `catseye view` in a real headless Chromium and looks at what they show.
 
 tests/view.py PROGRAM [--write]     --write makes the pictures anew to which the scenes are compared
+CATSEYE_VIEW_PARTS="a_run studies" runs these parts alone; CATSEYE_LOOK=DIR saves pictures of new pages for eyes.
 Needs the package playwright, and Chromium as `chromium` or in CATSEYE_CHROMIUM.
 """
 
 import csv
 import io
+import json
+import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -184,11 +188,7 @@ def a_run(browser, room):
         while (performance.now() - t < 2000) { s.camera.position.x += 0.01; s.draw(); await new Promise(requestAnimationFrame); n++; } return n / 2; }""")
     print(f"     opens in {o.seconds:.2f} s, {(room / 'run.html').stat().st_size / 2**20:.2f} MiB; {frames:.0f} pictures a second on SwiftShader")
     o.quiet("run")
-    for size in [(1366, 768), (1920, 1080), (800, 900)]:
-        page.set_viewport_size({"width": size[0], "height": size[1]})
-        page.wait_for_timeout(200)
-        wide = page.evaluate("document.documentElement.scrollWidth - innerWidth")
-        check(f"nothing sticks out at {size[0]} x {size[1]}", wide <= 0, wide)
+    sticks_out(page, [(1366, 768), (1920, 1080), (800, 900)])
     page.close()
 
 
@@ -347,6 +347,308 @@ def a_design(browser, room):
     page.close()
 
 
+STUDY = """
+name = "sweep"
+title = "TITLE"
+reference = "REFERENCE"
+quantities = ["rcs_dbsm", "view_range_m"]
+[set]
+radar_height_m = 0.5
+lateral_m = 0
+frequency_hz = 77e9
+polarisation = "vv"
+target = "type1:width_m=0.16"
+[[sweep]]
+parameter = "longitudinal_m"
+start = 5
+stop = 25
+step = 1
+[[sweep]]
+parameter = "target.height_m"
+values = [0.004, 0.008]
+names = ["H 4 mm", "NAMED"]
+[[sweep]]
+parameter = "ground"
+values = ["none", "pec"]
+[[fact]]
+text = "at 10 m"
+document = 0
+unit = "dBsm"
+of = "value"
+at = { "longitudinal_m" = 10, "target.height_m" = 0.004, "ground" = "none" }
+why = "NAMED"
+[[fact]]
+text = "distance"
+document = 10
+unit = "m"
+of = "value"
+quantity = "view_range_m"
+at = { "longitudinal_m" = 10, "target.height_m" = 0.004, "ground" = "none" }
+[[fact]]
+text = "words"
+document = "much"
+unit = "dB"
+of = "maximum"
+"""
+SEARCH = """
+name = "search"
+title = "A search"
+quantities = ["rcs_dbsm"]
+[set]
+azimuth_deg = 0
+range_m = inf
+frequency_hz = 77e9
+polarisation = "vv"
+target = "type1"
+[[sweep]]
+parameter = "elevation_deg"
+values = [1, 3]
+[search]
+goal = "least-rcs"
+front = "target.height_m"
+front_values = [0.004, 0.008]
+starts = 1
+steps = 20
+[[search.parameter]]
+name = "target.width_m"
+min = 0.1
+max = 0.2
+"""
+
+
+def studies(browser, room):
+    """Lines, map and table of a study have the table's numbers; facts are judged as the program judges them."""
+    files = room / "studies"
+    files.mkdir()
+    (files / "a.toml").write_text(STUDY.replace("TITLE", HOSTILE).replace("REFERENCE", HOSTILE).replace("NAMED", HOSTILE))
+    (files / "b.toml").write_text(SEARCH)
+    out = room / "studied"
+    run("study", files, "-o", out, "--quiet", "--device", "cpu")
+    run("view", out, "-o", room / "studies.html", "--quiet")
+    rows = values_of(out / "sweep.csv")
+    o = Opened(browser, room / "studies.html")
+    page = o.page
+    check("markup in a study is shown as text", HOSTILE in page.locator(".details h2").inner_text() and HOSTILE in page.locator(".judged").inner_text())
+    # Every line of each quantity along each axis, and every cell of the map, at each place of the sliders.
+    cells = {tuple(r[c] for c in ("longitudinal_m", "target.height_m", "ground")): r for r in rows}
+    wrong = []
+    for x, over in ((0, 1), (0, 2), (1, 2), (2, 0), (1, None)):
+        for field, name in enumerate(("rcs_dbsm", "view_range_m")):
+            state = "Object.assign(v, {kind: 'lines', x: X, over: OVER, field: FIELD, places: [3, 1, 1]}), v.update()"
+            state = state.replace("X", str(x)).replace("OVER", "null" if over is None else str(over)).replace("FIELD", str(field))
+            got = page.evaluate("(() => { const v = catseye.view; STATE; const a = v.study.axes; return v.lines.last[1].map((l, j) => l.values.map((y, i) => { const p = [...v.places]; p[v.x] = v.order[i]; if (v.over != null) p[v.over] = v.shown[j]; return [p.map((q, k) => a[k].names[q]), y]; })).flat(); })()".replace("STATE", state))
+            wrong += [(at, y) for at, y in got if y != float(cells[tuple(at)][name])]
+            check(f"lines of {name} along axis {x}, one for each of {over}: as many as the table has", len(got) == [21, 2, 2][x] * (1 if over is None else min(12, [21, 2, 2][over])), len(got))
+    check("lines are the table's", not wrong, wrong[:3])
+    page.evaluate("(() => { const v = catseye.view; Object.assign(v, {kind: 'map', x: 0, over: 1, field: 0, places: [0, 0, 1]}); v.update(); })()")
+    got = page.evaluate("(() => { const v = catseye.view, m = v.map.map, a = v.study.axes; return Array.from({ length: m.rows * m.columns }, (_, i) => [[a[0].names[i % m.columns], a[1].names[Math.floor(i / m.columns)], 'pec'], m.at(Math.floor(i / m.columns), i % m.columns)]); })()")
+    check("the map is the table's", len(got) == 42 and all(y == float(cells[tuple(at)]["rcs_dbsm"]) for at, y in got), got[:2])
+    box = page.locator(".map canvas").bounding_box()
+    page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.7 * box["height"])
+    note = page.locator(".map .note").inner_text()
+    value = note.rsplit(": ", 1)[1].replace("−", "-")
+    check("the value under the pointer is one of the table's", value in {r["rcs_dbsm"] for r in rows}, note)
+    # The table, sorted downwards by what is shown.
+    header = page.locator(".list th button").nth(3)
+    header.click()
+    header.click()
+    shown = [t.replace("−", "-") for t in page.locator(".list tbody tr td:nth-child(4)").all_inner_texts()]
+    check("the table sorts by its numbers", shown == [str(v) for v in sorted((r["rcs_dbsm"] for r in rows), key=float, reverse=True)], shown[:4])
+    # A row's reflector is read by the program as what the row says.
+    page.locator(".list tbody tr").first.click()
+    told = dict(page.evaluate("[...document.querySelectorAll('.details .facts dt')].map((t) => [t.textContent, t.nextSibling.textContent])"))
+    spec = page.locator(".spec code").inner_text()
+    height = {"H 4 mm": "0.004", HOSTILE: "0.008"}[next(v for v in told.values() if v in ("H 4 mm", HOSTILE))]
+    check("a row has its reflector as text", f"height_m={height}" in spec and "width_m=0.16" in spec, spec)
+    run("view", spec, "-o", room / "of_row.html", "--quiet")
+    facts = {tr[0].split("\n")[0]: tr[-1] for tr in (r.locator("td").all_inner_texts() for r in page.locator(".judged tbody tr").all())}
+    check("facts are passed, not passed and not judged", "not passed" in facts["at 10 m"] and facts["distance"] == "✓ passed" and facts["words"] == "not judged", facts)
+    check("their number is told", "1 of 2 that" in page.locator(".details").inner_text())
+    # The search: its front is an axis, what was sought are its quantities.
+    page.evaluate("catseye.view.take(1)")
+    found = values_of(out / "search.csv")
+    got = page.evaluate("(() => { const v = catseye.view; return v.study.fields.map((f) => [f.name, v.lines.last[0].map((x, i) => [x, f.cells[v.drawn[0][i]]])]); })()")
+    check("a search's designs are those of its table", all([[float(r["target.height_m"]), float(r[name])] for r in found] == pairs for name, pairs in got) and [n for n, _ in got][:2] == ["target.width_m", "least_rcs_dbsm"], got)
+    page.locator(".list tbody tr").nth(1).click()
+    spec = page.locator(".spec code").inner_text()
+    check("a design has its reflector as text", f"height_m={found[1]['target.height_m']}" in spec and f"width_m={found[1]['target.width_m']}" in spec, spec)
+    check("no name of a study is run", page.evaluate("window.broken === undefined && document.querySelectorAll('img').length === 0"))
+    page.evaluate("catseye.view.take(0)")
+    sticks_out(page, [(900, 600), (1366, 768), (1920, 1080)])
+    looked_at(page, "study")
+    o.quiet("studies")
+    page.close()
+    # A table that is gone leaves the picture; one that is cut short is told of.
+    (out / "sweep.csv").unlink()
+    run("view", out, "-o", room / "pictures.html", "--quiet")
+    o = Opened(browser, room / "pictures.html")
+    check("without a table its picture is shown", o.page.evaluate("(async () => { const i = document.querySelector('img.picture'); await i.decode(); return i.naturalWidth > 100; })()"))
+    o.quiet("a picture")
+    o.page.close()
+    table = out / "search.csv"
+    table.write_text("\n".join(table.read_text().splitlines()[:-1]) + "\n")
+    told = run("view", out, "-o", room / "none.html", "--quiet", expect=2).stderr
+    check("a study's table that is cut short is told of in one line", told.count("\n") == 1 and "search.csv" in told and "another number of rows" in told, told)
+
+
+def lane_estimates(browser, room):
+    """Lines that a method found lie where its curves say, and errors are those of its scores."""
+    scenario = HERE.parent / "scenes" / "lane" / "markers_turn.toml"
+    own, found = room / "lane_run", room / "lanes"
+    run("simulate", scenario, "-o", own, "--frames", "3", "--quiet", "--device", "cpu")
+    run("lane", "markers", scenario, "-o", found, "--runs", "2", "--frames", "2", "--quiet", "--device", "cpu")
+    run("view", own, found, "-o", room / "lanes.html", "--quiet")
+    looks = [json.loads(line) for line in (found / "estimates.jsonl").read_text().splitlines()]
+    looks = {look["frame"]: look for look in looks if look["run"] == 0}
+    o = Opened(browser, room / "lanes.html")
+    page = o.page
+    told_errors = 0
+    for index in (0, 1):
+        page.evaluate(f"catseye.view.go({index})")
+        wait(page, f"catseye.view.frame.index === {index}")
+        ego = json.loads((own / f"frame_{index:06d}" / "truth.json").read_text())["ego"]
+        x, y, z, w = ego["rotation_xyzw"]
+        yaw = math.atan2(2 * (x * y + z * w), 1 - 2 * (y * y + z * z))
+        apart, lines = 0.0, looks[index]["estimate"]["lines"]
+        got = page.evaluate("catseye.view.scene.layers.estimates.children.map((l) => { const a = l.geometry.attributes, n = a.instanceStart.count; return [a.instanceStart, a.instanceEnd].map((b, k) => [b.getX(k * (n - 1)), b.getY(k * (n - 1)), b.getZ(k * (n - 1))]); })")
+        check(f"frame {index}: as many lines are drawn as were found", len(got) == len(lines) > 0, len(got))
+        for line, ends in zip(lines, got, strict=True):
+            c = line["fitted"]["curve"]
+            # Both ends, the far one by small steps along the clothoid.
+            (px, py), h, k, n = c["start_m"], c["heading_rad"], c["curvature_per_m"], 20000
+            places, d = [(px, py)], c["length_m"] / 20000
+            for i in range(n):
+                s = (i + 0.5) * d
+                at = h + k * s + 0.5 * c["curvature_rate_per_m2"] * s * s
+                px, py = px + d * math.cos(at), py + d * math.sin(at)
+            places.append((px, py))
+            for (px, py), end in zip(places, ends, strict=True):
+                wx = ego["position_m"][0] + math.cos(yaw) * px - math.sin(yaw) * py
+                wy = ego["position_m"][1] + math.sin(yaw) * px + math.cos(yaw) * py
+                apart = max(apart, abs(wx - end[0]), abs(wy - end[1]))
+        check(f"frame {index}: lines lie where their curves do", apart < 2e-3, apart)
+        text = page.locator(".found").inner_text().replace("−", "-")
+        score = looks[index]["score"]
+        for name, key, scale, digits in (("offset error", "offset_error_m", 1, 3), ("heading error", "heading_error_rad", 180 / math.pi, 3), ("curvature error", "curvature_error_per_m", 1, 5)):
+            shown = re.search(rf"{name} (\S+)", text).group(1).rstrip("°")
+            value = score[key]
+            told_errors += value is not None
+            check(f"frame {index}: {name} is the score's", shown == "–" if value is None else abs(float(shown) - scale * value) <= 0.51 * 10**-digits, (shown, value))
+    check("some errors are numbers", told_errors > 0)
+    page.get_by_label("lane estimates").uncheck()
+    check("estimates can be hidden", page.evaluate("catseye.view.scene.layers.estimates.visible === false && catseye.view.scene.layers.lanes.visible"))
+    page.get_by_label("lane estimates").check()
+    page.evaluate("catseye.view.go(2)")
+    wait(page, "catseye.view.frame.index === 2")
+    check("a frame without a look says so", "no look" in page.locator(".found").inner_text() and page.evaluate("catseye.view.scene.layers.estimates.children.length === 0"))
+    page.evaluate("catseye.view.go(1)")
+    wait(page, "catseye.view.frame.index === 1")
+    sticks_out(page, [(900, 600), (1366, 768), (1920, 1080)])
+    looked_at(page, "lanes")
+    o.quiet("lane estimates")
+    page.close()
+    told = run("view", found, "-o", room / "none.html", "--quiet", expect=2).stderr
+    check("lanes without their run lead to it", "catseye view RUN LANES" in told and told.count("\n") == 1, told)
+
+
+# Reads the colour that a body is drawn in and that of its name in the legend.
+MATERIALS = """(v) => ({ key: Object.fromEntries([...v.key.querySelectorAll('span')].map((s) => [s.textContent, getComputedStyle(s.querySelector('i')).backgroundColor])),
+    drawn: v.bodies.flatMap(({ body }) => [body.material].flat().filter((_, i) => !body.geometry.groups.length || body.geometry.groups.some((g) => g.materialIndex === i)).map((m) => { const c = m.color.getHexString(); return `rgb(${[0, 2, 4].map((k) => parseInt(c.slice(k, k + 2), 16)).join(', ')})`; })) })"""
+
+
+def materials(browser, room):
+    """Bodies are drawn in the colours of their materials, which a legend tells; triangles are where the physics has them."""
+    colours = {}
+    for spec, names in (("plate:width_m=0.1,height_m=0.1,material=aluminium", {"aluminium"}), ("plate:width_m=0.1,height_m=0.1,material=glass", {"glass"}),
+                        ("plate:width_m=0.1,height_m=0.1,material=stainless-steel", {"stainless-steel"}), ("type1:fill=polypropylene,height_m=0.016,material=copper", {"copper", "polypropylene"})):
+        run("view", spec, "-o", room / "material.html", "--quiet", "--force")
+        o = Opened(browser, room / "material.html")
+        page = o.page
+        told = page.evaluate(f"({MATERIALS})(catseye.view.scene)")
+        check(f"{spec}: the legend has its materials", set(told["key"]) == names, told)
+        check(f"{spec}: it is drawn in their colours", set(told["drawn"]) == set(told["key"].values()) and len(set(told["drawn"])) == len(names), told)
+        colours |= told["key"]
+        low, high = page.evaluate("catseye.view.scene.bounds()")
+        count = page.evaluate("catseye.view.scene.bodies.reduce((n, { body }) => n + body.geometry.attributes.position.count / 3, 0)")
+        with page.expect_download() as saved:
+            page.get_by_title("The reflector with its radar material").click()
+        saved.value.save_as(room / "material.glb")
+        looked_at(page, f"material_{spec.split(':')[0]}")
+        o.quiet(spec)
+        page.close()
+        # The same body by the program's own reader of such files.
+        run("view", room / "material.glb", "-o", room / "body.html", "--quiet", "--force")
+        o = Opened(browser, room / "body.html")
+        want = o.page.evaluate("catseye.view.scene.bounds()")
+        apart = max(abs(a - b) for p, q in zip((low, high), want, strict=True) for a, b in zip(p, q, strict=True))
+        check(f"{spec}: it is as large as the program has it", apart < 1e-6 and count == o.page.evaluate("catseye.data.scene.meshes.reduce((n, m) => n + m.materials.reduce((k, [, c]) => k + c, 0), 0)"), (apart, count))
+        told = o.page.evaluate(f"({MATERIALS})(catseye.view.scene)")
+        check(f"{spec}: its file's page has the same colours", set(told["key"]) >= names and all(told["key"][n] == colours[n] for n in names) and set(told["drawn"]) == set(told["key"].values()), told)
+        o.quiet(f"{spec} as a file")
+        o.page.close()
+    check("materials have colours of their own", len(set(colours.values())) == len(colours) == 5, colours)
+
+
+def too_many_points(browser, room):
+    """Of more points than a page draws the strongest are shown, with their rows of the file, and the page says how many; damaged files are told of."""
+    whole = room / "run"
+    many = room / "very_many"
+    shutil.copytree(whole, many)
+    points = many / "frame_000000" / "points.csv"
+    head, *rows = points.read_text().splitlines()
+    at = head.split(",").index("power_dbm")
+    cells = [rows[i % len(rows)].split(",") for i in range(30000)]
+    for i, row in enumerate(cells):
+        row[at] = str(-60 - (7919 * i % 30000) / 1000)
+    points.write_text("\n".join([head, *(",".join(row) for row in cells)]) + "\n")
+    run("view", many / "frame_000000", "-o", room / "many_points.html", "--quiet")
+    o = Opened(browser, room / "many_points.html")
+    strongest = sorted(sorted(range(30000), key=lambda i: -float(cells[i][at]))[:20000])
+    told = o.page.locator(".part").inner_text()
+    check("of too many points the page says how many it shows", "20000" in told and "30000" in told and o.page.evaluate("catseye.view.count") == 20000, told)
+    check("these are the strongest ones of the file", o.page.evaluate("[...catseye.view.file_rows]") == strongest)
+    o.page.evaluate("catseye.view.choose(7)")
+    check("a point has its row's number", f"Point {strongest[7]}:" in o.page.locator(".details h2").inner_text())
+    o.quiet("too many points")
+    o.page.close()
+    # Files that were cut short: one error each.
+    points.write_text(points.read_text()[:-30])
+    truth = whole / "frame_000001" / "truth.json"
+    kept = truth.read_text()
+    truth.write_text(kept[: len(kept) // 2])
+    manifest = whole / "manifest.json"
+    about = manifest.read_text()
+    for what, thing, words in (("points.csv", many / "frame_000000", "points.csv:"), ("truth.json", whole, "truth.json")):
+        told = run("view", thing, "-o", room / "none.html", "--quiet", "--force", expect=2).stderr
+        check(f"a {what} that is cut short is told of in one line", words in told and told.count("\n") == 1, told)
+    manifest.write_text(re.sub(r'"catseye": "[^"]*"', '"catseye": "9.9.9"', about, count=1).replace('"axes"', '"axes_of_old"', 1))
+    told = run("view", whole, "-o", room / "none.html", "--quiet", "--force", expect=2).stderr
+    check("a manifest of another version is told of in one line", "manifest.json" in told and "9.9.9" in told and told.count("\n") == 1, told)
+    manifest.write_text(about)
+    truth.write_text(kept)
+
+
+def sticks_out(page, sizes):
+    for size in sizes:
+        page.set_viewport_size({"width": size[0], "height": size[1]})
+        page.wait_for_timeout(200)
+        wide = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+        check(f"nothing sticks out at {size[0]} x {size[1]}", wide <= 0, wide)
+
+
+def looked_at(page, name):
+    """Pictures of a page in light and dark at three sizes, for eyes: only where CATSEYE_LOOK names a folder."""
+    folder = os.environ.get("CATSEYE_LOOK")
+    if not folder:
+        return
+    for theme in ("light", "dark"):
+        for size in [(900, 600), (1366, 768), (1920, 1080)]:
+            page.set_viewport_size({"width": size[0], "height": size[1]})
+            page.wait_for_timeout(400)
+            page.screenshot(path=Path(folder) / f"{name}_{size[0]}_{theme}.png")
+        page.keyboard.press("d")
+
+
 def main():
     chromium = os.environ.get("CATSEYE_CHROMIUM") or shutil.which("chromium")
     if not chromium:
@@ -354,8 +656,11 @@ def main():
     with tempfile.TemporaryDirectory() as room, sync_playwright() as p:
         browser = p.chromium.launch(executable_path=chromium, args=FLAGS)
         print(f"Chromium {browser.version}", flush=True)
-        for part in (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design):
-            part(browser, Path(room))
+        parts = (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design, studies, lane_estimates, materials, too_many_points)
+        only = os.environ.get("CATSEYE_VIEW_PARTS", "").split()
+        for part in parts:
+            if not only or part.__name__ in only:
+                part(browser, Path(room))
         browser.close()
     if failures:
         raise SystemExit(f"{len(failures)} of the checks failed: {', '.join(failures)}")

@@ -9,7 +9,7 @@ use catseye_view::{Page, Written};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
-/// Show a run, one of its frames, a dataset, a scene, a reflector or RCS tables as one HTML page for the browser, which needs no network
+/// Show a run, one of its frames, a dataset, studies, a scene, a reflector or RCS tables as one HTML page for the browser, which needs no network
 #[derive(Debug, Args)]
 #[command(
     after_help = "A run shows its scene where it kept it ([output] scene = true), else boxes; ways of echoes need return_places = true, \
@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
                   cross section itself."
 )]
 pub struct View {
-    /// Folder of a run, of a frame or of a dataset, scene (.glb, .gltf, .stl, .obj), reflector ("type1:width_m=0.16"), RCS tables (.csv; several are
-    /// laid over each other), a reflector or mesh before its RCS tables
+    /// Folder of a run, of a frame, of a dataset or of studies, scene (.glb, .gltf, .stl, .obj), reflector ("type1:width_m=0.16"), RCS tables (.csv; several are
+    /// laid over each other), a reflector or mesh before its RCS tables, a run before its lane estimates
     #[arg(required = true, value_name = "THING")]
     pub things: Vec<String>,
     /// Page to write (default: beside the thing, with its name)

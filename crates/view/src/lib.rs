@@ -1,4 +1,4 @@
-//! Pages for the browser: one HTML file without any other source shows a run, a frame, a scene or a table of cross sections.
+//! Pages for the browser: one HTML file without any other source shows a run, a frame, a scene, a table of cross sections or a study.
 //!
 //! Everything is worked out here; the page's script (`web/`, built into `assets/`) draws what it is given. What comes from files reaches
 //! the page as JSON alone and is shown as text: no name in a scene becomes markup or script.
@@ -8,10 +8,12 @@
 mod causes;
 mod dataset;
 mod html;
+mod lanes;
 mod pack;
 mod rcs;
 mod run;
 mod scene;
+mod study;
 mod table;
 mod thing;
 

@@ -1,6 +1,7 @@
 //! A run, or one frame of it.
 
 use super::causes::Returns;
+use super::lanes::{Lanes, OfRun};
 use super::{Frames, Page, pack, scene, table};
 use catseye::base::error::{BadInput, Result, json_in_words};
 use catseye::base::units::dbm_from_w;
@@ -17,6 +18,10 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
+/// Most points of a frame that a page draws: of more it has the strongest, and says so. A million with their echoes are 500 MiB of
+/// script, which a browser does not open.
+const MOST_POINTS: usize = 20_000;
+
 /// What of a run's manifest a page needs.
 #[derive(Deserialize)]
 struct RunManifest {
@@ -25,6 +30,8 @@ struct RunManifest {
     engine: Value,
     #[serde(default)]
     seed: Option<u64>,
+    #[serde(default)]
+    scenario: Option<String>,
     #[serde(default)]
     scenario_name: String,
     radar: PerRadar<String>,
@@ -58,19 +65,33 @@ struct Run {
     frames: Vec<(u32, f64)>,
     /// Whether the scene itself is there; else boxes stand for it.
     has_scene: bool,
+    /// Lanes that a method found in this drive.
+    lanes: Option<Lanes>,
 }
 
-/// The page of a run; of one frame of it where `only` is given.
+/// The page of a run; of one frame of it where `only` is given, and with the estimates of `lanes` where they are.
 ///
 /// # Errors
 /// Returns `BadInput` for a folder without a run's manifest, and for files of it that are cut short or do not fit.
-pub fn page(folder: &Path, only: Option<u32>) -> Result<Page> {
+pub fn page(folder: &Path, only: Option<u32>, lanes: Option<&Path>) -> Result<Page> {
     let path = folder.join(MANIFEST);
     let bytes = read(&path, "a run's manifest", LARGEST_TEXT)?;
     let manifest: RunManifest = serde_json::from_slice(&bytes).map_err(|e| {
-        BadInput::new(format!("is no manifest of a run: {}", json_in_words(&e)))
+        // A manifest of another version may lack what this one reads.
+        let other = serde_json::from_slice::<Value>(&bytes)
+            .ok()
+            .and_then(|v| Some(v.get("catseye")?.as_str()?.to_string()));
+        let told = match other.filter(|v| v != env!("CARGO_PKG_VERSION")) {
+            Some(v) => format!(
+                "was written by catseye {v}, and this is {}: {}",
+                env!("CARGO_PKG_VERSION"),
+                json_in_words(&e)
+            ),
+            None => format!("is no manifest of a run: {}", json_in_words(&e)),
+        };
+        BadInput::new(told)
             .file(&path)
-            .remedy("give a folder that `catseye simulate` wrote to its end")
+            .remedy("give a folder that `catseye simulate` of this version wrote to its end")
     })?;
     let mut frames: Vec<(u32, f64)> = manifest.frames.iter().map(|f| (f.index, f.time_s)).collect();
     frames.dedup_by_key(|f| f.0);
@@ -84,6 +105,8 @@ pub fn page(folder: &Path, only: Option<u32>) -> Result<Page> {
             .remedy("give the folder of the run, or one of its frames")
             .into());
     }
+    let of_run = OfRun { seed: manifest.seed, scenario: manifest.scenario.as_deref(), frames: &frames };
+    let lanes = lanes.map(|path| Lanes::read(path, &of_run)).transpose()?;
     let texts: Vec<(String, &String)> = match &manifest.radar {
         PerRadar::One(text) => vec![(String::new(), text)],
         PerRadar::Several(by_name) => by_name.iter().map(|(n, t)| (n.clone(), t)).collect(),
@@ -131,8 +154,9 @@ pub fn page(folder: &Path, only: Option<u32>) -> Result<Page> {
         "notes": notes,
         "scene": whole.as_ref().map(|s| scene::scene(s, &times_s)),
         "tables": tables,
+        "lanes": lanes.as_ref().map(|l| json!({ "method": l.method, "remark": l.remark })),
     });
-    let run = Run { folder: folder.to_path_buf(), radars, frames, has_scene };
+    let run = Run { folder: folder.to_path_buf(), radars, frames, has_scene, lanes };
     let count = run.frames.len();
     Ok(Page { title, data, physics: false, frames: Frames { count, of: Box::new(move |i| run.frame(i)) } })
 }
@@ -169,12 +193,17 @@ impl Run {
             if truth.is_file() {
                 let bytes = read(&truth, "the truth of a frame", LARGEST_TEXT)?;
                 let truth: Truth = serde_json::from_slice(&bytes).map_err(|e| {
-                    BadInput::new(format!("is no truth of a frame: {}", json_in_words(&e))).file(&truth)
+                    BadInput::new(format!("is no truth of a frame: {}", json_in_words(&e)))
+                        .file(&truth)
+                        .remedy("it was cut short or changed: simulate the run again")
                 })?;
                 let pose =
                     |p: &catseye_io::files::PoseRecord| [&p.position_m[..], &p.rotation_xyzw[..]].concat();
                 own.insert("pose".into(), json!(pose(&truth.radar)));
                 if which == 0 {
+                    if let Some(lanes) = &self.lanes {
+                        out["estimate"] = lanes.frame(index, &truth.ego);
+                    }
                     out["ego"] = json!(pose(&truth.ego));
                     out["lanes"] = truth.lanes.iter().map(lane).collect();
                     out["actors"] =
@@ -184,11 +213,22 @@ impl Run {
                     }
                 }
             }
+            if which == 0 && self.lanes.is_some() && !truth.is_file() {
+                let bad =
+                    BadInput::new("is missing, and tells where the vehicle of the lane estimates stands");
+                return Err(bad.file(&truth).remedy("simulate the run with [output] truth = true").into());
+            }
             let points = dir.join("points.csv");
             if points.is_file() {
-                own.insert("points".into(), table::columns(&points)?.0);
+                let whole = Table::read(&points)?;
+                let rows = table::largest(&whole, "power_dbm", MOST_POINTS)?;
+                own.insert("points".into(), table::columns_of(&whole, rows.as_deref())?);
                 if let Some(returns) = Returns::read(&dir)? {
-                    own.insert("causes".into(), causes(&points, &r.radar, &returns)?);
+                    own.insert("causes".into(), causes(&whole, rows.as_deref(), &r.radar, &returns)?);
+                }
+                if let Some(rows) = rows {
+                    own.insert("points_in_file".into(), json!(whole.len()));
+                    own.insert("point_rows".into(), pack::u32s(rows));
                 }
             }
             let cells = [r.axes.range_rate_mps.count, r.axes.range_m.count];
@@ -215,14 +255,15 @@ impl Run {
     }
 }
 
-/// The echoes behind each point, in the order of `points.csv`.
-fn causes(points: &Path, radar: &Radar, returns: &Returns) -> Result<Value> {
-    let table = Table::read(points)?;
+/// The echoes behind each point, or behind those of these rows, in the order of `points.csv`.
+fn causes(table: &Table, rows: Option<&[u32]>, radar: &Radar, returns: &Returns) -> Result<Value> {
     let [range, rate, azimuth, elevation] =
         ["range_m", "range_rate_mps", "azimuth_deg", "elevation_deg"].map(|c| table.numbers(c));
     let (range, rate, azimuth, elevation) = (range?, rate?, azimuth?, elevation?);
     let or_level = |deg: f64| if deg.is_finite() { deg } else { 0.0 };
-    Ok((0..table.len())
+    let all = 0..rows.map_or(table.len(), <[u32]>::len);
+    Ok(all
+        .map(|i| rows.map_or(i, |r| r[i] as usize))
         .map(|i| returns.of(radar, range[i], rate[i], or_level(azimuth[i]), or_level(elevation[i])))
         .collect())
 }

@@ -1,7 +1,8 @@
 //! What a page is asked for.
 
-use super::{Page, dataset, rcs, run, scene};
-use catseye::base::error::{BadInput, Error, Result};
+use super::{Page, dataset, lanes, rcs, run, scene, study};
+use catseye::base::error::{BadInput, Error, Result, json_in_words};
+use catseye::formats::input::{LARGEST_TEXT, read};
 use catseye::formats::stage::MANIFEST;
 use catseye::road::reflector::Reflector;
 use catseye::road::target::{self, Target};
@@ -20,8 +21,12 @@ pub enum Thing {
     Run(PathBuf),
     /// One frame of the run in this folder.
     Frame(PathBuf, u32),
+    /// A run or one frame of it with the lane estimates in a folder or file.
+    Lanes(Box<Thing>, PathBuf),
     /// The frames of a dataset.
     Dataset(PathBuf),
+    /// The studies that `catseye study` wrote into this folder.
+    Study(PathBuf),
     /// Tables of cross sections, laid over each other.
     Rcs(Vec<PathBuf>),
 }
@@ -37,17 +42,51 @@ fn load(target: &str, options: &ImportOptions) -> Result<Target> {
     target::load(target, &options)
 }
 
+/// The kind of results that a folder's manifest states; empty where it states none.
+///
+/// # Errors
+/// Returns `BadInput` for a manifest that is no JSON.
+fn kind_of(folder: &Path) -> Result<String> {
+    #[derive(serde::Deserialize)]
+    struct Kind {
+        #[serde(default)]
+        kind: String,
+    }
+    let path = folder.join(MANIFEST);
+    let bytes = read(&path, "a manifest", LARGEST_TEXT)?;
+    let kind: Kind = serde_json::from_slice(&bytes).map_err(|e| {
+        BadInput::new(format!("is no manifest: {}", json_in_words(&e)))
+            .file(&path)
+            .remedy("give a folder that catseye wrote to its end")
+    })?;
+    Ok(kind.kind)
+}
+
 impl Thing {
-    /// What lies at these paths: one of anything, or several tables of cross sections.
+    /// What lies at these paths: one of anything, several tables of cross sections, or a run before its lane estimates.
     ///
     /// # Errors
     /// Returns `BadInput` for what no page can show.
     pub fn of(paths: &[PathBuf]) -> Result<Thing> {
+        if let [run, found] = paths
+            && run.is_dir()
+            && (lanes::is_lanes(found) || !Self::is_table(found))
+        {
+            return match Self::of_folder(run)? {
+                run @ (Thing::Run(_) | Thing::Frame(..)) => Ok(Thing::Lanes(Box::new(run), found.clone())),
+                _ => Err(BadInput::new("is no run, which alone is shown together with lane estimates")
+                    .file(run)
+                    .remedy(
+                        "give the folder that `catseye simulate` wrote first, then that of `catseye lane`",
+                    )
+                    .into()),
+            };
+        }
         let [path] = paths else {
             if let Some(other) = paths.iter().find(|p| !Self::is_table(p)) {
                 return Err(BadInput::new("cannot be shown together with others")
                     .file(other)
-                    .allowed("several tables of cross sections (.csv), or one of anything else")
+                    .allowed("several tables of cross sections (.csv), a run and its lane estimates, or one of anything else")
                     .remedy("give it alone")
                     .into());
             }
@@ -61,7 +100,7 @@ impl Thing {
         }
         Err(BadInput::new("is nothing that a page can show")
             .file(path)
-            .allowed("the folder of a run, of one of its frames or of a dataset, or tables of cross sections (.csv)")
+            .allowed("the folder of a run, of one of its frames, of a dataset or of studies, or tables of cross sections (.csv)")
             .remedy("give what `catseye simulate` or `catseye rcs` wrote")
             .into())
     }
@@ -85,9 +124,18 @@ impl Thing {
         if is_run(path) && path.join("frame_000000").is_dir() {
             return Ok(Thing::Run(path.to_path_buf()));
         }
-        Err(BadInput::new("is no folder of a run or dataset: it has no manifest.json with frames beside it, and no dataset.json")
+        if lanes::is_lanes(path) {
+            return Err(BadInput::new("holds lane estimates, and not the frames in which they were found")
+                .file(path)
+                .remedy("give the run of the same scenario before it: catseye view RUN LANES")
+                .into());
+        }
+        if is_run(path) && kind_of(path)? == "study" {
+            return Ok(Thing::Study(path.to_path_buf()));
+        }
+        Err(BadInput::new("is no folder that a page can show: it has no manifest.json of studies or with frames beside it, and no dataset.json")
             .file(path)
-            .remedy("give a folder that `catseye simulate` or `catseye dataset` wrote to its end")
+            .remedy("give a folder that `catseye simulate`, `catseye dataset` or `catseye study` wrote to its end")
             .into())
     }
 
@@ -97,17 +145,23 @@ impl Thing {
     /// Returns `BadInput` for files that are not what they should be.
     pub fn page(&self) -> Result<Page> {
         match self {
-            Thing::Run(folder) => run::page(folder, None),
+            Thing::Run(folder) => run::page(folder, None, None),
+            Thing::Lanes(run, lanes) => match run.as_ref() {
+                Thing::Run(folder) => run::page(folder, None, Some(lanes)),
+                Thing::Frame(folder, index) => run::page(folder, Some(*index), Some(lanes)),
+                other => other.page(),
+            },
             Thing::Dataset(folder) => dataset::page(folder),
-            Thing::Frame(folder, index) => run::page(folder, Some(*index)),
+            Thing::Study(folder) => study::page(folder),
+            Thing::Frame(folder, index) => run::page(folder, Some(*index), None),
             Thing::Rcs(paths) => rcs::page(&paths.iter().map(PathBuf::as_path).collect::<Vec<_>>(), None),
         }
     }
 }
 
 impl Page {
-    /// The page of what `catseye view` is asked for: the folder of a run, a frame or a dataset, a file of a mesh, a reflector, tables of cross
-    /// sections, or a mesh or reflector before its tables. `note` gets what was dropped or assumed when a mesh was read.
+    /// The page of what `catseye view` is asked for: the folder of a run, a frame, a dataset or studies, a file of a mesh, a reflector, tables of cross
+    /// sections, a mesh or reflector before its tables, or a run before its lane estimates. `note` gets what was dropped or assumed when a mesh was read.
     ///
     /// # Errors
     /// Returns `BadInput` for what no page can show.

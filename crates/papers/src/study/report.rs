@@ -1,13 +1,15 @@
 //! The tables and the report of studies.
 
 use super::outcome::Outcome;
-use super::parameter::{Value, word_of};
+use super::parameter::{self, TARGET_PREFIX, Value, Values, word_of};
 use super::search::Design;
+use super::solve::reflector_spec;
 use super::spec::{Fact, SearchTable, Study};
 use crate::comparison::{Comparison, Tolerance};
 use catseye::base::error::{Error, Result};
 use catseye::base::units::level_text;
 use catseye::formats::csv::Writer;
+use std::collections::HashMap;
 use std::fmt::{Display, Write};
 
 /// Result of one study.
@@ -132,6 +134,127 @@ pub fn csv(study: &Study, given: &StudyResult, engine: &str) -> Result<Vec<u8>> 
 /// Returns an error if the study has no search.
 pub fn searched(study: &Study) -> Result<&SearchTable> {
     study.search.as_ref().ok_or_else(|| Error::Failed("a front without a search".into()))
+}
+
+/// What a column of a study's table holds.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Column {
+    /// Name of the column in the table.
+    pub name: String,
+    /// Label in pictures, with the unit.
+    pub label: String,
+    /// The values of an axis in order; empty for a quantity.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<Value>,
+    /// What the table calls these values, one name for each; empty for a quantity.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub names: Vec<String>,
+}
+
+/// The columns of a study's table, in its order.
+///
+/// # Errors
+/// Returns an error for a front of a study without a search.
+pub fn columns(study: &Study, given: &StudyResult) -> Result<Vec<Column>> {
+    let quantity =
+        |name: &str, label: String| Column { name: name.into(), label, values: vec![], names: vec![] };
+    Ok(match given {
+        StudyResult::Table(o) => {
+            let axes = o.axes.iter().map(|a| Column {
+                name: a.parameter.clone(),
+                label: a.label.clone(),
+                values: a.values.clone(),
+                names: a.names.clone(),
+            });
+            axes.chain(o.fields.iter().map(|f| quantity(&f.name, f.label.clone()))).collect()
+        }
+        StudyResult::Front(designs) => {
+            let search = searched(study)?;
+            let name = &search.front.value;
+            let front = Column {
+                values: designs.iter().map(|d| Value::Number(d.cost)).collect(),
+                names: designs.iter().map(|d| d.cost.to_string()).collect(),
+                ..quantity(name, parameter::label(name))
+            };
+            let sought =
+                search.parameter.iter().map(|l| quantity(&l.name.value, parameter::label(&l.name.value)));
+            let last = [
+                quantity(search.goal.name(), search.goal.label().into()),
+                quantity("on_front", "on the front".into()),
+                quantity("designs_tried", "designs tried".into()),
+            ];
+            std::iter::once(front).chain(sought).chain(last).collect()
+        }
+    })
+}
+
+/// The reflectors behind a table's rows.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct Reflectors {
+    /// Their specifications, each once.
+    pub specs: Vec<String>,
+    /// Index of each row's specification; empty where all rows have the first one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub of_row: Vec<usize>,
+}
+
+/// The reflectors behind the rows of a study's table; none where its target is no reflector, and where a row stands for several.
+///
+/// # Errors
+/// Returns an error for a reflector that cannot be built, and for a front of a study without a search.
+pub fn reflectors(study: &Study, given: &StudyResult) -> Result<Reflectors> {
+    let of_target = |name: &str| name == "target" || name.starts_with(TARGET_PREFIX);
+    let mut rows: Vec<Values> = Vec::new();
+    match given {
+        StudyResult::Table(o) => {
+            if study.sweeps.iter().any(|s| s.reduce.is_some() && of_target(&s.parameter)) {
+                return Ok(Reflectors::default());
+            }
+            let shape = o.shape();
+            for i in 0..shape.iter().product() {
+                let (mut rest, mut values) = (i, Values::new());
+                for (axis, n) in o.axes.iter().zip(&shape).rev() {
+                    if of_target(&axis.parameter) {
+                        values.insert(axis.parameter.clone(), axis.values[rest % n].clone());
+                    }
+                    rest /= n;
+                }
+                rows.push(values);
+            }
+        }
+        StudyResult::Front(designs) => {
+            if study.sweeps.iter().any(|s| of_target(&s.parameter)) {
+                return Ok(Reflectors::default());
+            }
+            let search = searched(study)?;
+            for d in designs {
+                let names = search.parameter.iter().map(|l| &l.name.value).zip(&d.parameters);
+                let all = std::iter::once((&search.front.value, &d.cost)).chain(names);
+                let own = all.filter(|(n, _)| of_target(n));
+                rows.push(own.map(|(n, v)| (n.clone(), Value::Number(*v))).collect());
+            }
+        }
+    }
+    let (mut out, mut known) = (Reflectors::default(), HashMap::new());
+    for own in rows {
+        let key: Vec<String> = own.iter().map(|(n, v)| format!("{n}={v}")).collect();
+        let at = match known.get(&key) {
+            Some(at) => *at,
+            None => {
+                let mut values = study.fixed.clone();
+                values.extend(own);
+                let Some(spec) = reflector_spec(&values)? else { return Ok(Reflectors::default()) };
+                out.specs.push(spec);
+                known.insert(key, out.specs.len() - 1);
+                out.specs.len() - 1
+            }
+        };
+        out.of_row.push(at);
+    }
+    if out.specs.len() == 1 {
+        out.of_row.clear();
+    }
+    Ok(out)
 }
 
 /// Text of a number rounded to a millionth; empty for NaN.

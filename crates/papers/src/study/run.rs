@@ -3,7 +3,7 @@
 
 use super::file::load;
 use super::outcome::compute;
-use super::report::{StudyResult, compare, csv, header, section};
+use super::report::{Column, Reflectors, StudyResult, columns, compare, csv, header, reflectors, section};
 use super::search::{Design, best};
 use super::solve::Cache;
 use super::spec::Study;
@@ -40,7 +40,12 @@ pub struct StudyReport {
     pub reference: String,
     /// Names of its files in the folder.
     pub files: Vec<String>,
-    /// Its facts with this program's numbers.
+    /// What the columns of its table hold; empty where it did not run.
+    pub columns: Vec<Column>,
+    /// The reflectors behind the rows of its table.
+    pub reflectors: Reflectors,
+    /// Its facts with this program's numbers, each with whether the two agree.
+    #[serde(serialize_with = "judged")]
     pub facts: Vec<Comparison>,
     /// Limits of physical optics, and searches that ended at a limit of their range.
     pub remarks: Vec<String>,
@@ -50,6 +55,17 @@ pub struct StudyReport {
     /// The reason why it did not run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+}
+
+/// Facts, each with whether it agrees with its document; null where the document gives no number.
+fn judged<S: serde::Serializer>(facts: &[Comparison], s: S) -> std::result::Result<S::Ok, S::Error> {
+    #[derive(serde::Serialize)]
+    struct Judged<'a> {
+        #[serde(flatten)]
+        fact: &'a Comparison,
+        agrees: Option<bool>,
+    }
+    s.collect_seq(facts.iter().map(|fact| Judged { fact, agrees: fact.agrees() }))
 }
 
 /// Report on a run.
@@ -262,6 +278,7 @@ fn one(
         header(study, &described).join("  \n")
     );
     let remarks = given.remarks(study);
+    let (columns, reflectors) = (columns(study, &given)?, reflectors(study, &given)?);
     let front = match given {
         StudyResult::Front(d) => Some(d),
         StudyResult::Table(_) => None,
@@ -273,6 +290,8 @@ fn one(
             title,
             reference,
             files: vec![table, picture],
+            columns,
+            reflectors,
             facts,
             remarks,
             front,

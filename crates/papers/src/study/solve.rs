@@ -181,6 +181,20 @@ impl Sources {
     }
 }
 
+/// Specification of the reflector that the parameters name, every parameter of it written out; None where the target is a file, a
+/// marking of spheres or missing.
+///
+/// # Errors
+/// Returns `BadInput` for a kind, a parameter or a value that no reflector has.
+pub fn reflector_spec(values: &Values) -> Result<Option<String>> {
+    let Some(target) = word_of(values, "target").filter(|t| *t != "balls" && !is_file(t)) else {
+        return Ok(None);
+    };
+    let own: Vec<(&str, &Value)> =
+        values.iter().filter_map(|(n, v)| n.strip_prefix(TARGET_PREFIX).map(|n| (n, v))).collect();
+    Ok(Some(with_parameters(target, &own)?.spec()))
+}
+
 /// The reflector of `spec` with some of its parameters changed.
 fn with_parameters(spec: &str, changed: &[(&str, &Value)]) -> Result<Reflector> {
     let (kind, rest) = spec.split_once(':').unwrap_or((spec, ""));

@@ -42,11 +42,24 @@ export function classColour(name) {
 
 export const series = (k) => `rgb(${QUALITATIVE[k % QUALITATIVE.length].join(",")})`;
 
-/** Colours of surfaces by material; what is not listed has its class's colour, paler. */
-const MATERIALS = { asphalt: "4a4d52", concrete: "9a9a94", gravel: "8a8172", soil: "6f6250", grass: "5d7a4a", leaves: "5d7a4a", water: "3f6f8f", glass: "7fb2c9", rubber: "2b2b2e", steel: "a3adb8", aluminium: "c3cad1", pec: "b9c1ca", "paint-white": "f2f2ee", iron: "8f959c" };
+/** Colours of surfaces by material: those of the program's table, and words that stand in the names of others. */
+const MATERIALS = {
+  asphalt: "4a4d52", concrete: "9a9a94", "concrete-pavement": "b0aca0", gravel: "8a8172", soil: "6f6250", "arable-land": "7d5b3a", grass: "5d7a4a", meadow: "7a9a55", leaves: "5d7a4a",
+  water: "3f6f8f", ice: "bfe3f0", glass: "7fb2c9", rubber: "2b2b2e", steel: "a3adb8", "stainless-steel": "8d9db0", "galvanised-steel": "93a69d", aluminium: "c3cad1", copper: "b87333", pec: "b9c1ca",
+  "paint-white": "f2f2ee", iron: "8f959c", polypropylene: "d07fae", pmma: "57b8ae", wood: "b07f45", skin: "e0a98a", air: "dfe7ee",
+};
+/** The longest word of the table that a name holds, so that stainless steel is not steel. */
+function listed(name) {
+  const held = Object.keys(MATERIALS).filter((k) => name.includes(k)).sort((a, b) => b.length - a.length);
+  return held.length ? rgb(MATERIALS[held[0]]) : null;
+}
+
+/** The colour of a material: layers over a body are mixed with it, and a name that is not listed always has the same colour. */
 export function materialColour(name, cls) {
-  const own = Object.entries(MATERIALS).find(([k]) => String(name).toLowerCase().includes(k));
   if (["verge", "terrain", "ground"].includes(cls)) return rgb(MATERIALS.grass);
-  if (own) return rgb(own[1]);
-  return classColour(cls).map((c) => Math.round(0.6 * c + 70));
+  const [body, ...layers] = String(name).toLowerCase().split("+").map((part) => part.split(":")[0]);
+  const paler = (c) => c.map((v) => Math.round(0.6 * v + 70));
+  const of = (part) => listed(part) ?? paler(part ? classColour(`material ${part}`) : classColour(cls));
+  const own = of(body), top = layers.length ? of(layers.at(-1)) : own;
+  return own.map((v, i) => Math.round(0.5 * (v + top[i])));
 }

@@ -1,6 +1,7 @@
 // A reflector that is designed in the page: sliders for every parameter, its shape and its cross section at once. The physics is that of
 // `catseye rcs`, built for the browser (crates/design), and runs in the page: nothing is asked of a server.
 
+import { triangles_of } from "./glb.js";
 import { bindings, start as start_module } from "./module.js";
 import { series } from "./colours.js";
 import { data, words, unit } from "./data.js";
@@ -162,11 +163,11 @@ export class DesignView {
   update() {
     const began = performance.now();
     const { frequency_ghz, bounces, ptd } = this.state;
-    let target, corners, found;
+    let target, parts, found;
     const [azimuth, elevation, x] = this.directions();
     try {
       target = new bindings.Target(this.spec());
-      corners = target.corners();
+      parts = triangles_of(target.glb());
       found = target.cut(1e9 * frequency_ghz, azimuth, elevation, bounces, ptd);
     } catch (e) {
       // A fault in the module is none of the user's, and leaves it unusable.
@@ -184,7 +185,7 @@ export class DesignView {
       const level = 10 * Math.log10(4 * Math.PI * (re * re + im * im));
       return Number.isFinite(level) ? level : null;
     }));
-    this.scene.triangles(corners);
+    this.scene.triangles(parts);
     this.draw();
     const best = this.levels[0].reduce((b, v, i) => (v != null && (this.levels[0][b] == null || v > this.levels[0][b]) ? i : b), 0);
     this.note.textContent = `${this.told_spec()} · VV ${number(this.levels[0][best])} dBsm at ${number(x[best])}° at most · ${x.length} directions in ${number(this.ms, 1)} ms`;

@@ -5,13 +5,14 @@ import { DesignView } from "./design.js";
 import { RcsView } from "./rcs.js";
 import { RunView } from "./run.js";
 import { ThingView } from "./scene.js";
+import { StudyView } from "./study.js";
 
-const KEYS = { run: "space play · ← → frames · n p points · 1–4 panes · r behind · t above · d dark or light · Esc nothing chosen", rcs: "d dark or light", design: "Ctrl+Z undo · Ctrl+Y redo · r along the strongest direction · d dark or light", scene: "r all of it · d dark or light · Esc back" };
+const KEYS = { run: "space play · ← → frames · n p points · 1–4 panes · r behind · t above · d dark or light · Esc nothing chosen", rcs: "d dark or light", design: "Ctrl+Z undo · Ctrl+Y redo · r along the strongest direction · d dark or light", study: "n p studies · l lines · m map · d dark or light · Esc no row", scene: "r all of it · d dark or light · Esc back" };
 
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 let theme = dark.matches ? "dark" : "light";
 document.documentElement.dataset.theme = theme;
-const view = new { run: RunView, rcs: RcsView, scene: ThingView, design: DesignView }[data.kind]();
+const view = new { run: RunView, rcs: RcsView, scene: ThingView, study: StudyView, design: DesignView }[data.kind]();
 
 function change_theme() {
   theme = theme === "dark" ? "light" : "dark";

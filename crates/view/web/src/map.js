@@ -3,10 +3,18 @@
 import { MAPS } from "./colours.js";
 import { canvas, colour, el, number, ticks } from "./dom.js";
 
+/** A tick in words: of a named axis the whole places alone have a name. */
+function told(axis, v, digits) {
+  if (!axis.names) return number(v, digits);
+  const name = axis.names[v] ?? "";
+  return name.length > 9 ? `${name.slice(0, 8)}…` : name;
+}
+
 const EDGE = { left: 52, right: 66, top: 10, bottom: 38 };
 
 /**
- * `show({columns, rows, at(row, column), x, y, low, high})`: x and y are `{label, first, step}` of the cells' middles. `hover` is
+ * `show({columns, rows, at(row, column), x, y, low, high})`: x and y are `{label, first, step}` of the cells' middles, with `names`
+ * where the cells have words. `hover` is
  * called with (row, column) or null, `pick` with (row, column, mark) on a click.
  */
 export class LevelMap {
@@ -83,11 +91,11 @@ export class LevelMap {
     g.textAlign = "center";
     g.textBaseline = "top";
     const tx = ticks(p.x0, p.x1, p.w / 70), ty = ticks(p.y0, p.y1, p.h / 40);
-    for (const v of tx.list) g.fillText(number(v, tx.digits), p.px(v), p.y + p.h + 4);
+    for (const v of tx.list) g.fillText(told(this.map.x, v, tx.digits), p.px(v), p.y + p.h + 4);
     g.fillText(this.map.x.label, p.x + p.w / 2, p.y + p.h + 20);
     g.textAlign = "right";
     g.textBaseline = "middle";
-    for (const v of ty.list) g.fillText(number(v, ty.digits), p.x - 5, p.py(v));
+    for (const v of ty.list) g.fillText(told(this.map.y, v, ty.digits), p.x - 5, p.py(v));
     g.save();
     g.translate(10, p.y + p.h / 2);
     g.rotate(-Math.PI / 2);

@@ -76,6 +76,7 @@ export class RcsView {
   async start() {
     if (this.body) {
       this.body.set(data.scene);
+      this.body.legend(SceneView.used(data.scene));
       this.body.controls && (this.body.controls.maxPolarAngle = Math.PI);
     }
     this.update();

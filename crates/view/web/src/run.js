@@ -5,7 +5,7 @@ import { column, data, frame, frameCount, levels, numbers, rows, unit, words } f
 import { canvas, colour, el, menu, number } from "./dom.js";
 import { LevelMap } from "./map.js";
 import { Lines } from "./plot.js";
-import { lookAxes, SceneView, toWorld } from "./scene3d.js";
+import { ESTIMATE, lookAxes, SceneView, toWorld, TRUTH } from "./scene3d.js";
 
 const PATHS = [[230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [213, 94, 0], [240, 228, 66]];
 /** Colours of the classes of a mask's cells: undefined, lane, vehicle, guard rail, marker; the first is not drawn. */
@@ -38,13 +38,15 @@ export class RunView {
       data.radars.length > 1 && menu("radar", data.radars.map((r, k) => [String(k), r.name]), "0", (v) => this.take(Number(v))),
       menu("colour", COLOURS, this.by, (v) => { this.by = v; this.paint(); }),
       menu("map", [["viridis", "viridis"], ["cividis", "cividis"]], "viridis", (v) => { this.map.palette = v; this.draw(); }),
-      this.follower(), this.toggle("lanes", "lanes"), this.toggle("field of view", "field"), this.toggle("tracks", "tracks"), this.toggle("mask", "mask"),
+      this.follower(), this.toggle("lanes", "lanes"), data.lanes && this.toggle("lane estimates", "estimates"), this.toggle("field of view", "field"), this.toggle("tracks", "tracks"), this.toggle("mask", "mask"),
       el("button", { onclick: () => this.reset(), title: "Behind the vehicle (r)" }, "behind"),
       el("button", { onclick: () => this.top(), title: "From above (t)" }, "above"));
     this.legend = canvas((g, w, h) => this.key(g, w, h));
     this.legend.canvas.className = "key";
     this.legendText = el("div", { class: "key-text" });
-    const left = el("section", { class: "left" }, choices, this.scene.box, el("div", { class: "legend" }, this.legend.canvas, this.legendText));
+    this.found = el("div", { class: "legend found" });
+    this.part = el("p", { class: "part", role: "status", hidden: true });
+    const left = el("section", { class: "left" }, choices, this.part, this.scene.box, el("div", { class: "legend" }, this.legend.canvas, this.legendText), data.lanes && this.found);
     this.tabs = {};
     const bodies = [["map", "range-Doppler", this.map.box], ["profile", "profile", this.profile.box], ["spectrum", "angles", this.spectrum.box], ["list", "points", this.list]];
     const buttons = bodies.map(([id, text, body], k) => {
@@ -138,6 +140,7 @@ export class RunView {
     this.scene.move(index);
     this.scene.boxes(f.boxes);
     this.scene.lanes(f.lanes);
+    if (data.lanes) this.lane_figures(f.estimate);
     this.take(this.radar);
   }
 
@@ -171,12 +174,29 @@ export class RunView {
     this.scene.tracks(tracks);
     this.levels = this.own.map && levels(this.own.map);
     this.limits = this.own.threshold && levels(this.own.threshold);
-    this.clock.textContent = `frame ${this.frame.index}${this.frame.told ? ` · ${this.frame.told}` : ""} · ${number(this.frame.time_s, 3)} s · ${this.count} points${tracks.length ? ` · ${tracks.length} tracks` : ""}`;
+    this.clock.textContent = `frame ${this.frame.index}${this.frame.told ? ` · ${this.frame.told}` : ""} · ${number(this.frame.time_s, 3)} s · ${this.count}${this.own.points_in_file ? ` of ${this.own.points_in_file}` : ""} points${tracks.length ? ` · ${tracks.length} tracks` : ""}`;
+    this.part.hidden = !this.own.points_in_file;
+    this.part.textContent = `Only the strongest ${this.count} of the ${this.own.points_in_file} points of this frame are shown.`;
+    this.file_rows = numbers(this.own.point_rows);
     this.bars.redraw();
     this.paint();
     this.draw();
     this.table();
     this.choose(null);
+  }
+
+  /** The lines that were found in this frame, and how far they are from the truth. */
+  lane_figures(e) {
+    this.scene.estimates(e?.lines);
+    const key = (c, text) => el("span", {}, el("i", { style: `background:rgb(${c.join(",")})` }), text);
+    const signed = (v, unit, digits) => (v == null ? "–" : `${number(v, digits)} ${unit}`);
+    const degrees = e?.heading_error_rad == null ? null : (e.heading_error_rad * 180) / Math.PI;
+    const share = (v) => (v == null ? "–" : `${number(100 * v, 1)} %`);
+    const figures = [["offset error", signed(e?.offset_error_m, "m", 3)], ["heading error", signed(degrees, "°", 3)], ["curvature error", signed(e?.curvature_error_per_m, "1/m", 5)], ["precision", share(e?.precision)], ["recall", share(e?.recall)]];
+    this.found.replaceChildren(key(TRUTH, "true lanes"), key(ESTIMATE, data.lanes.method ? `found by catseye ${data.lanes.method}` : "lane estimates"),
+      ...(!e ? [el("span", { class: "hint" }, "no look at this frame")]
+        : [e.no_lane && el("span", { class: "hint" }, `no lane: ${e.no_lane}`), e.mirror && el("span", { class: "hint" }, "the mirrored lane fits as well"), ...figures.map(([k, v]) => el("span", {}, `${k} `, el("b", {}, v)))].filter(Boolean)),
+      data.lanes.remark ? el("span", { class: "hint" }, data.lanes.remark) : "");
   }
 
   /** Colours of the points by what is chosen. */
@@ -369,7 +389,7 @@ export class RunView {
     }, el("i", { style: `background:rgb(${PATHS[k % PATHS.length].join(",")})` }), el("b", {}, `${number(e.power_dbm, 1)} dBm`), ` ${e.bounces} ${e.bounces === 1 ? "bounce" : "bounces"}: `,
       ["radar", ...e.chain.map((id) => this.name(id)), "radar"].join(" → ")));
     this.details.replaceChildren(
-      el("h2", {}, `Point ${i}: `, el("span", { style: `color:rgb(${classColour(get("class")).join(",")})` }, head)), facts(sum),
+      el("h2", {}, `Point ${this.file_rows ? this.file_rows[i] : i}: `, el("span", { style: `color:rgb(${classColour(get("class")).join(",")})` }, head)), facts(sum),
       el("h3", {}, "Why it is there"),
       cause ? el("ol", { class: "echoes" }, echoes.length ? echoes : "No echo falls into its cell: noise, or a side lobe of something far away.") : el("p", { class: "missing" }, "There are no returns with this frame: [output] returns = true of a scenario keeps them."),
       cause && cause.in_cell > echoes.length ? el("p", { class: "hint" }, `${cause.in_cell} echoes fall into this cell and beam; those that the beam hears most are listed.`) : "",

@@ -22,6 +22,7 @@ export class ThingView {
 
   async start() {
     this.scene.set(data.scene);
+    this.scene.legend(SceneView.used(data.scene));
     this.reset();
     this.hit({});
   }

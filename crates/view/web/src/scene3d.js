@@ -14,6 +14,8 @@ import { numbers } from "./data.js";
 import { colour, el } from "./dom.js";
 
 const paint = ([r, g, b]) => new Color(`rgb(${r},${g},${b})`);
+/** Colours of lane lines: what is true, and what a method found. */
+export const TRUTH = [240, 228, 66], ESTIMATE = [213, 94, 0];
 const FLAT = new Set(["road", "verge", "ground", "terrain", "lane_line"]);
 
 /** A round dot, so that points are no squares. */
@@ -32,6 +34,8 @@ export class SceneView {
   constructor({ pick }) {
     this.box = el("div", { class: "scene", tabIndex: 0 });
     this.pick = pick;
+    this.key = el("div", { class: "materials", hidden: true });
+    this.box.append(this.key);
     try {
       this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
     } catch {
@@ -49,7 +53,7 @@ export class SceneView {
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener("change", () => this.draw());
     this.controls.maxPolarAngle = 0.499 * Math.PI;
-    this.layers = Object.fromEntries(["bodies", "boxes", "mask", "lanes", "field", "ego", "tracks", "points", "chosen", "paths"].map((n) => [n, new Group()]));
+    this.layers = Object.fromEntries(["bodies", "boxes", "mask", "lanes", "estimates", "field", "ego", "tracks", "points", "chosen", "paths"].map((n) => [n, new Group()]));
     this.scene.add(...Object.values(this.layers));
     this.texture = dot();
     new ResizeObserver(() => this.size()).observe(this.box);
@@ -121,20 +125,36 @@ export class SceneView {
     this.move(0);
   }
 
-  /** Triangles of one body in place of all bodies, three corners of three numbers each. */
-  triangles(corners) {
+  /** Triangles of one body in place of all bodies: lists of corners, three numbers each, with the names of their materials. */
+  triangles(parts) {
+    this.legend(parts.map((p) => p.material));
     if (!this.renderer) return;
     this.clear("bodies");
-    const g = new BufferGeometry();
-    g.setAttribute("position", new BufferAttribute(corners, 3));
-    const body = new Mesh(g, new MeshLambertMaterial({ color: paint(materialColour("aluminium", "")), side: DoubleSide, flatShading: true }));
-    this.layers.bodies.add(body);
-    this.bodies = [{ body, poses: new Float32Array([0, 0, 0, 0, 0, 0, 1]), many: false }];
+    this.bodies = parts.map(({ corners, material }) => {
+      const g = new BufferGeometry();
+      g.setAttribute("position", new BufferAttribute(corners, 3));
+      const body = new Mesh(g, new MeshLambertMaterial({ color: paint(materialColour(material, "")), side: DoubleSide, flatShading: true }));
+      body.userData = { material };
+      this.layers.bodies.add(body);
+      return { body, poses: new Float32Array([0, 0, 0, 0, 0, 0, 1]), many: false };
+    });
     const { size } = this.extent();
     Object.assign(this.camera, { near: size / 1000, far: 30 * size });
     this.camera.updateProjectionMatrix();
     this.controls.maxPolarAngle = Math.PI;
     this.draw();
+  }
+
+  /** The materials that are drawn, each with its colour. */
+  legend(names) {
+    this.key.hidden = !names.length;
+    this.key.replaceChildren(...[...new Set(names)].map((n) => el("span", {}, el("i", { style: `background:rgb(${materialColour(n, "").join(",")})` }), n || "without a material")));
+  }
+
+  /** Names of the materials that a scene's objects have; those of a ground are not told by colour. */
+  static used(scene) {
+    const found = scene.objects.flatMap((o) => ("mesh" in o.shape && !FLAT.has(o.class) ? scene.meshes[o.shape.mesh].materials.map(([m]) => m) : []));
+    return [...new Set(found)].sort((a, b) => a - b).map((m) => scene.materials[m] ?? "");
   }
 
   /** Middle and length of the diagonal of all that stands in the scene. */
@@ -191,9 +211,25 @@ export class SceneView {
       for (const side of ["left", "right"]) {
         const p = Float32Array.from(numbers(lane[side]));
         for (let i = 2; i < p.length; i += 3) p[i] += 0.03;
-        this.line("lanes", p, [240, 228, 66]);
+        this.line("lanes", p, TRUTH);
       }
     }
+  }
+
+  /** Lines that a method found, broad and in another colour than the truth; those of which it is less sure are fainter. */
+  estimates(list) {
+    if (!this.renderer) return;
+    this.clear("estimates");
+    for (const { points, confidence } of list ?? []) {
+      const g = new LineGeometry();
+      g.setPositions(numbers(points));
+      const m = new LineMaterial({ color: paint(ESTIMATE), linewidth: 3, transparent: true, opacity: 0.35 + 0.6 * Math.min(1, Math.max(0, confidence)) });
+      m.resolution.set(this.box.clientWidth, this.box.clientHeight);
+      const line = new Line2(g, m);
+      line.renderOrder = 3;
+      this.layers.estimates.add(line);
+    }
+    this.draw();
   }
 
   /** The ego vehicle's outline and each radar's field of view, at their poses. */
@@ -268,7 +304,7 @@ export class SceneView {
       const g = new BufferGeometry();
       g.setAttribute("position", new BufferAttribute(positions, 3));
       g.setAttribute("color", new BufferAttribute(colours, 3));
-      const material = new PointsMaterial({ size: 9, sizeAttenuation: false, vertexColors: true, map: this.texture, alphaTest: 0.5, depthTest: false, transparent: true });
+      const material = new PointsMaterial({ size: positions.length > 15000 ? 4 : 9, sizeAttenuation: false, vertexColors: true, map: this.texture, alphaTest: 0.5, depthTest: false, transparent: true });
       const cloud = new Points(g, material);
       cloud.renderOrder = 5;
       this.layers.points.add(cloud);
