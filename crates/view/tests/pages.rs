@@ -181,7 +181,7 @@ fn what_is_cut_short_is_told_and_leaves_nothing() {
     let told = complaint();
     assert!(told.contains("manifest.json") && told.contains("is no manifest of a run"), "{told}");
     fs::remove_file(folder.join("manifest.json")).unwrap();
-    assert!(complaint().contains("is no folder of a run or dataset"));
+    assert!(complaint().contains("is no folder that a page can show"));
     // What is nothing that a page shows, and things that do not go together.
     let alone = |paths: &[&str]| {
         let paths: Vec<PathBuf> = paths.iter().map(PathBuf::from).collect();
