@@ -7,12 +7,15 @@ Needs the package playwright, and Chromium as `chromium` or in CATSEYE_CHROMIUM.
 """
 
 import csv
+import http.client
 import io
+import math
 import json
 import math
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -99,10 +102,12 @@ class Opened:
         self.told = []
         self.page.on("console", lambda m: self.told.append(m.text) if m.type in ("error", "warning") else None)
         self.page.on("pageerror", lambda e: self.told.append(str(e)))
-        # Nothing may be asked of the network.
-        self.page.on("request", lambda r: None if r.url.startswith(("file:", "data:", "blob:")) else self.told.append(f"asks for {r.url}"))
+        # Nothing may be asked of the network, and of a server only the page itself.
+        url = file if isinstance(file, str) else file.resolve().as_uri()
+        own = ("file:", "data:", "blob:") + ((url,) if isinstance(file, str) else ())
+        self.page.on("request", lambda r: None if r.url.startswith(own) else self.told.append(f"asks for {r.url}"))
         began = time.monotonic()
-        self.page.goto(file.resolve().as_uri())
+        self.page.goto(url)
         wait(self.page, "window.catseye?.ready", seconds=60)
         self.seconds = time.monotonic() - began
 
@@ -628,6 +633,143 @@ def too_many_points(browser, room):
     truth.write_text(kept)
 
 
+LIVE = """name = "HOSTILE"  # 7 in a comment is no number
+seed = 3
+radar = "demo77"
+
+[scene]
+builtin = "empty"
+
+[[point]]
+name = "target 12"
+position_m = [
+    30, 2.5,  # two of three
+    0.5,
+]
+rcs_dbsm = 10.0
+
+[[point]]
+name = "other"
+position_m = [50, -4, 0.5]
+rcs_dbsm = 15
+"""
+
+
+def live(browser, room):
+    """A scenario that is changed in the page gives what `simulate` gives of the changed file."""
+    file = room / "live.toml"
+    file.write_text(LIVE.replace("HOSTILE", "<b>live</b>"))
+    server = subprocess.Popen([program, "view", file, "--live", "--device", "cpu"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        served(browser, room, file, server.stdout.readline().strip())
+    finally:
+        server.send_signal(signal.SIGINT)
+        server.wait(20)
+    check("the scenario's file stays as it is", "<b>live</b>" in file.read_text() and "30, 2.5" in file.read_text())
+
+
+def served(browser, room, file, url):
+    port = int(url.split(":")[2].split("/")[0])
+
+    def status(path, host=f"127.0.0.1:{port}", method="GET"):
+        asked = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+        asked.request(method, path, headers={"Host": host})
+        return asked.getresponse().status
+
+    token = "/" + url.split("/", 3)[3]
+    answers = [status(token), status("/"), status("/" + "0" * 32 + "/"), status(token, "evil.example"), status(token + "simulate"), status(token + "../etc")]
+    check("only the page with its token is served, to this machine's own name", answers == [200, 404, 404, 403, 404, 404], answers)
+    taken = run("view", file, "--live", "--port", str(port), "--device", "cpu", expect=2).stderr
+    check("a port in use is told of", "--port" in taken and str(port) in taken, taken)
+
+    o = Opened(browser, url)
+    page = o.page
+    check("the first frame is there", page.evaluate("catseye.view.view.count > 0"))
+    like("live", o.scene())
+
+    def points():
+        return page.evaluate("Object.fromEntries(['range_m','range_rate_mps','azimuth_deg','snr_db'].map((n) => [n, Array.from(catseye.view.view.own.points[n])]))")
+
+    def simulated(text):
+        changed = room / "changed.toml"
+        changed.write_text(text)
+        out = room / "changed"
+        run("simulate", changed, "-o", out, "--quiet", "--force", "--device", "cpu")
+        with open(out / "frame_000000" / "points.csv", newline="") as f:
+            rows = list(csv.DictReader(f))
+        return {n: [float(r[n]) for r in rows] for n in points()}
+
+    def field(label):
+        return page.locator(f'input[type=text][aria-label="{label}"]')
+
+    def change(label, text):
+        before = page.evaluate("catseye.view.done")
+        field(label).fill(text)
+        field(label).press("Enter")
+        wait(page, f"catseye.view.done > {before} && !catseye.view.busy")
+
+    whole = file.read_text()
+    check("its points are those of simulate", points() == simulated(whole))
+    labels = page.evaluate("[...document.querySelectorAll('.bench input[type=text]')].map((e) => e.getAttribute('aria-label'))")
+    want = ["seed", *[f"point 1 position_m {k}" for k in (1, 2, 3)], "point 1 rcs_dbsm", *[f"point 2 position_m {k}" for k in (1, 2, 3)], "point 2 rcs_dbsm"]
+    check("every number has a field, and what is in names and remarks has none", labels == want, labels)
+    change("point 1 position_m 1", "41.5")
+    other = whole.replace("30, 2.5", "41.5, 2.5")
+    moved = points()
+    check("a changed place moves the points as simulate does", moved == simulated(other) and min(abs(r - math.hypot(41.5 - 3.6, 2.5)) for r in moved["range_m"]) < 0.5)
+    check("the text keeps what was not changed", page.evaluate("catseye.view.text") == other)
+    # A value out of range: what is allowed is told, at its field, and what was shown stays.
+    change("point 2 position_m 2", "1e99")
+    told = page.locator(".told").inner_text()
+    check("a value out of range is told with what is allowed", "live.toml:18" in told and "allowed" in told, told)
+    check("its field is marked", page.evaluate("document.querySelectorAll('.bench [aria-invalid=true]').length") >= 1)
+    check("what was shown stays", points() == moved)
+    before = page.evaluate("catseye.view.done")
+    page.locator("h1").click()
+    page.keyboard.press("Control+z")
+    wait(page, f"catseye.view.done > {before} && !catseye.view.busy")
+    check("undo takes it back", page.evaluate("catseye.view.text") == other and not page.locator(".told").inner_text())
+    # The text itself, with a name that is markup.
+    page.locator("button", has_text="text").first.click()
+    before = page.evaluate("catseye.view.done")
+    page.locator(".bench textarea").fill(whole.replace("other", "<img src=x onerror=window.broken=1>"))
+    wait(page, f"catseye.view.done > {before} && !catseye.view.busy")
+    check("the text can be written", points() == simulated(whole))
+    check("names stay text", page.evaluate("window.broken") is None)
+    slider(page)
+    sticks_out(page, [(900, 600), (1366, 768), (1920, 1080)])
+    looked_at(page, "live")
+    o.quiet("a live scenario")
+    page.close()
+
+
+def slider(page):
+    """How long a step of a slider takes to be drawn."""
+    page.locator("button", has_text="numbers").first.click()
+    times = page.evaluate("""async () => {
+        const s = document.querySelector('.bench input[aria-label="point 2 position_m 1 by a slider"]'), out = [];
+        for (const v of [510, 520, 530, 540, 550]) {
+            const began = performance.now(), before = catseye.view.done;
+            s.value = v;
+            s.dispatchEvent(new Event('input', { bubbles: true }));
+            while (catseye.view.done === before || catseye.view.busy) await new Promise((r) => setTimeout(r, 5));
+            out.push(performance.now() - began);
+        }
+        return out;
+    }""")
+    print(f"     a step of a live scenario's slider is drawn after {sorted(times)[2]:.0f} ms (median of 5)")
+    # Steps in quick succession: of those in between the last one counts, and all is one step back.
+    past = page.evaluate("""async () => {
+        const s = document.querySelector('.bench input[aria-label="point 2 position_m 1 by a slider"]'), before = catseye.view.past.length;
+        s.dispatchEvent(new Event('change', { bubbles: true }));
+        for (const v of [600, 610, 620, 630]) { s.value = v; s.dispatchEvent(new Event('input', { bubbles: true })); }
+        s.dispatchEvent(new Event('change', { bubbles: true }));
+        while (catseye.view.busy) await new Promise((r) => setTimeout(r, 5));
+        return [catseye.view.past.length - before, catseye.view.text.includes('[63, -4')];
+    }""")
+    check("a drag is one step back and its end is what is shown", past == [1, True], past)
+
+
 def sticks_out(page, sizes):
     for size in sizes:
         page.set_viewport_size({"width": size[0], "height": size[1]})
@@ -656,7 +798,7 @@ def main():
     with tempfile.TemporaryDirectory() as room, sync_playwright() as p:
         browser = p.chromium.launch(executable_path=chromium, args=FLAGS)
         print(f"Chromium {browser.version}", flush=True)
-        parts = (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design, studies, lane_estimates, materials, too_many_points)
+        parts = (a_run, names_are_text, frames_beside, cross_sections, an_image, a_dataset, a_design, studies, lane_estimates, materials, too_many_points, live)
         only = os.environ.get("CATSEYE_VIEW_PARTS", "").split()
         for part in parts:
             if not only or part.__name__ in only:

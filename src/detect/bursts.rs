@@ -249,7 +249,7 @@ impl<'a> All<'a> {
         let levels: Vec<(f64, f64)> = of.iter().map(|(_, s)| (s.level_db, LEVEL_DB)).collect();
         let cost = of_rates + mean(&bins).1 + mean(&levels).1;
         let missing = (picks.len() - of.len()) as f64;
-        (of.len() > 1 && cost <= self.limits[of.len()] && rate_mps.abs() <= FASTEST_MPS).then(|| Body {
+        (of.len() > 1 && cost <= self.limits[of.len()] && rate_mps.abs() <= FASTEST_MPS).then_some(Body {
             rate_mps,
             picks,
             cost: cost + MARGIN * missing,

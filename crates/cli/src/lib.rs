@@ -21,6 +21,7 @@ mod help;
 mod init;
 mod lane;
 mod learn;
+mod live;
 mod man;
 mod mcp;
 mod plot;
@@ -94,7 +95,7 @@ const ACTING: [(&str, &[&str]); 27] = [
     ("calibrate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("fit-sensor", &["json", "quiet", "seed", "force"]),
     ("plot", &["json", "quiet", "force"]),
-    ("view", &["json", "quiet", "force"]),
+    ("view", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("validate", &["device", "precision", "trace", "json", "quiet", "seed", "force"]),
     ("bench", &["device", "precision", "trace", "json", "quiet", "seed"]),
     ("completions", &[]),

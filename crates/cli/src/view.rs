@@ -2,6 +2,7 @@
 
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
+use super::live;
 use super::target::ImportArgs;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::{check_extension, stage};
@@ -31,6 +32,15 @@ pub struct View {
     /// Open the page in the browser
     #[arg(long)]
     pub open: bool,
+    /// Serve a page in which a scenario (.toml) is changed and simulated anew after each change, to this machine alone, until Ctrl-C
+    #[arg(long, conflicts_with_all = ["output", "inline_mib"])]
+    pub live: bool,
+    /// With --live: port of the server (default: any that is free)
+    #[arg(long, value_name = "PORT", default_value_t = 0, requires = "live")]
+    pub port: u16,
+    /// With --live: number of frames of each simulation
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "live", value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub frames: u32,
     #[command(flatten)]
     pub import: ImportArgs,
 }
@@ -38,6 +48,10 @@ pub struct View {
 impl View {
     pub fn run(&self, global: &Global) -> Result<()> {
         let paths: Vec<PathBuf> = self.things.iter().map(PathBuf::from).collect();
+        if self.live {
+            let open: live::Opener<'_> = &|url| open(Path::new(url));
+            return live::serve(live::of(&paths)?, self.port, self.frames, global, self.open.then_some(open));
+        }
         let output = match &self.output {
             Some(o) => o.clone(),
             None => self.beside(),
@@ -90,7 +104,7 @@ fn tell(written: &Written) -> Result<()> {
     print(&format!("{} ({:.1} MiB{beside})", written.page.display(), written.bytes as f64 / (1 << 20) as f64))
 }
 
-/// Opens a file as the desktop does.
+/// Opens a file or an address as the desktop does.
 fn open(page: &Path) -> Result<()> {
     let (program, before): (&str, &[&str]) = match std::env::consts::OS {
         "macos" => ("open", &[]),
@@ -105,6 +119,6 @@ fn open(page: &Path) -> Result<()> {
         .filter(std::process::ExitStatus::success)
         .map(drop)
         .ok_or_else(|| {
-            Error::Failed(format!("the page is written, but '{program}' did not open it: {}", page.display()))
+            Error::Failed(format!("the page is there, but '{program}' did not open it: {}", page.display()))
         })
 }

@@ -1,5 +1,6 @@
 //! A dataset: its frames with points, maps, masks and boxes, as its shards hold them.
 
+use super::html::With;
 use super::{Frames, Page, pack};
 use catseye::base::error::Result;
 use catseye::base::units::dbm_from_w;
@@ -58,7 +59,7 @@ pub fn page(folder: &Path) -> Result<Page> {
         let record = layout.read(&folder, i as u64)?;
         Ok(frame(&record, &radars))
     };
-    Ok(Page { title: about.name, data, physics: false, frames: Frames { count, of: Box::new(of) } })
+    Ok(Page { title: about.name, data, with: With::Nothing, frames: Frames { count, of: Box::new(of) } })
 }
 
 fn table<'a>(record: &'a Record, name: &str) -> Option<&'a Table> {

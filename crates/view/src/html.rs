@@ -21,28 +21,41 @@ pub fn chunk(index: usize, json: &str) -> String {
     format!("catseyeFrame({index},{json});\n")
 }
 
-/// The page. `frames` are those that stand in it; `beside` names the folder that holds the others; `physics` puts the module beside them
-/// that works out cross sections.
+/// What a page has besides its data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum With {
+    /// Nothing.
+    Nothing,
+    /// The module that works out cross sections.
+    Physics,
+    /// The program that serves it, which it may ask.
+    Server,
+}
+
+/// The page. `frames` are those that stand in it; `beside` names the folder that holds the others.
 pub fn page(
     title: &str,
     data: &Value,
     frames: &[String],
     beside: Option<&str>,
-    physics: bool,
+    with: With,
 ) -> Result<String> {
     let mut data = data.clone();
     data["beside"] = beside.map_or(Value::Null, Value::from);
     let escaped = title.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    // What is loaded is the frames beside the page; nothing reaches the network.
-    let policy = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' 'self' file:; style-src 'unsafe-inline'; img-src data: blob:";
-    let module = match physics {
-        true => {
+    // What is loaded is the frames beside the page; nothing reaches the network, and a server only the page that it serves.
+    let asked = if with == With::Server { "; connect-src 'self'" } else { "" };
+    let policy = format!(
+        "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' 'self' file:; style-src 'unsafe-inline'; img-src data: blob:{asked}"
+    );
+    let module = match with {
+        With::Physics => {
             format!(
                 "<script type=\"application/octet-stream\" id=\"module\">{}</script>\n",
                 pack::base64(MODULE)
             )
         }
-        false => String::new(),
+        With::Nothing | With::Server => String::new(),
     };
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -66,9 +79,14 @@ mod tests {
     #[test]
     fn names_stay_text() {
         let hostile = "</script><script>alert(1)</script><!-- & \u{2028}";
-        let text =
-            page(hostile, &json!({ "name": hostile }), &[json(&json!([hostile])).unwrap()], None, false)
-                .unwrap();
+        let text = page(
+            hostile,
+            &json!({ "name": hostile }),
+            &[json(&json!([hostile])).unwrap()],
+            None,
+            With::Nothing,
+        )
+        .unwrap();
         let before = &text[..text.find(SCRIPT).unwrap()];
         assert_eq!(before.matches("<script").count(), 3, "{before}");
         assert!(!before.contains("alert(1)</") && !before.contains("<!-- "), "{before}");

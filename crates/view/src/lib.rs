@@ -22,7 +22,8 @@ pub use thing::Thing;
 
 use catseye::base::error::{Error, Result};
 use catseye::formats::stage::{StagedDir, StagedFile};
-use serde_json::Value;
+use html::With;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// Size of the frames, as text, up to which they stand in the page itself; beyond it they lie in a folder beside it, from which
@@ -38,8 +39,8 @@ pub struct Page {
     title: String,
     /// What all frames share.
     data: Value,
-    /// Whether the page works out cross sections itself.
-    physics: bool,
+    /// What it has besides its data.
+    with: With,
     /// The frames of a run, one after another; none of a thing without time.
     frames: Frames,
 }
@@ -70,7 +71,37 @@ pub struct Written {
 impl Page {
     /// A page without frames.
     fn still(title: String, data: Value) -> Page {
-        Page { title, data, physics: false, frames: Frames { count: 0, of: Box::new(|_| Ok(Value::Null)) } }
+        Page {
+            title,
+            data,
+            with: With::Nothing,
+            frames: Frames { count: 0, of: Box::new(|_| Ok(Value::Null)) },
+        }
+    }
+
+    /// The page in which a scenario of this text is changed. It asks the server that it comes from: `POST simulate` with a text answers
+    /// with `data` and `frames` as [`Page::parts`] has them and the `seconds` that it took, or with an `error`. `file` is the name under
+    /// which the page saves the text.
+    pub fn of_live(file: &str, text: &str) -> Page {
+        let data = json!({ "kind": "live", "title": file, "file": file, "text": text });
+        Page { with: With::Server, ..Page::still(file.into(), data) }
+    }
+
+    /// What all frames share, and the frames, as the page's script takes them.
+    ///
+    /// # Errors
+    /// Returns an error for results that are cut short or do not fit together.
+    pub fn parts(&self) -> Result<(Value, Vec<Value>)> {
+        let frames = (0..self.frames.count).map(|i| (self.frames.of)(i)).collect::<Result<_>>()?;
+        Ok((self.data.clone(), frames))
+    }
+
+    /// The text of a page without frames.
+    ///
+    /// # Errors
+    /// Returns an error if its data are not JSON.
+    pub fn text(&self) -> Result<String> {
+        html::page(&self.title, &self.data, &[], None, self.with)
     }
 
     /// Number of its frames.
@@ -107,7 +138,7 @@ impl Page {
             false => None,
         };
         let name = beside.as_deref().and_then(Path::file_name).map(|n| n.to_string_lossy().into_owned());
-        let text = html::page(&self.title, &self.data, &inline, name.as_deref(), self.physics)?;
+        let text = html::page(&self.title, &self.data, &inline, name.as_deref(), self.with)?;
         std::fs::write(page.path(), &text).map_err(|e| Error::io(page.path(), e))?;
         let page = page.commit()?;
         Ok(Written { page, bytes: text.len(), frames: self.frames.count, beside })

@@ -1,6 +1,7 @@
 //! A run, or one frame of it.
 
 use super::causes::Returns;
+use super::html::With;
 use super::lanes::{Lanes, OfRun};
 use super::{Frames, Page, pack, scene, table};
 use catseye::base::error::{BadInput, Result, json_in_words};
@@ -158,7 +159,12 @@ pub fn page(folder: &Path, only: Option<u32>, lanes: Option<&Path>) -> Result<Pa
     });
     let run = Run { folder: folder.to_path_buf(), radars, frames, has_scene, lanes };
     let count = run.frames.len();
-    Ok(Page { title, data, physics: false, frames: Frames { count, of: Box::new(move |i| run.frame(i)) } })
+    Ok(Page {
+        title,
+        data,
+        with: With::Nothing,
+        frames: Frames { count, of: Box::new(move |i| run.frame(i)) },
+    })
 }
 
 fn radar_json(r: &RunRadar) -> Value {

@@ -1,5 +1,6 @@
 //! What a page is asked for.
 
+use super::html::With;
 use super::{Page, dataset, lanes, rcs, run, scene, study};
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::input::{LARGEST_TEXT, read};
@@ -179,6 +180,12 @@ impl Page {
                     let target = read(one)?;
                     return Page::of_scene(&target.name, &target.scene);
                 }
+                if one.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+                    return Err(BadInput::new("is not shown before it was run")
+                        .file(one)
+                        .remedy("a scenario can be changed in a page that --live serves; else give what `catseye simulate` or `catseye study` makes of it")
+                        .into());
+                }
                 let mut reflector = Reflector::parse(&spec)?;
                 if let Some(material) = &options.default_material {
                     reflector.material.clone_from(material);
@@ -216,6 +223,6 @@ impl Page {
     pub fn of_design(reflector: &Reflector) -> Page {
         let spec = reflector.spec();
         let data = json!({ "kind": "design", "title": reflector.kind().name, "spec": spec, "version": env!("CARGO_PKG_VERSION") });
-        Page { physics: true, ..Page::still(reflector.kind().name.into(), data) }
+        Page { with: With::Physics, ..Page::still(reflector.kind().name.into(), data) }
     }
 }

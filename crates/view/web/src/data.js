@@ -28,8 +28,16 @@ function element(id) {
 }
 
 export const data = element("data");
-const inline = element("frames");
-export const frameCount = data.frames?.length ?? 0;
+let inline = element("frames");
+export let frameCount = data.frames?.length ?? 0;
+
+/** Takes other data with all its frames in the place of what the page was given. */
+export function renew(other, frames) {
+  for (const key of Object.keys(data)) delete data[key];
+  Object.assign(data, other);
+  inline = frames;
+  frameCount = data.frames?.length ?? 0;
+}
 
 const kept = new Map();
 const waiting = new Map();

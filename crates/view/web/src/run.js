@@ -33,6 +33,14 @@ export class RunView {
     this.reset();
   }
 
+  /** Shows other data of the same radars in place of those before; the view stays where it is. */
+  async renew() {
+    this.names = new Map((data.scene?.objects ?? []).map((o) => [o.id, o]));
+    this.scene.set(data.scene);
+    this.slider.max = Math.max(0, frameCount - 1);
+    await this.go(Math.min(this.index, frameCount - 1));
+  }
+
   layout() {
     const choices = el("div", { class: "tools" },
       data.radars.length > 1 && menu("radar", data.radars.map((r, k) => [String(k), r.name]), "0", (v) => this.take(Number(v))),

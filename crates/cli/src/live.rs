@@ -1,0 +1,208 @@
+//! `catseye view --live`: a scenario that is changed in the browser and simulated anew by this program after each change. It serves
+//! this machine alone.
+
+use super::global::{Global, print, print_json};
+use catseye::base::error::{BadInput, Error, Result};
+use catseye::engine::Engine;
+use catseye::formats::input::LARGEST_TEXT;
+use catseye::scene::scenario::{self, Scenario};
+use catseye::scene::toml_file::read_text;
+use catseye_io::run::{RunOptions, run};
+use catseye_view::{Page, Thing};
+use serde_json::{Value, json};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use tempfile::TempDir;
+use tiny_http::{Header, Method, Request, Response, Server};
+
+/// A scenario that is served.
+struct Live<'a> {
+    scenario: &'a Path,
+    /// Number of frames of each simulation.
+    frames: u32,
+    engine: Engine,
+    seed: Option<u64>,
+    folder: TempDir,
+}
+
+/// What opens an address in the browser.
+pub type Opener<'a> = &'a dyn Fn(&str) -> Result<()>;
+
+/// Serves the page of a scenario until the program is ended. `open` opens it in the browser.
+///
+/// # Errors
+/// Returns `BadInput` for a scenario that is none and for a port that is taken.
+pub fn serve(
+    scenario: &Path,
+    port: u16,
+    frames: u32,
+    global: &Global,
+    open: Option<Opener<'_>>,
+) -> Result<()> {
+    let text = read_text(scenario)?;
+    // Told before a browser opens.
+    scenario::parse(scenario, &text)?;
+    let server = Server::http(("127.0.0.1", port)).map_err(|e| {
+        BadInput::new(format!("this port cannot be served: {e}"))
+            .key("--port")
+            .value(port)
+            .allowed("a port that no other program has; 0 takes any that is free")
+            .remedy("give another port, or none")
+    })?;
+    let address =
+        server.server_addr().to_ip().ok_or_else(|| Error::Failed("the server has no address".into()))?;
+    let live = Live {
+        scenario,
+        frames,
+        engine: global.engine()?,
+        seed: global.seed,
+        folder: tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?,
+    };
+    let page = Page::of_live(&file_name(scenario), &text).text()?;
+    // Whoever does not know it gets nothing, which keeps other users of this machine and other pages out.
+    let token = token()?;
+    let url = format!("http://{address}/{token}/");
+    match global.json {
+        true => print_json(&json!({ "url": url }))?,
+        false => print(&url)?,
+    }
+    global.say(
+        "The page changes and simulates this scenario; its file stays as it is. Ctrl-C ends the server.",
+    );
+    if let Some(open) = open {
+        open(&url)?;
+    }
+    let hosts = [format!("127.0.0.1:{}", address.port()), format!("localhost:{}", address.port())];
+    for mut request in server.incoming_requests() {
+        let response = live.answer(&mut request, &token, &hosts, &page);
+        // Who has gone needs no answer.
+        let _ = request.respond(response);
+    }
+    Ok(())
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn token() -> Result<String> {
+    let mut bytes = [0u8; 16];
+    getrandom::fill(&mut bytes).map_err(|e| Error::Failed(format!("no random numbers: {e}")))?;
+    Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
+}
+
+type Answer = Response<std::io::Cursor<Vec<u8>>>;
+
+fn with_type(text: String, status: u16, kind: &str) -> Answer {
+    let mut answer = Response::from_string(text).with_status_code(status);
+    // A page of another origin may not read, frame or keep any of it.
+    for (name, value) in [
+        ("Content-Type", kind),
+        ("Cache-Control", "no-store"),
+        ("Referrer-Policy", "no-referrer"),
+        ("X-Content-Type-Options", "nosniff"),
+        ("X-Frame-Options", "DENY"),
+    ] {
+        if let Ok(header) = Header::from_bytes(name, value) {
+            answer = answer.with_header(header);
+        }
+    }
+    answer
+}
+
+impl Live<'_> {
+    fn answer(&self, request: &mut Request, token: &str, hosts: &[String], page: &str) -> Answer {
+        // A name that someone makes lead to this machine is not this server's.
+        let host = request.headers().iter().find(|h| h.field.equiv("Host")).map(|h| h.value.to_string());
+        if !host.is_some_and(|h| hosts.contains(&h)) {
+            return with_type("another host is asked for".into(), 403, "text/plain; charset=utf-8");
+        }
+        let within = request.url().strip_prefix(&format!("/{token}/")).map(str::to_string);
+        match (request.method(), within.as_deref()) {
+            (Method::Get, Some("")) => with_type(page.to_string(), 200, "text/html; charset=utf-8"),
+            (Method::Post, Some("simulate")) => {
+                let told = match self.simulated(request) {
+                    Ok(value) => value,
+                    Err(e) => json!({ "error": e.to_string() }),
+                };
+                with_type(told.to_string(), 200, "application/json")
+            }
+            _ => with_type("nothing is here".into(), 404, "text/plain; charset=utf-8"),
+        }
+    }
+
+    /// What the page shows of the scenario of this text.
+    fn simulated(&self, request: &mut Request) -> Result<Value> {
+        let began = Instant::now();
+        let mut text = String::new();
+        let most = LARGEST_TEXT;
+        request
+            .as_reader()
+            .take(most + 1)
+            .read_to_string(&mut text)
+            .map_err(|e| BadInput::new(format!("the scenario is no text: {e}")))?;
+        if text.len() as u64 > most {
+            return Err(BadInput::new("the scenario is too long")
+                .value(text.len())
+                .allowed(format!("{most} bytes"))
+                .into());
+        }
+        let mut scenario = scenario::parse(self.scenario, &text)?;
+        self.prepare(&mut scenario);
+        let out = self.folder.path().join("run");
+        let report = run(
+            &self.engine,
+            &scenario,
+            &out,
+            &RunOptions {
+                kind: "run",
+                force: true,
+                convergence: false,
+                batch: None,
+                from: None,
+                source: None,
+                pictures: &|_, _, _, _, _| Ok(()),
+                progress: &|_, _| {},
+                add: None,
+            },
+        )?;
+        let (data, frames) = Thing::Run(out).page()?.parts()?;
+        Ok(json!({
+            "data": data, "frames": frames, "remarks": report.remarks, "seconds": began.elapsed().as_secs_f64(),
+        }))
+    }
+
+    /// What the page shows is kept, and nothing else.
+    fn prepare(&self, scenario: &mut Scenario) {
+        scenario.frames.count = self.frames.min(scenario.frames.count);
+        if let Some(seed) = self.seed {
+            scenario.seed = seed;
+        }
+        let o = &mut scenario.output;
+        (o.adc, o.plots, o.masks, o.lidar, o.echoes) = (false, false, false, false, false);
+        (o.range_doppler, o.points, o.returns, o.truth) = (true, true, true, true);
+        (o.scene, o.return_places, o.cfar_threshold, o.angle_spectra) = (true, true, true, true);
+    }
+}
+
+/// Whether `--live` serves this thing: the file of a scenario.
+pub fn is_scenario(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+}
+
+/// The scenario among the things, where there is one alone.
+///
+/// # Errors
+/// Returns `BadInput` for anything else.
+pub fn of(things: &[PathBuf]) -> Result<&Path> {
+    match things {
+        [one] if is_scenario(one) => Ok(one),
+        _ => Err(BadInput::new("only one scenario can be changed in its page")
+            .key("--live")
+            .value(things.iter().map(|t| t.display().to_string()).collect::<Vec<_>>().join(" "))
+            .allowed("the .toml file of a scenario")
+            .remedy("the page of a reflector needs no --live: it works out everything itself")
+            .into()),
+    }
+}
