@@ -659,12 +659,16 @@ def live(browser, room):
     """A scenario that is changed in the page gives what `simulate` gives of the changed file."""
     file = room / "live.toml"
     file.write_text(LIVE.replace("HOSTILE", "<b>live</b>"))
-    server = subprocess.Popen([program, "view", file, "--live", "--device", "cpu"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    scratch = room / "scratch"
+    scratch.mkdir()
+    environment = {**os.environ, "TMPDIR": str(scratch)}
+    server = subprocess.Popen([program, "view", file, "--live", "--device", "cpu"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     try:
         served(browser, room, file, server.stdout.readline().strip())
     finally:
         server.send_signal(signal.SIGINT)
         server.wait(20)
+    check("Ctrl-C ends the server and takes its folder away", not list(scratch.iterdir()), list(scratch.iterdir()))
     check("the scenario's file stays as it is", "<b>live</b>" in file.read_text() and "30, 2.5" in file.read_text())
 
 

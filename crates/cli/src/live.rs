@@ -1,6 +1,7 @@
 //! `catseye view --live`: a scenario that is changed in the browser and simulated anew by this program after each change. It serves
 //! this machine alone.
 
+use super::bar::{Bar, Kept, cancel};
 use super::global::{Global, print, print_json};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::engine::Engine;
@@ -12,9 +13,13 @@ use catseye_view::{Page, Thing};
 use serde_json::{Value, json};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::sync::atomic::Ordering::Relaxed;
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use tiny_http::{Header, Method, Request, Response, Server};
+
+/// The server looks so often whether it is to end.
+const HEED: Duration = Duration::from_millis(100);
 
 /// A scenario that is served.
 struct Live<'a> {
@@ -74,7 +79,11 @@ pub fn serve(
         open(&url)?;
     }
     let hosts = [format!("127.0.0.1:{}", address.port()), format!("localhost:{}", address.port())];
-    for mut request in server.incoming_requests() {
+    // Without a line of its own: it lets the server end by itself, with its folder taken away.
+    let _at_work = Bar::new("pages", 0, Kept::Itself, true);
+    while !cancel().load(Relaxed) {
+        let asked = server.recv_timeout(HEED).map_err(|e| Error::Failed(format!("the server: {e}")))?;
+        let Some(mut request) = asked else { continue };
         let response = live.answer(&mut request, &token, &hosts, &page);
         // Who has gone needs no answer.
         let _ = request.respond(response);

@@ -18,15 +18,17 @@ const paint = ([r, g, b]) => new Color(`rgb(${r},${g},${b})`);
 export const TRUTH = [240, 228, 66], ESTIMATE = [213, 94, 0];
 const FLAT = new Set(["road", "verge", "ground", "terrain", "lane_line"]);
 
-/** A round dot, so that points are no squares. */
+/** A round dot for points, which are no squares then. Its colours multiply those of the points: the rim keeps pale ones apart from a pale sky. */
 function dot() {
   const c = document.createElement("canvas");
   c.width = c.height = 64;
   const g = c.getContext("2d");
-  g.fillStyle = "#fff";
-  g.beginPath();
-  g.arc(32, 32, 28, 0, 2 * Math.PI);
-  g.fill();
+  for (const [colour, radius] of [["#666", 30], ["#fff", 23]]) {
+    g.fillStyle = colour;
+    g.beginPath();
+    g.arc(32, 32, radius, 0, 2 * Math.PI);
+    g.fill();
+  }
   return new CanvasTexture(c);
 }
 
