@@ -1,5 +1,5 @@
-//! Range rates beyond what one burst can tell: several repetition intervals, and transmitters in turn
-//! (CONVENTIONS eq. 118).
+//! Range rates beyond what one burst can tell: transmitters in turn and empty Doppler bands, and what each
+//! range rate is known by (CONVENTIONS eq. 118).
 
 use crate::base::error::{BadInput, Result};
 use crate::base::frames::direction_from_angles;
@@ -64,19 +64,6 @@ pub struct Folded {
     pub ambiguity_mps: f64,
     /// Standard deviation, m/s.
     pub std_mps: f64,
-}
-
-/// A range rate of which the fold is known or said to be open.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ResolvedRate {
-    /// Mean of the unfolded values, each with weight 1/std²; the first one as measured when unresolved.
-    pub range_rate_mps: f64,
-    /// Standard deviation, m/s.
-    pub std_mps: f64,
-    /// Whether it is certain.
-    pub state: Ambiguity,
-    /// Σ ((unfolded value − mean)/std)²: chi-square with one degree of freedom less than values.
-    pub residual: f64,
 }
 
 /// A radar that moves among things that stand, whose range rate it knows from their direction.
@@ -154,8 +141,6 @@ type Beam = (f64, (f64, f64));
 
 /// Probability with which bursts of the same body pass the test of agreement.
 const AGREEMENT: f64 = 0.999;
-/// Another answer is ruled out when it is e^{−½·14} ≈ 1/1000 as likely.
-pub(super) const MARGIN: f64 = 14.0;
 /// A peak's row is as that of one body to this share of a cell, which more than one scatterer of it makes uncertain.
 pub(super) const ROW_CELLS: f64 = 0.1;
 
@@ -164,96 +149,6 @@ const SURE: f64 = 0.999;
 const SURE_OF_ANOTHER: f64 = 0.999_99;
 /// Probability up to which a fold is out of the question.
 const RULED_OUT: f64 = 1e-3;
-
-/// The range rate within ±`max_mps` that agrees best with all folded ones (eq. 118): each fold of the
-/// first is tried, the others take the fold nearest to it, and what counts is the weighted sum of
-/// squares about the mean. Resolved when that sum passes a chi-square test (99.9 %) and no other answer is
-/// nearly as good; Ambiguous when another is; Unresolved when none passes. One value alone is
-/// Unambiguous when no fold of it lies within the limits, else Ambiguous.
-///
-/// # Errors
-/// Returns an error if there are no values, for values that are not finite, or for ambiguities or deviations that are
-/// not positive.
-pub fn resolve_range_rates(folded: &[Folded], max_mps: f64) -> Result<ResolvedRate> {
-    let wrong = |key: &str, value: f64, allowed: &str| {
-        BadInput::new("cannot unfold").key(key).value(value).allowed(allowed)
-    };
-    let Some(first) = folded.first() else {
-        return Err(BadInput::new("cannot unfold nothing").key("range rates").allowed("one or more").into());
-    };
-    if !(max_mps.is_finite() && max_mps > 0.0) {
-        return Err(wrong("max_mps", max_mps, "a positive number").into());
-    }
-    for f in folded {
-        if !f.range_rate_mps.is_finite() {
-            return Err(wrong("range_rate_mps", f.range_rate_mps, "a finite number").into());
-        }
-        for (key, value) in [("ambiguity_mps", f.ambiguity_mps), ("std_mps", f.std_mps)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(wrong(key, value, "a positive number").into());
-            }
-        }
-    }
-    let folds = max_mps / first.ambiguity_mps;
-    if folds > 1e6 {
-        let remedy = "a million folds are too many to try";
-        return Err(wrong("max_mps", max_mps, "up to a million ambiguities").remedy(remedy).into());
-    }
-    let reach = folds.ceil() as i64 + 1;
-    let mut answers: Vec<(f64, f64)> = Vec::new();
-    for q in -reach..=reach {
-        let about = first.range_rate_mps + q as f64 * first.ambiguity_mps;
-        let (mean, residual) = agreement(folded, about);
-        // Bursts that disagree pull the mean to another fold: the same answer comes up twice.
-        let known = answers.iter().any(|(m, _)| (m - mean).abs() < 1e-6 * first.ambiguity_mps);
-        if mean.abs() <= max_mps && !known {
-            answers.push((mean, residual));
-        }
-    }
-    answers.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.abs().total_cmp(&b.0.abs())));
-    let weight: f64 = folded.iter().map(|f| f.std_mps.powi(-2)).sum();
-    let unresolved = ResolvedRate {
-        range_rate_mps: first.range_rate_mps,
-        std_mps: first.std_mps,
-        state: Ambiguity::Unresolved,
-        residual: answers.first().map_or(f64::INFINITY, |a| a.1),
-    };
-    let Some(best) = answers.first() else { return Ok(unresolved) };
-    if folded.len() > 1 {
-        let chi = ChiSquared::new((folded.len() - 1) as f64)
-            .map_err(|e| crate::base::error::Error::Failed(e.to_string()))?;
-        if best.1 > chi.inverse_cdf(AGREEMENT) {
-            return Ok(unresolved);
-        }
-    }
-    let rivalled = answers.get(1).is_some_and(|second| second.1 < best.1 + MARGIN);
-    let state = match (answers.len(), rivalled) {
-        (1, _) if folded.len() == 1 => Ambiguity::Unambiguous,
-        (_, true) => Ambiguity::Ambiguous,
-        (_, false) => Ambiguity::Resolved,
-    };
-    // With one burst alone the value stays as it was measured.
-    let range_rate_mps = if folded.len() == 1 && rivalled { first.range_rate_mps } else { best.0 };
-    Ok(ResolvedRate { range_rate_mps, std_mps: weight.sqrt().recip(), state, residual: best.1 })
-}
-
-/// Mean of the values unfolded next to `about`, then next to their mean, and the sum of squares.
-fn agreement(folded: &[Folded], about: f64) -> (f64, f64) {
-    let mut mean = about;
-    let unfold = |f: &Folded, at: f64| {
-        f.range_rate_mps + f.ambiguity_mps * ((at - f.range_rate_mps) / f.ambiguity_mps).round()
-    };
-    for _ in 0..2 {
-        let (mut sum, mut weight) = (0.0, 0.0);
-        for f in folded {
-            let w = f.std_mps.powi(-2);
-            sum += w * unfold(f, mean);
-            weight += w;
-        }
-        mean = sum / weight;
-    }
-    (mean, folded.iter().map(|f| ((unfold(f, mean) - mean) / f.std_mps).powi(2)).sum())
-}
 
 /// The test of folds of a radar whose transmitters take turns, T_c apart, in loops of T_loop (N_tx T_c with one ramp, more where
 /// other ramps follow). Between turns a body that is q ambiguities λ/(2T_loop) faster has turned by q T_c/T_loop more, so that
@@ -504,29 +399,6 @@ impl TdmFolds {
 mod tests {
     use super::*;
     use crate::base::rng::Draws;
-    use proptest::prelude::*;
-
-    fn fold(value: f64, ambiguity: f64, std: f64) -> Folded {
-        let range_rate_mps = value - ambiguity * (value / ambiguity).round();
-        Folded { range_rate_mps, ambiguity_mps: ambiguity, std_mps: std }
-    }
-
-    #[test]
-    fn two_and_three_bursts() {
-        let r = resolve_range_rates(&[fold(-27.3, 11.0, 0.05), fold(-27.3, 13.0, 0.05)], 60.0).unwrap();
-        assert_eq!(r.state, Ambiguity::Resolved);
-        assert!((r.range_rate_mps + 27.3).abs() < 1e-9 && r.residual < 1e-9);
-        assert!((r.std_mps - 0.05 / 2f64.sqrt()).abs() < 1e-12);
-        // 11 and 13 meet again at 143: within ±100 both 60 and −83 will do.
-        let r = resolve_range_rates(&[fold(60.0, 11.0, 0.05), fold(60.0, 13.0, 0.05)], 100.0).unwrap();
-        assert_eq!(r.state, Ambiguity::Ambiguous);
-        assert!((r.range_rate_mps - 60.0).abs() < 1e-9, "the slower of two that agree");
-        let third = [fold(60.0, 11.0, 0.05), fold(60.0, 13.0, 0.05), fold(60.0, 15.0, 0.05)];
-        assert_eq!(resolve_range_rates(&third, 100.0).unwrap().state, Ambiguity::Resolved);
-        // Values that no speed explains.
-        let r = resolve_range_rates(&[fold(3.0, 10.0, 0.01), fold(7.0, 20.0, 0.01)], 60.0).unwrap();
-        assert_eq!((r.state, r.range_rate_mps), (Ambiguity::Unresolved, 3.0));
-    }
 
     #[test]
     fn alone_is_what_no_other_within_the_limits_looks_like() {
@@ -536,68 +408,7 @@ mod tests {
         // Not the slowest of those that look alike.
         assert!(!is_alone(115.0, 120.0) && !is_alone(3.0, 35.4));
         assert!(is_alone(99.0, f64::INFINITY));
-    }
-
-    #[test]
-    fn one_burst_alone() {
-        let f = [fold(3.0, 20.0, 0.1)];
-        let r = resolve_range_rates(&f, 9.0).unwrap();
-        assert_eq!((r.state, r.range_rate_mps), (Ambiguity::Unambiguous, 3.0));
-        let r = resolve_range_rates(&f, 30.0).unwrap();
-        assert_eq!((r.state, r.range_rate_mps), (Ambiguity::Ambiguous, 3.0));
-        assert_eq!(Ambiguity::Unambiguous.ambig_state(), 3);
-        assert_eq!(Ambiguity::Ambiguous.ambig_state(), 1);
-    }
-
-    #[test]
-    fn bad_input_is_named() {
-        let good = fold(1.0, 10.0, 0.1);
-        for (bad, max) in [
-            (vec![], 50.0),
-            (vec![Folded { range_rate_mps: f64::NAN, ..good }], 50.0),
-            (vec![Folded { ambiguity_mps: 0.0, ..good }], 50.0),
-            (vec![Folded { std_mps: -1.0, ..good }], 50.0),
-            (vec![good], f64::INFINITY),
-            (vec![Folded { ambiguity_mps: 1e-9, ..good }], 50.0),
-        ] {
-            assert_eq!(resolve_range_rates(&bad, max).unwrap_err().exit_code(), 2);
-        }
-    }
-
-    proptest! {
-        /// With errors of one standard deviation the right value is among those within the margin, and a
-        /// resolved one is right: against every combination of folds.
-        #[test]
-        fn as_by_all_folds(value in -50.0..50.0f64, key in 0u32..10_000) {
-            let mut d = Draws::new(key, 51);
-            let std = 0.08;
-            let folded: Vec<Folded> = [8.0, 9.1, 10.3]
-                .iter()
-                .map(|a| fold(value + std * d.normal(), *a, std))
-                .collect();
-            let got = resolve_range_rates(&folded, 60.0).unwrap();
-            let mut best = (f64::INFINITY, 0.0);
-            for p in -9..=9 {
-                for q in -9..=9 {
-                    for r in -9..=9 {
-                        let v: Vec<f64> = folded
-                            .iter()
-                            .zip([p, q, r])
-                            .map(|(f, q)| f.range_rate_mps + f64::from(q) * f.ambiguity_mps)
-                            .collect();
-                        let m = v.iter().sum::<f64>() / 3.0;
-                        let s = v.iter().map(|v| ((v - m) / std).powi(2)).sum::<f64>();
-                        if m.abs() <= 60.0 && s < best.0 {
-                            best = (s, m);
-                        }
-                    }
-                }
-            }
-            prop_assert!((got.residual - best.0).abs() < 1e-6 * (1.0 + best.0), "{got:?} {best:?}");
-            if got.state == Ambiguity::Resolved {
-                prop_assert!((got.range_rate_mps - value).abs() < 6.0 * std);
-            }
-        }
+        assert_eq!((Ambiguity::Unambiguous.ambig_state(), Ambiguity::Ambiguous.ambig_state()), (3, 1));
     }
 
     const K: f64 = TAU / 3.9e-3;

@@ -2,7 +2,7 @@
 //! that together they tell which fold it is in (CONVENTIONS eq. 118b).
 
 use super::accuracy::PointAccuracy;
-use super::ambiguity::{Ambiguity, FASTEST_MPS, MARGIN, ROW_CELLS};
+use super::ambiguity::{Ambiguity, FASTEST_MPS, ROW_CELLS};
 use crate::base::units::db_from_power;
 use crate::dsp::Snapshots;
 use crate::dsp::peaks::Peak;
@@ -16,6 +16,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 const SAME: f64 = 0.999;
 /// A gate of [`SAME`] is so many standard deviations wide to either side.
 const GATE: f64 = 3.29;
+/// Another answer is ruled out when it is e^{−½·14} ≈ 1/1000 as likely.
+const MARGIN: f64 = 14.0;
 /// Levels of one body in two bursts differ by about this, dB: its scatterers turn against each other in between.
 const LEVEL_DB: f64 = 2.0;
 /// Peaks of one body come from one direction: their snapshots share at least this much of their power.

@@ -4,8 +4,8 @@
 //!   there, by the radar's own response; [`accuracy`]: standard deviations from the SNR; [`grid`]: pictures of a scan for learning.
 //! * [`directions`]: angles of any snapshots; [`tensors`]: powers over range, Doppler and angle for learning, and [`view_labels`] theirs.
 //! * [`unmarked`]: why peaks over the threshold became no point.
-//! * [`ambiguity`]: range rates beyond one burst's, by several bursts or by the array of a radar whose
-//!   transmitters take turns; [`slope_pairs`]: FM-CW slopes up and down; [`same_slope`]: ramps of one slope.
+//! * [`ambiguity`]: range rates beyond one burst's, by the array of a radar whose transmitters take turns; `bursts`: by several
+//!   bursts; [`slope_pairs`]: FM-CW slopes up and down; [`same_slope`]: ramps of one slope.
 //! * [`ego_motion`]: the radar's own motion from standing points.
 //! * [`cluster`], [`plot`]: points of one body, and one plot for each; [`tracker`] with [`kalman`] and
 //!   [`assignment`]: tracks with identity; [`track_table`]: `tracks.csv`.
