@@ -16,6 +16,7 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -683,6 +684,17 @@ def served(browser, room, file, url):
     token = "/" + url.split("/", 3)[3]
     answers = [status(token), status("/"), status("/" + "0" * 32 + "/"), status(token, "evil.example"), status(token + "simulate"), status(token + "../etc")]
     check("only the page with its token is served, to this machine's own name", answers == [200, 404, 404, 403, 404, 404], answers)
+    # Who sends too much, or nothing more, neither ends the server nor holds it up.
+    for head in (f"POST {token}simulate HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Length: 18446744073709551615\r\n\r\n", "POST /x HTTP/1.1\r\nHost: x\r\nContent-Length: 1000000000000\r\n\r\n", "\x00\xff\r\n\r\n", "GET " + "a" * 100_000):
+        with socket.create_connection(("127.0.0.1", port), timeout=20) as s:
+            s.sendall(head.encode("latin-1"))
+    silent = [socket.create_connection(("127.0.0.1", port), timeout=20) for _ in range(8)]
+    for s in silent:
+        s.sendall(f"POST {token}simulate HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Length: 100000\r\n\r\nabc".encode())
+    began = time.monotonic()
+    check("who is silent holds nobody up", status(token) == 200 and time.monotonic() - began < 5)
+    for s in silent:
+        s.close()
     taken = run("view", file, "--live", "--port", str(port), "--device", "cpu", expect=2).stderr
     check("a port in use is told of", "--port" in taken and str(port) in taken, taken)
 
@@ -726,13 +738,26 @@ def served(browser, room, file, url):
     change("point 2 position_m 2", "1e99")
     told = page.locator(".told").inner_text()
     check("a value out of range is told with what is allowed", "live.toml:18" in told and "allowed" in told, told)
-    check("its field is marked", page.evaluate("document.querySelectorAll('.bench [aria-invalid=true]').length") >= 1)
+    marked = "[...document.querySelectorAll('.bench [aria-invalid=true]')].map((e) => e.getAttribute('aria-label'))"
+    check("the fields of its line are marked", page.evaluate(marked) == [f"point 2 position_m {k}" for k in (1, 2, 3)], page.evaluate(marked))
     check("what was shown stays", points() == moved)
     before = page.evaluate("catseye.view.done")
     page.locator("h1").click()
     page.keyboard.press("Control+z")
     wait(page, f"catseye.view.done > {before} && !catseye.view.busy")
     check("undo takes it back", page.evaluate("catseye.view.text") == other and not page.locator(".told").inner_text())
+    # A list over several lines, told by the line of its key.
+    change("point 1 position_m 1", "1e99")
+    check("a list over several lines is marked", page.evaluate(marked) == [f"point 1 position_m {k}" for k in (1, 2, 3)], page.evaluate(marked))
+    field("point 1 rcs_dbsm").fill("0x10")
+    field("point 1 rcs_dbsm").press("Enter")
+    check("what is no decimal number is told, and changes nothing", "no number" in page.locator(".told").inner_text() and "0x10" not in page.evaluate("catseye.view.text"))
+    change("point 1 rcs_dbsm", ".5")
+    check("numbers are written as TOML has them", "rcs_dbsm = 0.5\n" in page.evaluate("catseye.view.text"))
+    before = page.evaluate("catseye.view.done")
+    page.locator("button", has_text="as it was").click()
+    wait(page, f"catseye.view.done > {before} && !catseye.view.busy")
+    check("all changes can be given up", page.evaluate("catseye.view.text") == whole and points() == simulated(whole))
     # The text itself, with a name that is markup.
     page.locator("button", has_text="text").first.click()
     before = page.evaluate("catseye.view.done")

@@ -11,6 +11,7 @@ use crate::scene::radar_figures::common_fold_mps;
 use crate::scene::waveform::Multiplex;
 use num_complex::Complex64;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::f64::consts::SQRT_2;
 
 /// Probability with which the peaks of one body pass as one.
 const SAME: f64 = 0.999;
@@ -18,12 +19,12 @@ const SAME: f64 = 0.999;
 const GATE: f64 = 3.29;
 /// Another answer is ruled out when it is e^{−½·14} ≈ 1/1000 as likely.
 const MARGIN: f64 = 14.0;
-/// Levels of one body in two bursts differ by about this, dB: its scatterers turn against each other in between.
+/// The level of a body in one burst is off by about this, dB: its scatterers turn against each other from burst to burst.
 const LEVEL_DB: f64 = 2.0;
 /// Peaks of one body come from one direction: their snapshots share at least this much of their power.
 const ALIKE: f64 = 0.5;
 /// A fold that peaks of other bodies would make as well more often than this is not taken as certain.
-const ACCIDENTS: f64 = 0.1;
+const ACCIDENTS: f64 = 0.01;
 
 /// What one burst saw.
 pub struct Burst<'a> {
@@ -104,7 +105,6 @@ pub fn agreed(bursts: &[Burst<'_>]) -> Vec<Vec<Option<Known>>> {
             taken.push(i);
         }
     }
-    let span_mps = common_fold_mps(bursts.iter().map(|b| b.radar));
     let half_cell_mps = 0.5 * first.radar.velocity_cell_mps();
     for i in taken {
         let body = &bodies[i];
@@ -123,6 +123,9 @@ pub fn agreed(bursts: &[Burst<'_>]) -> Vec<Vec<Option<Known>>> {
             })
             .map(|(_, other)| (other.rate_mps - body.rate_mps).abs())
             .reduce(f64::min);
+        // What the bursts fold alike that show the body.
+        let shown = body.picks.iter().zip(bursts).filter(|(p, _)| p.is_some());
+        let span_mps = common_fold_mps(shown.map(|(_, b)| b.radar));
         let certain = rival.is_none() && body.accidents <= ACCIDENTS;
         let state = if certain { Ambiguity::Resolved } else { Ambiguity::Ambiguous };
         for (b, p) in body.picks.iter().enumerate() {
@@ -214,7 +217,7 @@ impl<'a> All<'a> {
         for &i in near {
             let s = &list[i];
             let along = (s.bin - want) / own.bin_std.hypot(s.bin_std);
-            let level = (s.level_db - own.level_db) / LEVEL_DB;
+            let level = (s.level_db - own.level_db) / (LEVEL_DB * SQRT_2);
             if along.abs() > GATE || level.abs() > GATE || !alike(from, peak, to, i) {
                 continue;
             }
@@ -309,6 +312,9 @@ fn alike(a: &Burst<'_>, i: usize, b: &Burst<'_>, j: usize) -> bool {
         .zip(y.chunks_exact(n))
         .map(|(x, y)| x.iter().zip(y).map(|(x, y)| x.conj() * y).sum::<Complex64>().norm())
         .sum();
-    let power = |x: &[Complex64]| x.iter().map(|v| v.norm_sqr()).sum::<f64>();
-    shared * shared >= ALIKE * power(x) * power(y)
+    // Of both powers noise is taken away, which shares nothing.
+    let power = |x: &[Complex64], noise_w: f64| {
+        (x.iter().map(|v| v.norm_sqr()).sum::<f64>() - x.len() as f64 * noise_w).max(0.0)
+    };
+    shared * shared >= ALIKE * power(x, a.noise_w[i]) * power(y, b.noise_w[j])
 }

@@ -28,7 +28,7 @@ pub struct SeparatedCells {
 }
 
 /// Tells the transmitters of detected cells apart. `radar` is that of the map's ramp ([`Radar::part`]) and `velocity_mps` the radar's own in
-/// its frame, where it is known.
+/// its frame, where it is known. What other bursts of the frame know of the range rates is not asked.
 ///
 /// # Errors
 /// Returns an error if a window of the radar's settings cannot be computed.

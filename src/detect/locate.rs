@@ -17,7 +17,7 @@ use crate::dsp::doa_calibration::Calibration;
 use crate::dsp::doa_estimate::{Cells, Estimator, Method, Options, Smoothing, Source, SourceNumber};
 use crate::dsp::doa_manifold::Manifold;
 use crate::dsp::doa_order::Criterion;
-use crate::dsp::multiplex::decode;
+use crate::dsp::multiplex::decode_in;
 use crate::dsp::peaks::{Peak, group};
 use crate::dsp::{RangeDoppler, Snapshots, window};
 use crate::engine::Engine;
@@ -423,7 +423,14 @@ pub(super) fn decoded(
                 }
                 _ => rate,
             };
-            let d = decode(radar, snapshot, rate);
+            // Bursts tell which transmitter has which Doppler band where no band is empty; else the bands have to agree with them.
+            let certain = known.filter(|k| k.state == Ambiguity::Resolved);
+            let bands = bands(radar);
+            let fold_of = |k: &Known| {
+                (((k.range_rate_mps - rate) / fold_mps).round() as i64).rem_euclid(bands as i64) as usize
+            };
+            let told = certain.as_ref().map(fold_of);
+            let d = decode_in(radar, snapshot, rate, told.filter(|_| bands <= radar.tx.len()));
             let (state, modulo_mps) = match radar.multiplex {
                 Multiplex::Ddm { bands } if bands > radar.tx.len() => {
                     let all_mps = fold_mps * bands as f64;
@@ -440,13 +447,19 @@ pub(super) fn decoded(
                 }
                 _ => (state, modulo_mps),
             };
-            // Bands tell the fold of one burst but for multiples of all of them, and bursts may tell more.
-            let all_mps = fold_mps * bands(radar) as f64;
-            let more = known.filter(|k| {
-                let folds = (k.range_rate_mps - d.range_rate_mps) / all_mps;
-                k.state == Ambiguity::Resolved && (folds - folds.round()).abs() * all_mps < 0.5 * fold_mps
-            });
-            let rate = more.map_or((d.range_rate_mps, state, modulo_mps), as_known);
+            let all_mps = fold_mps * bands as f64;
+            let agrees = |k: &Known| {
+                let off = k.range_rate_mps - d.range_rate_mps;
+                (off - all_mps * (off / all_mps).round()).abs() < 0.5 * fold_mps
+            };
+            let rate = match certain {
+                Some(k) if agrees(&k) => as_known(k),
+                // Bursts and bands that say different things.
+                Some(_) if state != Ambiguity::Unresolved => {
+                    (d.range_rate_mps, Ambiguity::Ambiguous, modulo_mps)
+                }
+                _ => (d.range_rate_mps, state, modulo_mps),
+            };
             (d.channels, rate)
         })
         .collect();
@@ -630,6 +643,25 @@ fn known(
         }
     }
     out
+}
+
+/// What bursts know of the range rates of the cells of each ramp's map, as [`points`] has chosen them.
+pub(super) fn known_of(radar: &Radar, maps: &[RangeDoppler<f64>]) -> Result<Vec<Vec<Option<Known>>>> {
+    if !radar.waveform.is_in_bursts() {
+        return Ok(vec![Vec::new(); maps.len()]);
+    }
+    let parts: Vec<Radar> = (0..maps.len()).map(|i| radar.part(i)).collect();
+    let accuracies = parts.iter().map(accuracy).collect::<Result<Vec<_>>>()?;
+    let chosen: Vec<Option<Chosen>> = parts
+        .iter()
+        .zip(&accuracies)
+        .zip(maps)
+        .map(|((part, accuracy), map)| {
+            let (tops, rates) = peaks(part, map, accuracy);
+            (!tops.is_empty()).then_some(Chosen { tops, rates })
+        })
+        .collect();
+    Ok(known(radar, &parts, &accuracies, &chosen, maps))
 }
 
 /// A detection of one burst on the scales of another of the same slope.

@@ -1,7 +1,8 @@
 //! The spectra over angle behind the points of a map.
 
 use super::ambiguity::Standing;
-use super::locate::{Decoded, accuracy, decoded, fold_test, manifold, options};
+use super::bursts::Known;
+use super::locate::{Decoded, accuracy, decoded, fold_test, known_of, manifold, options};
 use super::points::{peaks, range_m};
 use crate::base::error::Result;
 use crate::dsp::RangeDoppler;
@@ -35,8 +36,8 @@ pub struct SpectrumCell {
     pub range_rate_mps: f64,
 }
 
-/// The spectra over angle behind the points of one map. `found` is that map after [`points`](super::locate::points) or [`detected`](super::locate::detected) has chosen its cells;
-/// `radar` is that of the map's ramp ([`Radar::part`]) and `velocity_mps` the radar's own in its frame, where it is known.
+/// The spectra over angle behind the points of each ramp's map of a frame. `maps` are those after [`points`](super::locate::points) has chosen
+/// their cells; `velocity_mps` is the radar's own in its frame, where it is known.
 ///
 /// # Errors
 /// Returns an error if the radar's angle method has no spectrum (ESPRIT and root-MUSIC), if its array or calibration does not suit the
@@ -44,8 +45,21 @@ pub struct SpectrumCell {
 pub fn angle_spectra(
     engine: &Engine,
     radar: &Radar,
+    maps: &[RangeDoppler<f64>],
+    velocity_mps: Option<DVec3>,
+) -> Result<Vec<AngleSpectra>> {
+    let known = known_of(radar, maps)?;
+    let ramps = maps.iter().zip(&known).enumerate();
+    ramps.map(|(i, (found, known))| of_map(engine, &radar.part(i), found, velocity_mps, known)).collect()
+}
+
+/// Those of one map. `radar` is that of its ramp, `known` what other bursts know of its cells' range rates.
+fn of_map(
+    engine: &Engine,
+    radar: &Radar,
     found: &RangeDoppler<f64>,
     velocity_mps: Option<DVec3>,
+    known: &[Option<Known>],
 ) -> Result<AngleSpectra> {
     let grid = Grid::new(radar)?;
     let accuracy = accuracy(radar)?;
@@ -56,7 +70,7 @@ pub fn angle_spectra(
     let folds = fold_test(radar)?;
     let standing = velocity_mps.map(|velocity_mps| Standing::seen_by(radar, velocity_mps));
     let Decoded { snapshots, noise, rates } =
-        decoded(radar, found, &rates, folds.as_ref(), standing.as_ref(), &[]);
+        decoded(radar, found, &rates, folds.as_ref(), standing.as_ref(), known);
     let angle = &radar.processing.angle;
     let values = if angle.method == AngleMethod::Bartlett && angle.calibration.is_none() {
         engine.angular_power(&Beamformer::new(radar)?, &snapshots, &vec![0.0; tops.len()])?

@@ -21,6 +21,16 @@ pub struct Decoded {
 
 /// Separates the transmitters. `snapshot` is in the order of the map's channels, `range_rate_mps` the row's.
 pub fn decode(radar: &Radar, snapshot: &[Complex64], range_rate_mps: f64) -> Decoded {
+    decode_in(radar, snapshot, range_rate_mps, None)
+}
+
+/// [`decode`], with Doppler bands (DDM) in this fold of them, where it is known, in place of the one that the empty bands point to.
+pub fn decode_in(
+    radar: &Radar,
+    snapshot: &[Complex64],
+    range_rate_mps: f64,
+    known_fold: Option<usize>,
+) -> Decoded {
     let (n_tx, n_rx) = (radar.tx.len(), radar.rx.len());
     let slot_turns = 2.0 * range_rate_mps / radar.wavelength_m() * radar.chirp_period_s();
     let slots = radar.slots();
@@ -57,6 +67,7 @@ pub fn decode(radar: &Radar, snapshot: &[Complex64], range_rate_mps: f64) -> Dec
                     fold = f;
                 }
             }
+            let fold = known_fold.unwrap_or(fold);
             let channels =
                 (0..n_tx).flat_map(|tx| &snapshot[band(tx, fold) * n_rx..][..n_rx]).copied().collect();
             let values = (n_rx * bands.saturating_sub(n_tx)).max(1) as f64;

@@ -72,22 +72,19 @@ impl RadarFigures {
 /// Speed along the line of sight that no body is taken to exceed, m/s: two cars that meet at 180 km/h each.
 pub const FASTEST_MPS: f64 = 100.0;
 
-/// Rates beyond this are not looked at for folds, m/s.
-const FASTEST_FOLD_MPS: f64 = 2000.0;
-
-/// The smallest range rate besides zero that all bursts fold onto zero, to a resolution cell of each, m/s, of those up to 2 km/s:
-/// range rates that far apart look alike to all of them.
+/// The smallest range rate besides zero that all bursts fold onto zero, to a resolution cell of each, m/s: range rates that far apart look
+/// alike to all of them. Infinite where there is none up to ten times [`FASTEST_MPS`].
 pub fn common_fold_mps<'a>(bursts: impl Iterator<Item = &'a Radar> + Clone) -> f64 {
     let fold_mps = |r: &Radar| 2.0 * r.max_velocity_mps();
-    let Some(first) = bursts.clone().next().map(fold_mps) else { return FASTEST_FOLD_MPS };
+    let Some(first) = bursts.clone().next().map(fold_mps) else { return f64::INFINITY };
     let is_common = |v: &f64| {
         bursts.clone().all(|r| {
             let off = v - fold_mps(r) * (v / fold_mps(r)).round();
             off.abs() <= r.velocity_cell_mps()
         })
     };
-    let folds = (1u32..).map(|q| f64::from(q) * first).take_while(|v| *v < FASTEST_FOLD_MPS);
-    folds.into_iter().find(is_common).unwrap_or(FASTEST_FOLD_MPS)
+    let mut folds = (1u32..).map(|q| f64::from(q) * first).take_while(|v| *v <= 10.0 * FASTEST_MPS);
+    folds.find(is_common).unwrap_or(f64::INFINITY)
 }
 
 /// Width between the half powers of the beam that channels at `places_m` form at broadside, rad.

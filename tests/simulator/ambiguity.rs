@@ -78,7 +78,15 @@ fn drawn(kind: &str, d: &mut Draws) -> Radar {
                     &[40e-6, 43e-6, 45e-6, 49e-6],
                 ],
             );
-            let mut radar = radar("", periods[0], 64, [tx, rx, rx], fov);
+            let (multiplex, chirps) = match one_of(d, &["tdm", "tdm", "bpm", "ddm"]) {
+                "ddm" => {
+                    let empty = one_of(d, &[0, 0, 1]);
+                    (format!("multiplex = \"ddm\"\nempty_bands = {empty}"), 48 * (tx + empty))
+                }
+                "bpm" if tx < 3 => ("multiplex = \"bpm\"".into(), 64),
+                _ => (String::new(), 64),
+            };
+            let mut radar = radar(&multiplex, periods[0], chirps, [tx, rx, rx], fov);
             in_bursts(&mut radar, periods, 16e-6);
             radar.sample_rate_hz = 128.0 / (0.8 * 16e-6);
             radar

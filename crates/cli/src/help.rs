@@ -92,7 +92,7 @@ fn radars() -> String {
         "deg"
     );
     let rows: String = radar_toml::PRESETS.into_iter().map(radar_row).collect();
-    let foot = "\nRange and speed are the largest that look like no other. Apart: c/2B and the wavelength over twice the frame. \
+    let foot = "\nRange and speed are the largest that look like no other. Apart: c/2B and the wavelength over twice the frame or burst. \
                 Beam: between the half\npowers in azimuth x elevation, all channels alike. catseye examples presets/NAME writes \
                 the file, which names its sources.\n";
     head + &rows + foot

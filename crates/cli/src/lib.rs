@@ -22,6 +22,7 @@ mod init;
 mod lane;
 mod learn;
 mod live;
+mod local_http;
 mod man;
 mod mcp;
 mod plot;

@@ -3,23 +3,23 @@
 
 use super::bar::{Bar, Kept, cancel};
 use super::global::{Global, print, print_json};
+use super::local_http::{Answer, Request, serve as serve_http};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::engine::Engine;
-use catseye::formats::input::LARGEST_TEXT;
 use catseye::scene::scenario::{self, Scenario};
 use catseye::scene::toml_file::read_text;
 use catseye_io::run::{RunOptions, run};
 use catseye_view::{Page, Thing};
 use serde_json::{Value, json};
-use std::io::Read;
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::sync::atomic::Ordering::Relaxed;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use tempfile::TempDir;
-use tiny_http::{Header, Method, Request, Response, Server};
 
-/// The server looks so often whether it is to end.
-const HEED: Duration = Duration::from_millis(100);
+/// Longest text of a scenario that a page sends, bytes.
+const LONGEST_TEXT: usize = 16 << 20;
 
 /// A scenario that is served.
 struct Live<'a> {
@@ -28,7 +28,8 @@ struct Live<'a> {
     frames: u32,
     engine: Engine,
     seed: Option<u64>,
-    folder: TempDir,
+    /// Where frames are made, by one simulation at a time.
+    folder: Mutex<TempDir>,
 }
 
 /// What opens an address in the browser.
@@ -48,21 +49,21 @@ pub fn serve(
     let text = read_text(scenario)?;
     // Told before a browser opens.
     scenario::parse(scenario, &text)?;
-    let server = Server::http(("127.0.0.1", port)).map_err(|e| {
+    let failed = |e: std::io::Error| Error::Failed(format!("the server: {e}"));
+    let listener = TcpListener::bind(("127.0.0.1", port)).map_err(|e| {
         BadInput::new(format!("this port cannot be served: {e}"))
             .key("--port")
             .value(port)
             .allowed("a port that no other program has; 0 takes any that is free")
             .remedy("give another port, or none")
     })?;
-    let address =
-        server.server_addr().to_ip().ok_or_else(|| Error::Failed("the server has no address".into()))?;
+    let address = listener.local_addr().map_err(failed)?;
     let live = Live {
         scenario,
         frames,
         engine: global.engine()?,
         seed: global.seed,
-        folder: tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?,
+        folder: Mutex::new(tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?),
     };
     let page = Page::of_live(&file_name(scenario), &text).text()?;
     // Whoever does not know it gets nothing, which keeps other users of this machine and other pages out.
@@ -75,20 +76,16 @@ pub fn serve(
     global.say(
         "The page changes and simulates this scenario; its file stays as it is. Ctrl-C ends the server.",
     );
-    if let Some(open) = open {
-        open(&url)?;
+    if let Some(open) = open
+        && let Err(e) = open(&url)
+    {
+        global.say(&format!("{e}; open the address yourself"));
     }
     let hosts = [format!("127.0.0.1:{}", address.port()), format!("localhost:{}", address.port())];
     // Without a line of its own: it lets the server end by itself, with its folder taken away.
     let _at_work = Bar::new("pages", 0, Kept::Itself, true);
-    while !cancel().load(Relaxed) {
-        let asked = server.recv_timeout(HEED).map_err(|e| Error::Failed(format!("the server: {e}")))?;
-        let Some(mut request) = asked else { continue };
-        let response = live.answer(&mut request, &token, &hosts, &page);
-        // Who has gone needs no answer.
-        let _ = request.respond(response);
-    }
-    Ok(())
+    let is_over = || cancel().load(Relaxed);
+    serve_http(&listener, LONGEST_TEXT, &is_over, &|request| live.answer(request, &token, &hosts, &page))
 }
 
 fn file_name(path: &Path) -> String {
@@ -101,65 +98,36 @@ fn token() -> Result<String> {
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 
-type Answer = Response<std::io::Cursor<Vec<u8>>>;
-
-fn with_type(text: String, status: u16, kind: &str) -> Answer {
-    let mut answer = Response::from_string(text).with_status_code(status);
-    // A page of another origin may not read, frame or keep any of it.
-    for (name, value) in [
-        ("Content-Type", kind),
-        ("Cache-Control", "no-store"),
-        ("Referrer-Policy", "no-referrer"),
-        ("X-Content-Type-Options", "nosniff"),
-        ("X-Frame-Options", "DENY"),
-    ] {
-        if let Ok(header) = Header::from_bytes(name, value) {
-            answer = answer.with_header(header);
-        }
-    }
-    answer
-}
-
 impl Live<'_> {
-    fn answer(&self, request: &mut Request, token: &str, hosts: &[String], page: &str) -> Answer {
+    fn answer(&self, request: &Request, token: &str, hosts: &[String], page: &str) -> Answer {
         // A name that someone makes lead to this machine is not this server's.
-        let host = request.headers().iter().find(|h| h.field.equiv("Host")).map(|h| h.value.to_string());
-        if !host.is_some_and(|h| hosts.contains(&h)) {
-            return with_type("another host is asked for".into(), 403, "text/plain; charset=utf-8");
+        if !request.host.as_ref().is_some_and(|h| hosts.contains(h)) {
+            return Answer::refused(403, "another host is asked for");
         }
-        let within = request.url().strip_prefix(&format!("/{token}/")).map(str::to_string);
-        match (request.method(), within.as_deref()) {
-            (Method::Get, Some("")) => with_type(page.to_string(), 200, "text/html; charset=utf-8"),
-            (Method::Post, Some("simulate")) => {
-                let told = match self.simulated(request) {
+        match (request.method.as_str(), request.path.strip_prefix(&format!("/{token}/"))) {
+            ("GET", Some("")) => Answer { status: 200, kind: "text/html; charset=utf-8", body: page.into() },
+            ("POST", Some("simulate")) => {
+                let told = match self.simulated(&request.body) {
                     Ok(value) => value,
                     Err(e) => json!({ "error": e.to_string() }),
                 };
-                with_type(told.to_string(), 200, "application/json")
+                Answer { status: 200, kind: "application/json", body: told.to_string().into() }
             }
-            _ => with_type("nothing is here".into(), 404, "text/plain; charset=utf-8"),
+            _ => Answer::refused(404, "nothing is here"),
         }
     }
 
     /// What the page shows of the scenario of this text.
-    fn simulated(&self, request: &mut Request) -> Result<Value> {
+    fn simulated(&self, text: &[u8]) -> Result<Value> {
+        let text = std::str::from_utf8(text).map_err(|e| {
+            BadInput::new(format!("the scenario is no text: {e}")).remedy("write it in UTF-8")
+        })?;
+        // A simulation that failed leaves nothing that another one would read.
+        let folder = self.folder.lock().unwrap_or_else(|e| e.into_inner());
         let began = Instant::now();
-        let mut text = String::new();
-        let most = LARGEST_TEXT;
-        request
-            .as_reader()
-            .take(most + 1)
-            .read_to_string(&mut text)
-            .map_err(|e| BadInput::new(format!("the scenario is no text: {e}")))?;
-        if text.len() as u64 > most {
-            return Err(BadInput::new("the scenario is too long")
-                .value(text.len())
-                .allowed(format!("{most} bytes"))
-                .into());
-        }
-        let mut scenario = scenario::parse(self.scenario, &text)?;
+        let mut scenario = scenario::parse(self.scenario, text)?;
         self.prepare(&mut scenario);
-        let out = self.folder.path().join("run");
+        let out = folder.path().join("run");
         let report = run(
             &self.engine,
             &scenario,

@@ -75,8 +75,7 @@ fn write_thresholds(dir: &Path, radar: &Radar, maps: &[RangeDoppler<f64>]) -> Re
 /// Returns an error if the radar's angle method has no spectrum, if the engine fails or a file cannot be written.
 pub fn write_spectra(dir: &Path, engine: &Engine, radar: &Radar, frame: &Frame) -> Result<()> {
     let own = frame.pose.inverse().direction(frame.velocity_mps);
-    for (i, found) in frame.maps.iter().enumerate() {
-        let spectra = angle_spectra(engine, &radar.part(i), found, Some(own))?;
+    for (i, spectra) in angle_spectra(engine, radar, &frame.maps, Some(own))?.iter().enumerate() {
         let end = if i == 0 { String::new() } else { format!("_{i}") };
         let shape = [spectra.cells.len(), spectra.grid.elevation_rad.len(), spectra.grid.azimuth_rad.len()];
         let values: Vec<f32> = spectra.values.iter().map(|v| *v as f32).collect();

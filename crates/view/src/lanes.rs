@@ -119,11 +119,14 @@ impl Lanes {
                 .into());
         }
         let same = |t: &str| manifest.as_ref().is_none_or(|m| m.scenarios.values().any(|s| s == t));
-        let mut remark = None;
+        let mut remarks = Vec::new();
         if let Some(text) = run.scenario.filter(|t| !same(t)) {
             // Keys of [output] differ without harm, but a road would not.
-            let name = text.lines().find_map(|l| l.strip_prefix("name = ")).unwrap_or("without a name");
-            remark = Some(format!(
+            let name = text
+                .lines()
+                .find_map(|l| l.strip_prefix("name")?.trim_start().strip_prefix('='))
+                .map_or("without a name", str::trim);
+            remarks.push(format!(
                 "the lanes were found in a scenario file with another text than the run's ({name}): what differs between the two is not told"
             ));
         }
@@ -143,12 +146,13 @@ impl Lanes {
         if let Some((l, (_, t))) = run.frames.iter().find_map(|f| Some((looks.get(&f.0)?, f)))
             && (l.estimate.time_s - t).abs() > 1e-3
         {
-            remark = Some(format!(
+            remarks.push(format!(
                 "frame {} is at {} s in the lanes and at {t} s in the run",
                 l.frame, l.estimate.time_s
             ));
         }
         let method = manifest.map_or_else(String::new, |m| m.command);
+        let remark = (!remarks.is_empty()).then(|| remarks.join("; "));
         Ok(Lanes { looks, method, remark })
     }
 

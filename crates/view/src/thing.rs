@@ -176,15 +176,15 @@ impl Page {
         match things {
             [one] if !one.is_dir() && !table(one) => {
                 let spec = one.to_string_lossy();
-                if target::is_file(&spec) {
-                    let target = read(one)?;
-                    return Page::of_scene(&target.name, &target.scene);
-                }
                 if one.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
                     return Err(BadInput::new("is not shown before it was run")
                         .file(one)
                         .remedy("a scenario can be changed in a page that --live serves; else give what `catseye simulate` or `catseye study` makes of it")
                         .into());
+                }
+                if target::is_file(&spec) {
+                    let target = read(one)?;
+                    return Page::of_scene(&target.name, &target.scene);
                 }
                 let mut reflector = Reflector::parse(&spec)?;
                 if let Some(material) = &options.default_material {

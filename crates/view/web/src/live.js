@@ -3,15 +3,16 @@
 import { data, renew, unit, words } from "./data.js";
 import { el, number } from "./dom.js";
 import { RunView } from "./run.js";
-import { numbersOf, withNumber } from "./toml.js";
+import { NUMBER, numbersOf, put } from "./toml.js";
 
 /** Typing waits so long for its next letter before it is simulated, ms. */
 const PAUSE_MS = 400;
 
 export class LiveView {
   constructor() {
+    // The first text and the file's name do not change with what is simulated.
+    this.first = { text: data.text, file: data.file };
     this.text = data.text;
-    this.kept = data.text;
     this.past = [];
     this.future = [];
     this.form = el("form", { class: "controls", onsubmit: (e) => e.preventDefault() });
@@ -21,13 +22,11 @@ export class LiveView {
     const button = (text, title, act) => el("button", { type: "button", title, onclick: act }, text);
     this.switch = button("text", "The scenario as text, or its numbers with sliders", () => this.turn());
     this.tools = el("div", { class: "tools" }, this.switch, button("↶", "Undo (Ctrl+Z)", () => this.undo()), button("↷", "Redo (Ctrl+Y)", () => this.redo()),
-      button("as it was", "The scenario as the program was given it", () => this.set(data.text)), button("save TOML", "The scenario with its changes, as a file", () => this.save()));
+      button("as it was", "The scenario as the program was given it", () => this.set(this.first.text)), button("save TOML", "The scenario with its changes, as a file", () => this.save()));
     this.editor.hidden = true;
     this.bench = el("section", { class: "bench" }, this.tools, this.told, this.form, this.editor, this.note);
     this.place = el("section", { class: "place" }, el("p", { class: "missing" }, "The first frame is being simulated."));
     this.element = el("main", { class: "live" }, this.bench, this.place);
-    // The text and its file do not change with what is simulated.
-    this.first = { text: data.text, file: data.file };
   }
 
   async start() {
@@ -37,6 +36,7 @@ export class LiveView {
 
   /** Whether the text is shown in place of its numbers. */
   turn() {
+    this.settle();
     this.editor.hidden = !this.editor.hidden;
     this.form.hidden = !this.editor.hidden;
     this.switch.textContent = this.editor.hidden ? "text" : "numbers";
@@ -46,7 +46,13 @@ export class LiveView {
 
   typed() {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.set(this.editor.value, false, true), PAUSE_MS);
+    this.timer = setTimeout(() => this.settle(), PAUSE_MS);
+  }
+
+  /** Takes what was typed into the text up to now. */
+  settle() {
+    clearTimeout(this.timer);
+    if (!this.editor.hidden) this.set(this.editor.value, false, true);
   }
 
   /** Another text, which can be taken back; `moving` while a slider moves, `own` where it comes from the editor. */
@@ -78,39 +84,48 @@ export class LiveView {
   }
 
   make_form() {
-    const groups = [];
-    const all = numbersOf(this.text);
-    all.forEach((n, k) => {
-      if (groups.at(-1)?.table !== n.table) groups.push({ table: n.table, rows: [] });
-      const several = all.filter((m) => m.table === n.table && m.key === n.key).length > 1;
-      groups.at(-1).rows.push(this.row(k, n, several));
+    try {
+      this.numbers = numbersOf(this.text);
+    } catch (e) {
+      this.numbers = [];
+      this.form.replaceChildren(el("p", { class: "hint" }, `The text is no TOML (${e.message}): mend it as text, or take the change back.`));
+      return;
+    }
+    const rows = [];
+    let group;
+    this.numbers.forEach((n, k) => {
+      const own = n.group.join(" ");
+      if (own !== group) rows.push(el("h3", {}, own || "scenario"));
+      group = own;
+      rows.push(this.row(k, n));
     });
-    this.form.replaceChildren(...groups.flatMap((g) => [el("h3", {}, g.table || "scenario"), ...g.rows]));
+    this.form.replaceChildren(...rows);
     this.judge();
   }
 
   /** A slider and a field for one number. The slider spans the number as it was given, once to each side; the field takes any. */
-  row(k, n, several) {
-    const given = Number(this.text.slice(n.from, n.to).replaceAll("_", ""));
-    const whole = !/[.eE]/.test(this.text.slice(n.from, n.to));
-    const span = n.key.endsWith("_deg") ? 180 : Math.max(Math.abs(given), whole ? 10 : 1);
-    const [low, high] = [given - span, given + span];
-    const put = (text, moving) => this.set(withNumber(this.text, numbersOf(this.text)[k], text), moving);
-    const name = `${words(n.key)}${several ? ` ${n.place + 1}` : ""}`;
-    const label = `${n.table} ${n.key}${several ? ` ${n.place + 1}` : ""}`.trim();
-    const field = el("input", { type: "text", inputMode: "decimal", value: this.text.slice(n.from, n.to), "aria-label": label, title: label, onchange: () => {
-      const text = field.value.trim().replace(",", ".");
-      if (!Number.isFinite(Number(text)) || text === "") {
+  row(k, n) {
+    const written = this.text.slice(n.from, n.to);
+    const given = Number(written.replaceAll("_", ""));
+    const label = n.path.join(" "), own = n.path.slice(n.group.length).join(" ");
+    const [key, place] = /^(.*?)( \d+)?$/.exec(own).slice(1);
+    const span = key.endsWith("_deg") ? 180 : Math.max(Math.abs(given), n.whole ? 10 : 1);
+    const low = given - span;
+    const field = el("input", { type: "text", inputMode: "decimal", value: written, "aria-label": label, title: label, onchange: () => {
+      const text = field.value.trim().replace(",", ".").replace(/^([+-]?)\./, "$10.").replace(/\.$/, ".0");
+      if (NUMBER.test(text)) this.set(put(this.text, this.numbers, k, text), false);
+      else {
         field.setAttribute("aria-invalid", "true");
-        this.told.textContent = `${label} = ${field.value}: not a number`;
-      } else put(text, false);
+        this.told.textContent = `${label} = ${field.value}: no number; allowed: decimal numbers, as 1.5, -3 or 76.5e9`;
+      }
     } });
     const slider = el("input", { type: "range", min: 0, max: 1000, value: 500, "aria-label": `${label} by a slider`, title: label, oninput: () => {
-      const v = low + ((high - low) * Number(slider.value)) / 1000;
-      field.value = whole ? String(Math.round(v)) : String(Number(v.toPrecision(4)));
-      put(field.value, true);
+      const v = Number((low + (2 * span * Number(slider.value)) / 1000).toPrecision(4));
+      // What was written with a point stays so: it need not be a whole number.
+      field.value = n.whole ? String(Math.round(v)) : Number.isInteger(v) && Math.abs(v) < 1e15 ? v.toFixed(1) : String(v);
+      this.set(put(this.text, this.numbers, k, field.value), true);
     }, onchange: () => { this.moving = false; } });
-    const row = el("label", { class: "row", title: label }, el("span", {}, `${name}${unit(n.key) ? ` / ${unit(n.key)}` : ""}`), slider, field);
+    const row = el("label", { class: "row", title: label }, el("span", {}, `${words(key)}${place ?? ""}${unit(key) ? ` / ${unit(key)}` : ""}`), slider, field);
     row.dataset.line = n.line;
     return row;
   }
@@ -124,18 +139,22 @@ export class LiveView {
     this.busy = true;
     this.element.classList.add("busy");
     const began = performance.now();
-    const text = this.text;
+    let told;
     try {
-      const answer = await fetch("simulate", { method: "POST", headers: { "Content-Type": "text/plain; charset=utf-8" }, body: text });
-      const told = await answer.json();
-      if (told.error) this.complain(told.error);
-      else {
-        this.complain("");
-        await this.show(told);
-        this.note.textContent = `Simulated in ${number(told.seconds, 2)} s, drawn after ${number((performance.now() - began) / 1000, 2)} s.`;
-      }
+      const answer = await fetch("simulate", { method: "POST", headers: { "Content-Type": "text/plain; charset=utf-8" }, body: this.text });
+      told = await answer.json();
     } catch (e) {
-      this.complain(`The program that serves this page does not answer (${e.message}). Start catseye view --live again; the scenario can be saved here.`);
+      told = { error: `The program that serves this page does not answer (${e.message}). Start catseye view --live again; the scenario can be saved here.` };
+    }
+    if (told.error) this.complain(told.error);
+    else {
+      try {
+        await this.show(told);
+        this.complain("");
+        this.note.textContent = `Simulated in ${number(told.seconds, 2)} s, drawn after ${number((performance.now() - began) / 1000, 2)} s.`;
+      } catch (e) {
+        this.complain(`The frame cannot be drawn: ${e.message}`);
+      }
     }
     this.busy = false;
     this.element.classList.remove("busy");
@@ -157,9 +176,9 @@ export class LiveView {
 
   complain(text) {
     this.told.textContent = text;
-    // Errors name file and line.
-    const line = /:(\d+)(?::|\b)/.exec(text)?.[1];
-    this.wrong = text.includes(this.first.file) ? line : undefined;
+    // Errors name file and line, that of the key.
+    const at = text.indexOf(`${this.first.file}:`);
+    this.wrong = at < 0 ? undefined : /^\d+/.exec(text.slice(at + this.first.file.length + 1))?.[0];
     this.judge();
   }
 
@@ -172,6 +191,7 @@ export class LiveView {
   }
 
   save() {
+    this.settle();
     const link = el("a", { href: URL.createObjectURL(new Blob([this.text], { type: "application/toml" })), download: this.first.file });
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);

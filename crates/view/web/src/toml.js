@@ -1,77 +1,43 @@
-// The numbers of a TOML text with their places in it. A form needs no more, and what surrounds them stays as it was written.
+// The numbers of a TOML text with their places in it. What surrounds them stays as it was written.
 
-const NUMBER = /^[+-]?(?:\d[\d_]*)(?:\.\d[\d_]*)?(?:[eE][+-]?\d+)?$/;
+import { parseTOML } from "toml-eslint-parser";
+
+/** What a field may hold: a decimal number as TOML writes it. */
+export const NUMBER = /^[+-]?(?:0|[1-9]\d*)(?:\.\d+)?(?:[eE][+-]?\d+)?$/;
 
 /**
- * All numbers outside strings, comments and headers: `{from, to, line, table, key, place}` with the offsets of the text, the line from 1, the
- * header of the table, the key, and the number's place among several of its key.
+ * All numbers of a text: `{from, to, whole, line, path, group}` with the offsets of the number, whether it is written as a whole one, the line
+ * of its key, the path to it (`["object 2", "position_m 1"]`; what is several is counted from 1), and the part of the path that its table
+ * has. Throws an error with the line where the text is no TOML.
  */
 export function numbersOf(text) {
   const out = [];
-  const seen = new Map();
-  let table = "", key = "", place = 0, line = 1, i = 0, fresh = true;
-  const skip = (quote) => {
-    const long = text.startsWith(quote.repeat(3), i);
-    const end = long ? quote.repeat(3) : quote;
-    i += end.length;
-    while (i < text.length && !text.startsWith(end, i)) {
-      if (text[i] === "\n") line++;
-      i += text[i] === "\\" && quote === '"' ? 2 : 1;
+  const name = (parts) => parts.reduce((list, part) => (typeof part === "number" ? [...list.slice(0, -1), `${list.at(-1)} ${part + 1}`] : [...list, String(part)]), []);
+  const key = (node) => node.keys.map((k) => (k.type === "TOMLBare" ? k.name : k.value));
+  const value = (node, path, group, line) => {
+    if (node.type === "TOMLArray") node.elements.forEach((e, i) => value(e, node.elements.length > 1 ? [...path, i] : path, group, line));
+    else if (node.type === "TOMLInlineTable") for (const pair of node.body) value(pair.value, [...path, ...key(pair.key)], group, pair.key.loc.start.line);
+    else if (node.kind === "integer" || node.kind === "float") {
+      const whole = node.kind === "integer";
+      // Numbers to other bases, and those that are none, are left to the text.
+      if (NUMBER.test(text.slice(...node.range).replaceAll("_", ""))) out.push({ from: node.range[0], to: node.range[1], whole, line, path: name(path), group: name(group) });
     }
-    i += end.length;
   };
-  while (i < text.length) {
-    const c = text[i];
-    if (c === "\n") {
-      line++;
-      i++;
-      fresh = true;
-    } else if (c === "#") {
-      while (i < text.length && text[i] !== "\n") i++;
-    } else if (c === '"' || c === "'") {
-      fresh = false;
-      skip(c);
-    } else if (fresh && c === "[") {
-      // A header; arrays begin behind their key.
-      const header = /^\[+\s*([^\]\n]*?)\s*\]+/.exec(text.slice(i));
-      if (header && depth(text, i) === 0) {
-        const count = (seen.get(header[0]) ?? 0) + 1;
-        seen.set(header[0], count);
-        table = header[0].startsWith("[[") ? `${header[1]} ${count}` : header[1];
-        i += header[0].length;
-      } else i++;
-      fresh = false;
-    } else if (/[A-Za-z0-9_+-]/.test(c)) {
-      const word = /^[A-Za-z0-9_+.:-]+/.exec(text.slice(i))[0];
-      const behind = /^\s*=/.exec(text.slice(i + word.length));
-      if (behind) {
-        key = word;
-        place = 0;
-      } else if (NUMBER.test(word)) {
-        out.push({ from: i, to: i + word.length, line, table, key, place: place++ });
-      }
-      i += word.length;
-      fresh = false;
-    } else {
-      if (!/\s/.test(c)) fresh = false;
-      i++;
-    }
+  for (const node of parseTOML(text).body[0].body) {
+    const pairs = node.type === "TOMLTable" ? node.body : [node];
+    const above = node.type === "TOMLTable" ? node.resolvedKey : [];
+    for (const pair of pairs) value(pair.value, [...above, ...key(pair.key)], above, pair.key.loc.start.line);
   }
   return out;
 }
 
-/** Whether an offset lies inside an array that began on an earlier line: brackets that are open before it. */
-function depth(text, at) {
-  let open = 0;
-  for (const line of text.slice(0, at).split("\n")) {
-    const bare = line.replace(/"(?:[^"\\]|\\.)*"|'[^']*'/g, "").replace(/#.*$/, "");
-    if (open === 0 && /^\s*\[/.test(bare)) continue;
-    for (const c of bare) open += c === "[" || c === "{" ? 1 : c === "]" || c === "}" ? -1 : 0;
+/** Puts another number in the place of the k-th of `numbers`, whose places move along; the text with it. */
+export function put(text, numbers, k, written) {
+  const { from, to } = numbers[k];
+  const longer = written.length - (to - from);
+  for (const n of numbers) {
+    if (n.from > from) n.from += longer;
+    if (n.to > from) n.to += longer;
   }
-  return open;
-}
-
-/** The text with another number in the place of one. */
-export function withNumber(text, number, value) {
-  return text.slice(0, number.from) + value + text.slice(number.to);
+  return text.slice(0, from) + written + text.slice(to);
 }
