@@ -3,7 +3,7 @@ import { build } from "esbuild";
 import { readFileSync } from "node:fs";
 
 // Their notices have to go with every copy, so with every page.
-const notices = ["three", "uplot"].map((name) => `${name}\n\n${readFileSync(`node_modules/${name}/LICENSE`, "utf8").trim()}`).join("\n\n");
+const notices = ["three", "uplot", "toml-eslint-parser", "eslint-visitor-keys"].map((name) => `${name}\n\n${readFileSync(`node_modules/${name}/LICENSE`, "utf8").trim()}`).join("\n\n");
 
 await build({
   entryPoints: { view: "src/main.js" },
