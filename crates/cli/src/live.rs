@@ -156,10 +156,12 @@ impl Live<'_> {
         if let Some(seed) = self.seed {
             scenario.seed = seed;
         }
+        // Some methods find directions without a spectrum.
+        let has_spectra = !scenario.radars.iter().any(|r| r.processing.angle.method.is_gridless());
         let o = &mut scenario.output;
         (o.adc, o.plots, o.masks, o.lidar, o.echoes) = (false, false, false, false, false);
         (o.range_doppler, o.points, o.returns, o.truth) = (true, true, true, true);
-        (o.scene, o.return_places, o.cfar_threshold, o.angle_spectra) = (true, true, true, true);
+        (o.scene, o.return_places, o.cfar_threshold, o.angle_spectra) = (true, true, true, has_spectra);
     }
 }
 
