@@ -139,7 +139,7 @@ pub fn empty_bands(least_share: f64, empty_w: f64, second_w: f64, values: usize,
 /// Power of a beam, and its direction (azimuth, elevation).
 type Beam = (f64, (f64, f64));
 
-/// Probability with which bursts of the same body pass the test of agreement.
+/// Probability with which what is left of one body passes as noise.
 const AGREEMENT: f64 = 0.999;
 /// A peak's row is as that of one body to this share of a cell, which more than one scatterer of it makes uncertain.
 pub(super) const ROW_CELLS: f64 = 0.1;

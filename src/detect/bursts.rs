@@ -79,7 +79,7 @@ impl Body {
     }
 }
 
-/// For each burst and each of its peaks what all bursts know of its range rate; None where fewer than two show the body.
+/// For each burst and each of its peaks what all bursts know of its range rate; None where too few show the body.
 pub fn agreed(bursts: &[Burst<'_>]) -> Vec<Vec<Option<Known>>> {
     let mut out: Vec<Vec<Option<Known>>> = bursts.iter().map(|b| vec![None; b.peaks.len()]).collect();
     let Some(first) = bursts.first() else { return out };
