@@ -6,12 +6,14 @@ pub mod devices;
 pub mod memory;
 pub mod reach;
 pub mod solver;
+mod stage;
 pub mod stages;
 pub mod sweep;
 mod tracing;
 
 pub use crate::trace::tracing::Tracing;
 pub use chain::{FrameInput, MadeFrame};
+pub use stage::{Extent, Stage, StageCounts};
 pub use tracing::Look;
 pub(crate) use tracing::{is_deep_enough, reckon_powers};
 

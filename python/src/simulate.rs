@@ -13,7 +13,7 @@ use catseye::road::labels::RoadTruth;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar as Described;
 use catseye::scene::scenario;
-use catseye::simulate::{Depths, Frame as Made, remarks, simulate_recalling, simulate_with};
+use catseye::simulate::{Frame as Made, remarks, simulate_recalling, simulate_with};
 use catseye::trace::Echoes;
 use catseye_io::files::Truth;
 use catseye_io::kept_run::KeptRun;
@@ -101,7 +101,6 @@ pub struct Frames {
     /// (frame, radar).
     wanted: Vec<(u32, usize)>,
     next: usize,
-    depths: Depths,
     /// Where echoes come from that are not traced.
     kept: Option<Arc<KeptRun>>,
     /// What the scene's meshes have that may show in the frames, one line each; each was also given to `warnings.warn`.
@@ -135,15 +134,12 @@ impl Frames {
                 road,
             )
         };
-        let (depths, kept) = {
-            let this = slf.try_borrow()?;
-            (this.depths.clone(), this.kept.clone())
-        };
+        let kept = slf.try_borrow()?.kept.clone();
         let radar = scenario.radars[which].clone();
         let (made, truth) = work::run(py, None, move |watch| {
             let at = (which, index);
             let frame = match &kept {
-                None => simulate_with(&engine, &scenario, &scene, at, &depths, watch.control())?,
+                None => simulate_with(&engine, &scenario, &scene, at, watch.control())?,
                 Some(kept) => {
                     let recall =
                         |which: usize, index| kept.trace(&scenario, &scenario.radars[which].name, index);
@@ -451,7 +447,6 @@ pub fn simulate(
         warn.call1((line,))?;
     }
     let road = labels.as_deref().map(|t| crate::arrays::plain(py, t)).transpose()?;
-    let (depths, next) = (Depths::default(), 0);
     let wanted = indices.into_iter().flat_map(|i| which.iter().map(move |w| (i, *w))).collect();
-    Ok(Frames { engine, scenario, scene, labels, road, wanted, next, depths, kept, remarks })
+    Ok(Frames { engine, scenario, scene, labels, road, wanted, next: 0, kept, remarks })
 }

@@ -117,6 +117,22 @@ pub struct SynthesisStats {
 }
 
 impl SynthesisStats {
+    /// What is known of a frame's echoes before anything is synthesised of them.
+    pub fn of_echoes(echoes: &Echoes) -> SynthesisStats {
+        SynthesisStats {
+            echoes: echoes.list.len() as u64,
+            dropped: echoes.beyond_reach,
+            merged: echoes.merged,
+            left_out: echoes.left_out,
+            left_out_power_w: echoes.left_out_power_w,
+            bounces: echoes.bounces as u64,
+            power_w: echoes.power_w,
+            cut_power_w: echoes.cut_power_w,
+            broken: echoes.broken,
+            ..Default::default()
+        }
+    }
+
     /// Adds up the statistics of one frame's echoes through two ramps.
     pub fn and(&self, other: &SynthesisStats) -> SynthesisStats {
         SynthesisStats {
@@ -233,18 +249,7 @@ impl<'a> Plan<'a> {
     /// Returns an error if an echo is not finite.
     pub fn with_lines(radar: &'a Radar, lines: FrequencySamples, echoes: &'a Echoes) -> Result<Plan<'a>> {
         let filters = &radar.front_end.filters;
-        let front_end = SynthesisStats {
-            echoes: echoes.list.len() as u64,
-            dropped: echoes.beyond_reach,
-            merged: echoes.merged,
-            left_out: echoes.left_out,
-            left_out_power_w: echoes.left_out_power_w,
-            bounces: echoes.bounces as u64,
-            power_w: echoes.power_w,
-            cut_power_w: echoes.cut_power_w,
-            broken: echoes.broken,
-            ..Default::default()
-        };
+        let front_end = SynthesisStats::of_echoes(echoes);
         let echoes = &echoes.list[..];
         if echoes.len() > u32::MAX as usize {
             return Err(Error::Failed(format!("{} echoes in one frame; the limit is 2^32", echoes.len())));

@@ -3,9 +3,13 @@
 use crate::base::error::BadInput;
 use std::path::Path;
 use std::sync::mpsc::{Sender, channel};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Gibibytes that may be used, in place of what the system says.
 pub const MEMORY_VARIABLE: &str = "CATSEYE_MEMORY_GIB";
+/// Time for which an answer of the system's stands.
+const ANSWER_HOLDS: Duration = Duration::from_millis(50);
 const GIB: f64 = (1u64 << 30) as f64;
 
 /// Bytes that this process can still take: the least of the system's free memory and swap, the limits of its control groups
@@ -15,7 +19,22 @@ pub fn available_bytes() -> Option<u64> {
     if let Some(gib) = std::env::var(MEMORY_VARIABLE).ok().and_then(|v| v.trim().parse::<f64>().ok()) {
         return Some((gib.max(0.0) * GIB) as u64);
     }
-    [free_bytes(), group_bytes(), limit_bytes()].into_iter().flatten().min()
+    let asked = || [free_bytes(), group_bytes(), limit_bytes()].into_iter().flatten().min();
+    // A browser's page has no clock.
+    if cfg!(target_family = "wasm") {
+        return asked();
+    }
+    // Each answer reads a dozen files, and frames of a dataset ask a thousand times a second.
+    static LAST: Mutex<Option<(Instant, Option<u64>)>> = Mutex::new(None);
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    match *last {
+        Some((when, bytes)) if when.elapsed() < ANSWER_HOLDS => bytes,
+        _ => {
+            let bytes = asked();
+            *last = Some((Instant::now(), bytes));
+            bytes
+        }
+    }
 }
 
 /// The number behind `key` in a file of the kernel's, times 1024.

@@ -17,6 +17,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 
 /// Classes of what stands along the road and mirrors the traffic.
 pub const MIRRORS: [&str; 5] = ["guard_rail", "post", "wall", "kerb", "fence"];
@@ -228,7 +229,7 @@ const LEAST_ECHO: f64 = 1e-6;
 pub struct Labeller<'a> {
     echoes: Vec<LabelEcho>,
     bodies: &'a Bodies,
-    response: Response,
+    response: Arc<Response>,
     chain: Chain,
 }
 
@@ -269,7 +270,7 @@ impl<'a> Labeller<'a> {
                 bounces: r.bounces,
             })
             .collect();
-        Ok(Labeller { echoes, bodies, response: Response::new(radar)?, chain })
+        Ok(Labeller { echoes, bodies, response: Response::of(radar)?, chain })
     }
 
     /// What the echoes of this frame say of a point.

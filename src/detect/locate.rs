@@ -11,6 +11,7 @@ use super::same_slope;
 use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
 use crate::base::error::{Error, Result};
 use crate::base::frames::direction_from_angles;
+use crate::base::memo::Memo;
 use crate::base::units::{db_from_power, wavenumber};
 use crate::dsp::doa_beamform::{BeamCells, Beamformer, Grid};
 use crate::dsp::doa_calibration::Calibration;
@@ -27,6 +28,7 @@ use crate::scene::waveform::Multiplex;
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Power that a cell's model leaves over, for channels that are not perfectly alike and cells that hold more than one
 /// scatterer.
@@ -137,9 +139,43 @@ pub fn detected(
     velocity_mps: Option<DVec3>,
 ) -> Result<Vec<Detected>> {
     let Some(chosen) = Chosen::new(radar, found, accuracy) else { return Ok(Vec::new()) };
-    let search = chosen.search(radar, found, velocity_mps, &[])?;
+    let search = chosen.search(radar, &*Directions::of(radar)?, found, velocity_mps, &[])?;
     let mut looked = looked(engine, &[&search])?;
     Ok(looked.pop().map_or_else(Vec::new, |looked| search.detections(&looked)))
+}
+
+/// What a search for directions needs of a radar: it is the same for all its frames.
+struct Directions {
+    folds: Option<TdmFolds>,
+    grid: Grid,
+    finder: Arc<Finder>,
+}
+
+impl Directions {
+    fn new(radar: &Radar) -> Result<Directions> {
+        let grid = Grid::new(radar)?;
+        let angle = &radar.processing.angle;
+        let finder = match angle.method == AngleMethod::Bartlett && angle.calibration.is_none() {
+            true => Finder::Beam(Beamformer::new(radar)?),
+            false => {
+                let estimator = Estimator::new(manifold(radar)?, grid.clone(), options(angle))?;
+                Finder::Estimator(Box::new(estimator))
+            }
+        };
+        Ok(Directions { folds: fold_test(radar)?, grid, finder: Arc::new(finder) })
+    }
+
+    /// Those of a radar, which are made once for all frames.
+    fn of(radar: &Radar) -> Result<Arc<Directions>> {
+        static MADE: Memo<Radar, Directions> = Memo::new();
+        MADE.get(radar, || Directions::new(radar))
+    }
+}
+
+/// [`accuracy`] of a radar, which is made once for all frames.
+fn known_accuracy(radar: &Radar) -> Result<Arc<PointAccuracy>> {
+    static MADE: Memo<Radar, PointAccuracy> = Memo::new();
+    MADE.get(radar, || accuracy(radar))
 }
 
 /// What looks for the directions of cells: an array with its method.
@@ -159,7 +195,7 @@ enum Looked {
 
 /// The cells of one map, whose directions are still to be found.
 struct Search {
-    finder: Finder,
+    finder: Arc<Finder>,
     grid: Grid,
     tops: Vec<Peak>,
     /// Power of each peak over that of its cell.
@@ -195,12 +231,12 @@ impl Chosen {
     fn search(
         self,
         radar: &Radar,
+        Directions { folds, grid, finder }: &Directions,
         found: &RangeDoppler<f64>,
         velocity_mps: Option<DVec3>,
         known: &[Option<Known>],
     ) -> Result<Search> {
         let Chosen { tops, rates } = self;
-        let folds = fold_test(radar)?;
         let standing = velocity_mps.map(|velocity_mps| Standing::seen_by(radar, velocity_mps));
         let cells = decoded(radar, found, &rates, folds.as_ref(), standing.as_ref(), known);
         let scalloping = tops
@@ -211,16 +247,8 @@ impl Chosen {
                 if at > 0.0 { top.power / at } else { 1.0 }
             })
             .collect();
-        let grid = Grid::new(radar)?;
-        let angle = &radar.processing.angle;
-        let finder = match angle.method == AngleMethod::Bartlett && angle.calibration.is_none() {
-            true => Finder::Beam(Beamformer::new(radar)?),
-            false => {
-                let estimator = Estimator::new(manifold(radar)?, grid.clone(), options(angle))?;
-                Finder::Estimator(Box::new(estimator))
-            }
-        };
         let standing = standing.filter(|_| folds.is_none());
+        let (finder, grid) = (Arc::clone(finder), grid.clone());
         Ok(Search { finder, grid, tops, scalloping, rates, cells, standing })
     }
 }
@@ -232,7 +260,7 @@ impl Search {
     }
 
     fn detections(&self, looked: &Looked) -> Vec<Detected> {
-        match (looked, &self.finder) {
+        match (looked, &*self.finder) {
             (Looked::Powers(powers), Finder::Beam(beam)) => powers
                 .chunks_exact(beam.grid.len())
                 .enumerate()
@@ -292,7 +320,9 @@ impl Search {
 fn looked(engine: &Engine, searches: &[&Search]) -> Result<Vec<Looked>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (i, search) in searches.iter().enumerate() {
-        match groups.iter_mut().find(|g| searches[g[0]].finder == search.finder) {
+        match groups.iter_mut().find(|g| {
+            Arc::ptr_eq(&searches[g[0]].finder, &search.finder) || searches[g[0]].finder == search.finder
+        }) {
             Some(group) => group.push(i),
             None => groups.push(vec![i]),
         }
@@ -306,7 +336,7 @@ fn looked(engine: &Engine, searches: &[&Search]) -> Result<Vec<Looked>> {
     let (mut beams, mut of_beams) = (Vec::new(), Vec::new());
     for group in groups {
         let snapshots = snapshots_of(&group);
-        match &searches[group[0]].finder {
+        match &*searches[group[0]].finder {
             Finder::Beam(beam) => {
                 // The turns between transmitters are out already.
                 let range_rates_mps = vec![0.0; snapshots.data.len() / snapshots.channels.max(1)];
@@ -583,14 +613,14 @@ pub fn points_of_frames(engine: &Engine, mut frames: Vec<FrameMaps<'_>>) -> Vec<
 /// The ramps of a frame, with the search for directions in each map.
 struct Ramps {
     parts: Vec<Radar>,
-    accuracies: Vec<PointAccuracy>,
+    accuracies: Vec<Arc<PointAccuracy>>,
     searches: Vec<Option<Search>>,
 }
 
 impl Ramps {
     fn new(frame: &mut FrameMaps<'_>) -> Result<Ramps> {
         let parts: Vec<Radar> = (0..frame.maps.len()).map(|i| frame.radar.part(i)).collect();
-        let accuracies = parts.iter().map(accuracy).collect::<Result<Vec<_>>>()?;
+        let accuracies = parts.iter().map(known_accuracy).collect::<Result<Vec<_>>>()?;
         let ramps = || parts.iter().zip(&accuracies);
         let chosen: Vec<Option<Chosen>> = ramps()
             .zip(frame.maps.iter_mut())
@@ -603,7 +633,9 @@ impl Ramps {
             .zip(frame.maps.iter())
             .zip(&mut known)
             .map(|(((chosen, part), map), known)| {
-                let search = |c: Chosen| c.search(part, map, frame.velocity_mps, &std::mem::take(known));
+                let search = |c: Chosen| {
+                    c.search(part, &*Directions::of(part)?, map, frame.velocity_mps, &std::mem::take(known))
+                };
                 chosen.map(search).transpose()
             })
             .collect::<Result<_>>()?;
@@ -616,7 +648,7 @@ impl Ramps {
 fn known(
     radar: &Radar,
     parts: &[Radar],
-    accuracies: &[PointAccuracy],
+    accuracies: &[Arc<PointAccuracy>],
     chosen: &[Option<Chosen>],
     maps: &[RangeDoppler<f64>],
 ) -> Vec<Vec<Option<Known>>> {
@@ -651,7 +683,7 @@ pub(super) fn known_of(radar: &Radar, maps: &[RangeDoppler<f64>]) -> Result<Vec<
         return Ok(vec![Vec::new(); maps.len()]);
     }
     let parts: Vec<Radar> = (0..maps.len()).map(|i| radar.part(i)).collect();
-    let accuracies = parts.iter().map(accuracy).collect::<Result<Vec<_>>>()?;
+    let accuracies = parts.iter().map(known_accuracy).collect::<Result<Vec<_>>>()?;
     let chosen: Vec<Option<Chosen>> = parts
         .iter()
         .zip(&accuracies)
@@ -676,7 +708,7 @@ fn on_scales_of(part: &Radar, d: &Detected, to: &Radar) -> Detected {
 fn joined(
     radar: &Radar,
     parts: &[Radar],
-    accuracies: &[PointAccuracy],
+    accuracies: &[Arc<PointAccuracy>],
     mut lists: Vec<Vec<Detected>>,
 ) -> Result<Vec<Point>> {
     // The first ramp of each slope, and what all of that slope saw.

@@ -4,6 +4,7 @@ use super::points::Point;
 use crate::adc::front_end::spill::Spill;
 use crate::base::error::Result;
 use crate::base::frames::direction_from_angles;
+use crate::base::memo::Memo;
 use crate::base::units::{C0, wavenumber};
 use crate::dsp::window;
 use crate::scene::radar::Radar;
@@ -11,6 +12,7 @@ use crate::scene::waveform::Multiplex;
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Samples of a window's transform per resolution cell; between them it is interpolated linearly, to 1 %.
 const STEPS: usize = 8;
@@ -102,9 +104,16 @@ pub(super) struct Response {
 }
 
 impl Response {
+    /// That of a radar, which is made once for all frames.
+    ///
     /// # Errors
     /// Returns an error if a window of the radar's settings cannot be computed.
-    pub fn new(radar: &Radar) -> Result<Response> {
+    pub fn of(radar: &Radar) -> Result<Arc<Response>> {
+        static MADE: Memo<Radar, Response> = Memo::new();
+        MADE.get(radar, || Response::new(radar))
+    }
+
+    fn new(radar: &Radar) -> Result<Response> {
         let p = &radar.processing;
         let lines = radar.lines();
         let (tx_m, rx_m): (Vec<DVec3>, Vec<DVec3>) = (

@@ -140,6 +140,57 @@ pub fn record_with_room(
     Ok(Recorded::new(recorder, gpu, spectrum, cfar, cells)?.pending)
 }
 
+/// [`process_by`] to the power map alone, without a detector.
+///
+/// # Errors
+/// Returns the errors of [`process`].
+pub fn map_by(gpu: &Gpu, cube: &Cube<f32>, transform: &Transform) -> Result<RangeDoppler<f32>> {
+    let mut recorder = gpu.recorder("map");
+    let spectrum = spectrum::record(&mut recorder, gpu, cube, transform)?;
+    let pending = PendingMap::new(&mut recorder, &spectrum);
+    pending.take(&mut recorder.submit()?)
+}
+
+/// Records the power map of a cube that earlier commands of the recorder leave on the device.
+///
+/// # Errors
+/// Returns an error for a cube that does not fit the transform.
+pub fn record_map(
+    recorder: &mut Recorder<'_>,
+    gpu: &Gpu,
+    cube: &DeviceCube,
+    transform: &Transform,
+) -> Result<PendingMap> {
+    let spectrum = spectrum::record_device(recorder, gpu, cube, transform)?;
+    Ok(PendingMap::new(recorder, &spectrum))
+}
+
+/// A power map without cells, recorded and not yet submitted.
+pub struct PendingMap {
+    size: [usize; 2],
+    channels: usize,
+    map: Pending<f32>,
+}
+
+impl PendingMap {
+    fn new(recorder: &mut Recorder<'_>, spectrum: &DeviceSpectrum) -> PendingMap {
+        let map = power::record(recorder, spectrum);
+        let size = [spectrum.doppler_bins, spectrum.range_bins];
+        PendingMap { size, channels: spectrum.channels, map: recorder.read(&map) }
+    }
+
+    /// Takes the map from the submission of the recorder.
+    ///
+    /// # Errors
+    /// Returns an error for samples that are not finite.
+    pub fn take(self, done: &mut Done) -> Result<RangeDoppler<f32>> {
+        let PendingMap { size: [doppler_bins, range_bins], channels, map } = self;
+        let map = PowerMap { doppler_bins, range_bins, data: done.take(map) };
+        cfar::check_map(&map)?;
+        Ok(RangeDoppler::of_map(map, channels))
+    }
+}
+
 /// A frame's processing, recorded and not yet submitted.
 pub struct Recorded<'a> {
     found: DetectionRun<'a>,

@@ -138,6 +138,19 @@ pub struct RangeDoppler<T> {
     pub snapshots: Snapshots<T>,
 }
 
+impl<T> RangeDoppler<T> {
+    /// A map in which no detector has looked for cells, of a spectrum with so many channels.
+    pub fn of_map(map: PowerMap<T>, channels: usize) -> RangeDoppler<T> {
+        RangeDoppler {
+            map,
+            detection: Detection { mask: Vec::new(), ratio: Vec::new() },
+            cells: Vec::new(),
+            noise: Vec::new(),
+            snapshots: Snapshots { channels, data: Vec::new() },
+        }
+    }
+}
+
 impl RangeDoppler<f32> {
     /// The same detections in f64, exactly.
     pub fn widened(self) -> RangeDoppler<f64> {

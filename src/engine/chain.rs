@@ -1,6 +1,6 @@
 //! From geometry to detected cells.
 
-use super::{AnyCube, Engine, Precision};
+use super::{AnyCube, Engine, Extent, Precision, Stage, StageCounts};
 use crate::adc::convert::Convert;
 use crate::adc::cpu::front_end::Inputs;
 use crate::adc::front_end::{Chain, channels};
@@ -13,7 +13,7 @@ use crate::adc::synthesis::{Plan, SynthesisStats};
 use crate::adc::{Cube, DeviceCube};
 use crate::base::control::Control;
 use crate::base::error::{Error, Result};
-use crate::dsp::device::{CELLS, PendingFrame, TakenFrame};
+use crate::dsp::device::{CELLS, PendingFrame, PendingMap, TakenFrame};
 use crate::dsp::doa_beamform::{BeamCells, Beamformer};
 use crate::dsp::doa_spectrum::{Forms, Steering};
 use crate::dsp::stream::Source;
@@ -91,16 +91,27 @@ pub struct FrameInput<'a> {
     pub seed: u64,
     /// Number of the frame, by which its noise differs from that of others.
     pub frame: u32,
-    /// Whether the samples are wanted.
-    pub wanted: bool,
+    /// How far the frame is carried, and whether the samples are wanted.
+    pub extent: Extent,
 }
 
 /// A frame that was recorded and not yet submitted, with what finds its cells.
 struct RecordedFrame<F> {
     /// The cube's shape and what its samples are read back with, where they are wanted.
     cube: Option<(DeviceCube, Vec<Pending<[f32; 2]>>)>,
-    found: F,
+    found: Found<F>,
     front_end: SynthesisStats,
+    ran: StageCounts,
+}
+
+/// What a recorded frame finds in its samples.
+enum Found<F> {
+    /// Nothing: nobody asks for more than the samples.
+    Nothing,
+    /// The power map alone.
+    Map(PendingMap),
+    /// Detected cells.
+    Cells(F),
 }
 
 /// Records a frame from echoes to detected cells, which `find` records.
@@ -113,15 +124,26 @@ fn recorded<'a, F>(
 ) -> Result<RecordedFrame<F>> {
     let radar = input.radar;
     let (device, front_end) = recorded_cube(gpu, recorder, radar, plan, (input.seed, input.frame))?;
-    let pending = input.wanted.then(|| device.read(recorder));
-    if radar.processing.remove_static {
-        dsp::zero_doppler::record(recorder, &device, &AtRest::of(radar));
+    let mut ran = StageCounts::default();
+    ran.count(Stage::Synthesis);
+    let pending = input.extent.samples.then(|| device.read(recorder));
+    let mut found = Found::Nothing;
+    if input.extent.reaches(Stage::Transform) {
+        if radar.processing.remove_static {
+            dsp::zero_doppler::record(recorder, &device, &AtRest::of(radar));
+        }
+        let transform = Transform::of_shape([device.chirps, device.channels, device.samples], radar)?;
+        ran.count(Stage::Transform);
+        found = if input.extent.reaches(Stage::Detection) {
+            ran.count(Stage::Detection);
+            Found::Cells(find(recorder, &device, &transform, &radar.processing.cfar)?)
+        } else {
+            Found::Map(dsp::device::record_map(recorder, gpu, &device, &transform)?)
+        };
     }
-    let transform = Transform::of_shape([device.chirps, device.channels, device.samples], radar)?;
-    let found = find(recorder, &device, &transform, &radar.processing.cfar)?;
     // The memory of the samples serves the next frame.
     let shape = DeviceCube { pieces: Vec::new(), ..device };
-    Ok(RecordedFrame { cube: pending.map(|pending| (shape, pending)), found, front_end })
+    Ok(RecordedFrame { cube: pending.map(|pending| (shape, pending)), found, front_end, ran })
 }
 
 /// Records synthesis, noise and conversion of a plan's cube.
@@ -149,8 +171,11 @@ pub struct MadeFrame {
     pub cube: Option<AnyCube>,
     /// Statistics of synthesis and front end.
     pub front_end: SynthesisStats,
-    /// The map of each ramp.
+    /// The map of each ramp; none where the frame ends before [`Stage::Transform`], and without cells where it ends before
+    /// [`Stage::Detection`].
     pub maps: Vec<RangeDoppler<f64>>,
+    /// The stages that ran.
+    pub ran: StageCounts,
     /// Time of synthesis and of processing, s; of a single submission all counts as the first.
     pub seconds: [f64; 2],
 }
@@ -208,18 +233,48 @@ impl Engine {
                 dsp::device::record(r, gpu, cube, transform, cfar)
             })?;
             let mut done = recorder.submit()?;
-            let RecordedFrame { cube, found, front_end } = recorded;
+            let RecordedFrame { cube, found, front_end, ran } = recorded;
             let cube = cube.map(|(device, pending)| AnyCube::F32(device.take(&mut done, pending)));
-            let maps = vec![found.take(gpu, &mut done)?.1.widened()];
-            return Ok(MadeFrame { cube, front_end, maps, seconds: [start.elapsed().as_secs_f64(), 0.0] });
+            let maps = match found {
+                Found::Nothing => Vec::new(),
+                Found::Map(pending) => vec![pending.take(&mut done)?.widened()],
+                Found::Cells(found) => vec![found.take(gpu, &mut done)?.1.widened()],
+            };
+            return Ok(MadeFrame {
+                cube,
+                front_end,
+                maps,
+                ran,
+                seconds: [start.elapsed().as_secs_f64(), 0.0],
+            });
         }
-        let FrameInput { radar, echoes, interference, seed, frame, wanted } = *input;
+        let FrameInput { radar, echoes, interference, seed, frame, extent } = *input;
+        let mut ran = StageCounts::default();
+        if !extent.reaches(Stage::Synthesis) {
+            let front_end = SynthesisStats::of_echoes(echoes);
+            return Ok(MadeFrame { cube: None, front_end, maps: Vec::new(), ran, seconds: [0.0; 2] });
+        }
         let start = Instant::now();
         let (cube, seen) = self.cube(radar, echoes, interference, seed, frame, control)?;
+        ran.count(Stage::Synthesis);
         let synthesis = start.elapsed().as_secs_f64();
-        let maps = self.maps(radar, &cube)?;
+        let maps = match (extent.reaches(Stage::Transform), extent.reaches(Stage::Detection)) {
+            (false, _) => Vec::new(),
+            (true, is_detected) => {
+                ran.count(Stage::Transform);
+                // With several Doppler folds the map is put together from what the detector finds in each.
+                if is_detected || radar.migration_folds().count() > 1 {
+                    ran.count(Stage::Detection);
+                    self.maps(radar, &cube)?
+                } else {
+                    (0..radar.waveform.parts())
+                        .map(|i| self.power_map(&radar.part(i), &cube))
+                        .collect::<Result<_>>()?
+                }
+            }
+        };
         let seconds = [synthesis, start.elapsed().as_secs_f64() - synthesis];
-        Ok(MadeFrame { cube: wanted.then_some(cube), front_end: seen, maps, seconds })
+        Ok(MadeFrame { cube: extent.samples.then_some(cube), front_end: seen, maps, ran, seconds })
     }
 
     /// Makes frames, of any radars, with one result for each in their order, to the bit as [`Engine::frame`] makes them. On the gpu
@@ -306,19 +361,23 @@ impl Engine {
         let mut made: Vec<Option<Result<MadeFrame>>> = Vec::with_capacity(frames.len());
         let mut crowded: Vec<(usize, usize)> = Vec::new();
         let a_frame_s = start.elapsed().as_secs_f64() / frames.len() as f64;
-        for (i, RecordedFrame { cube, found, front_end }) in frames.into_iter().enumerate() {
+        for (i, RecordedFrame { cube, found, front_end, ran }) in frames.into_iter().enumerate() {
             let cube = cube.map(|(shape, pending)| AnyCube::F32(shape.take(&mut done, pending)));
-            made.push(match found.take(&mut done) {
-                Ok(TakenFrame::Whole(found)) => {
-                    let maps = vec![found.widened()];
-                    Some(Ok(MadeFrame { cube, front_end, maps, seconds: [a_frame_s, 0.0] }))
-                }
-                Ok(TakenFrame::Crowded(count)) => {
-                    crowded.push((i, count));
-                    None
-                }
-                Err(e) => Some(Err(e)),
-            });
+            let maps = match found {
+                Found::Nothing => Ok(Vec::new()),
+                Found::Map(pending) => pending.take(&mut done).map(|map| vec![map.widened()]),
+                Found::Cells(found) => match found.take(&mut done) {
+                    Ok(TakenFrame::Whole(found)) => Ok(vec![found.widened()]),
+                    Ok(TakenFrame::Crowded(count)) => {
+                        crowded.push((i, count));
+                        made.push(None);
+                        continue;
+                    }
+                    Err(e) => Err(e),
+                },
+            };
+            let seconds = [a_frame_s, 0.0];
+            made.push(Some(maps.map(|maps| MadeFrame { cube, front_end, maps, ran, seconds })));
         }
         drop(done);
         if let Some(most) = crowded.iter().map(|(_, count)| *count).max() {
@@ -339,9 +398,11 @@ impl Engine {
         (0..radar.waveform.parts()).map(|i| self.range_doppler(&radar.part(i), cube)).collect()
     }
 
-    /// The plan of a frame that goes from echoes to detected cells on the device alone. None for other radars and for the cpu engine.
+    /// The plan of a frame that goes from echoes to detected cells on the device alone. None for other radars, for frames without samples
+    /// and for the cpu engine.
     fn plan_on_device<'a>(&self, input: &FrameInput<'a>) -> Result<Option<Plan<'a>>> {
         match input.radar.migration_folds().count() {
+            _ if !input.extent.reaches(Stage::Synthesis) => Ok(None),
             1 => self.plan_of_cube(input.radar, input.echoes, input.interference),
             _ => Ok(None),
         }
@@ -481,6 +542,32 @@ impl Engine {
                 over_folds(radar, cube, |t, cfar| {
                     Ok(dsp::device::process_by(gpu, cube, t, cfar)?.1.widened())
                 })
+            }
+            (Engine::Gpu(_), AnyCube::F64(_)) => {
+                Err(Error::Failed("a cube of complex128 needs the cpu engine".into()))
+            }
+        }
+    }
+
+    /// The power map of one ramp without a detector: the map of [`Engine::range_doppler`] with neither cells nor mask. For a radar with one
+    /// Doppler fold.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Engine::range_doppler`].
+    fn power_map(&self, radar: &Radar, cube: &AnyCube) -> Result<RangeDoppler<f64>> {
+        use crate::dsp::cpu::{lines::prepared as lines, map_by};
+        match (self, cube) {
+            (Engine::Cpu(_), AnyCube::F64(cube)) => {
+                let cube = &*lines(cube, radar)?;
+                map_by(cube, &Transform::of_cube(cube, radar)?)
+            }
+            (Engine::Cpu(_), AnyCube::F32(cube)) => {
+                let cube = &*lines(cube, radar)?;
+                Ok(map_by(cube, &Transform::of_cube(cube, radar)?)?.widened())
+            }
+            (Engine::Gpu(gpu), AnyCube::F32(cube)) => {
+                let cube = &*lines(cube, radar)?;
+                Ok(dsp::device::map_by(gpu, cube, &Transform::of_cube(cube, radar)?)?.widened())
             }
             (Engine::Gpu(_), AnyCube::F64(_)) => {
                 Err(Error::Failed("a cube of complex128 needs the cpu engine".into()))

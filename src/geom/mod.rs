@@ -23,6 +23,7 @@ mod welded;
 
 use crate::base::error::{BadInput, Error, Result};
 use crate::base::frames::{Pose, Target, World, angles_from_direction, polarisation_basis};
+use crate::base::held::Held;
 use crate::base::matrix::Matrix2;
 use crate::base::units::wavelength_m;
 use crate::em::layers::Backing;
@@ -34,7 +35,6 @@ use bvh::Bvh;
 use faces::{FLAT, Faces};
 use glam::{DQuat, DVec3};
 use rigid::{PlacedMesh, RigidMesh, Terms};
-use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, OnceLock, PoisonError};
 use surface::of_materials;
@@ -210,7 +210,7 @@ pub struct Geometry {
 /// [`at`](RigidScene::at) gives depends to the last bit only on what it is asked for.
 #[derive(Debug)]
 pub struct RigidScene<'a> {
-    scene: Cow<'a, Scene>,
+    scene: Held<'a, Scene>,
     freq_hz: f64,
     surfaces: Vec<Surface>,
     terms: Arc<Terms>,
@@ -226,7 +226,7 @@ impl<'a> RigidScene<'a> {
     ///
     /// # Errors
     /// Returns an error for a material without a value at this frequency.
-    pub fn new(scene: Cow<'a, Scene>, freq_hz: f64, facets: Facets) -> Result<RigidScene<'a>> {
+    pub fn new(scene: Held<'a, Scene>, freq_hz: f64, facets: Facets) -> Result<RigidScene<'a>> {
         let surfaces = surfaces_at(&scene, freq_hz)?;
         let enters = |(m, s): (&Material, &Surface)| {
             m.is_dielectric() && matches!(s.stack.backing, Backing::HalfSpace(_))
@@ -409,7 +409,7 @@ impl Geometry {
     /// Returns an error for a material or a scattering table without a value at this frequency, for positions that are
     /// not finite, or for a scene with neither triangles nor points.
     pub fn build(scene: &Scene, time_s: f64, freq_hz: f64) -> Result<Geometry> {
-        RigidScene::new(Cow::Borrowed(scene), freq_hz, Facets::Flat)?.at(time_s, 0.0)
+        RigidScene::new(Held::Borrowed(scene), freq_hz, Facets::Flat)?.at(time_s, 0.0)
     }
 
     /// Builds the geometry for a frame that lasts from `reach_s` before that time to `reach_s` after it, with facets of
@@ -418,7 +418,7 @@ impl Geometry {
     /// # Errors
     /// Returns the errors of [`Geometry::build`].
     pub fn of_frame(scene: &Scene, time_s: f64, freq_hz: f64, reach_s: f64) -> Result<Geometry> {
-        RigidScene::new(Cow::Borrowed(scene), freq_hz, Facets::Curved)?.at(time_s, reach_s)
+        RigidScene::new(Held::Borrowed(scene), freq_hz, Facets::Curved)?.at(time_s, reach_s)
     }
 
     /// Materials at another frequency, in the order of `surfaces`: a sweep over frequency needs no other geometry.

@@ -307,7 +307,7 @@ pub struct TraceTable {
     /// Reflections that are followed, 1 to 8; one on a large plane ahead of what it lights comes on top. Without it there are three, and
     /// more as `most_bounces` says.
     pub bounces: Option<At<u32>>,
-    /// Reflections are followed on, up to this, until what one more would bring is below the accuracy in the first frame; 8 if
+    /// Reflections are followed on, up to this, until what one more would bring to the frame is below the accuracy; 8 if
     /// `bounces` is not given, else no more than it says.
     pub most_bounces: Option<At<u32>>,
     /// Error to allow in the coherent sum of what a smooth surface radiates, dB.

@@ -309,8 +309,7 @@ pub(super) fn recalled(
     // The powers of the same radar are known, from before echoes of one place were added up.
     if origin.radar_sha256 != asked.radar_sha256 {
         engine::reckon_powers(&scenario.radars[of.which], options, &mut echoes);
-        // Later frames go as deep as the first.
-        if of.index == 0 && !engine::is_deep_enough(options, &echoes) {
+        if !engine::is_deep_enough(options, &echoes) {
             let bad = BadInput::new("for this radar one bounce more would show, which was not traced")
                 .key("trace.bounces")
                 .value(echoes.bounces)

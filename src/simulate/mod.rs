@@ -2,6 +2,7 @@
 
 pub mod kept;
 pub mod lidar;
+pub mod products;
 pub mod thermal_floor;
 pub mod truth;
 
@@ -11,12 +12,13 @@ use crate::adc::synthesis::{Levels, SynthesisStats};
 use crate::base::control::Control;
 use crate::base::error::{Error, Result};
 use crate::base::frames::{Pose, Sensor, World};
+use crate::base::held::Held;
 use crate::base::units::{power_from_db, wavenumber};
 use crate::detect::locate::FrameMaps;
 use crate::detect::points::Point;
 use crate::detect::{Bodies, label, locate};
 use crate::dsp::RangeDoppler;
-use crate::engine::{AnyCube, Engine, FrameInput, Look, MadeFrame, reach};
+use crate::engine::{AnyCube, Engine, FrameInput, Look, MadeFrame, Stage, StageCounts, reach};
 use crate::geom::{Facets, Geometry, RigidScene, curved, remarks as of_scene};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
@@ -26,11 +28,12 @@ use crate::trace::air::Air;
 use crate::trace::{Echoes, TraceOptions};
 use glam::DVec3;
 use kept::{Digests, KeptTrace, Of, Recall, TraceOrigin};
+use products::{Product, Products};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 use thermal_floor::thermal_floor_w;
 
@@ -77,14 +80,16 @@ pub struct Frame {
     pub kept: Option<KeptTrace>,
     /// What the front end did with them.
     pub front_end: SynthesisStats,
-    /// Samples; None where they were not asked for ([`Prepared::without_cubes`]).
+    /// Samples; None where they were not asked for ([`Prepared::making`]).
     pub cube: Option<AnyCube>,
-    /// Range-Doppler maps, one for each ramp.
+    /// Range-Doppler maps, one for each ramp; none where no product needs them.
     pub maps: Vec<RangeDoppler<f64>>,
-    /// Points.
+    /// Points; none where no product needs them.
     pub points: Vec<Point>,
     /// Time of each stage.
     pub stages: Stages,
+    /// The stages that ran.
+    pub ran: StageCounts,
 }
 
 impl Frame {
@@ -106,7 +111,7 @@ impl Frame {
 }
 
 fn no_samples() -> Error {
-    Error::Failed("this frame was made without its samples: leave out Prepared::without_cubes".into())
+    Error::Failed("this frame was made without its samples: ask Prepared::making for them".into())
 }
 
 /// Pose of the radar at a time from the middle of frame 0, and its velocity in the world, m/s.
@@ -202,11 +207,10 @@ pub fn trace_options(scenario: &SitedScenario, which: usize, frame: u32) -> Resu
 /// # Errors
 /// Returns an error if the frame needs more memory than the machine has, or if the engine fails.
 pub fn simulate(engine: &Engine, scenario: &SitedScenario, scene: &Scene, index: u32) -> Result<Frame> {
-    simulate_with(engine, scenario, scene, (0, index), &Depths::default(), Control::default())
+    simulate_with(engine, scenario, scene, (0, index), Control::default())
 }
 
-/// [`simulate`] of radar number `which`, with progress and cancellation of the synthesis. `depths` keeps between the frames of one scenario
-/// how many bounces they follow; without it frame 0 is traced again for each.
+/// [`simulate`] of radar number `which`, with progress and cancellation of the synthesis.
 ///
 /// # Errors
 /// Returns an error if the frame needs more memory than the machine has, the engine fails, or `control` is cancelled.
@@ -215,10 +219,9 @@ pub fn simulate_with(
     scenario: &SitedScenario,
     scene: &Scene,
     (which, index): (usize, u32),
-    depths: &Depths,
     control: Control<'_>,
 ) -> Result<Frame> {
-    Prepared::of(scenario, scene, which..which + 1)?.sharing(depths).frame(engine, which, index, control)
+    Prepared::of(scenario, scene, which..which + 1)?.frame(engine, which, index, control)
 }
 
 /// [`simulate_with`] of echoes that were traced before, which `recall` gives; nothing is traced.
@@ -247,15 +250,12 @@ pub fn remarks(scenario: &SitedScenario, scene: &Scene, which: usize) -> Result<
 /// A scene and its scenario with what all their frames share: curved surfaces cut as finely as the accuracy asks, what belongs to
 /// each mesh, bodies that stand still, and the geometry where nothing moves.
 pub struct Prepared<'a> {
-    scenario: &'a SitedScenario,
-    scene: &'a Scene,
+    scenario: Held<'a, SitedScenario>,
+    scene: Held<'a, Scene>,
     first: usize,
     radars: Vec<RadarView<'a>>,
-    depths: Depths,
-    /// Whether frames have their samples.
-    cubes: bool,
-    /// Whether frames keep their echoes in full.
-    keeps: bool,
+    /// What frames are made for.
+    products: Products,
     /// Where echoes come from that are not traced.
     recall: Option<Recall<'a>>,
     digests: OnceLock<Digests>,
@@ -278,6 +278,8 @@ pub struct Heard {
     pub kept: Option<KeptTrace>,
     /// Time taken to place the scene and to trace it, s.
     pub seconds: [f64; 2],
+    /// The stages that ran.
+    ran: StageCounts,
 }
 
 /// What one radar needs of the scene.
@@ -286,16 +288,6 @@ struct RadarView<'a> {
     /// Triangles of the scene as it was cut.
     triangles: usize,
     still: OnceLock<Geometry>,
-}
-
-/// How many bounces the frames of each radar follow: as many as its frame 0 had to. Clones share what is known.
-#[derive(Debug, Clone, Default)]
-pub struct Depths(Arc<Mutex<BTreeMap<usize, usize>>>);
-
-impl Depths {
-    fn known(&self) -> MutexGuard<'_, BTreeMap<usize, usize>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl<'a> Prepared<'a> {
@@ -307,19 +299,25 @@ impl<'a> Prepared<'a> {
         Prepared::of(scenario, scene, 0..scenario.radars.len())
     }
 
-    /// Shares with other radars of the scenario how many bounces their frames follow.
-    pub fn sharing(self, depths: &Depths) -> Prepared<'a> {
-        Prepared { depths: depths.clone(), ..self }
+    /// [`Prepared::new`] of a scene that lives as long as anybody works with it.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Prepared::new`].
+    pub fn shared(scenario: &Arc<SitedScenario>, scene: &Arc<Scene>) -> Result<Prepared<'a>> {
+        let radars = 0..scenario.radars.len();
+        Prepared::held(Held::Shared(Arc::clone(scenario)), Held::Shared(Arc::clone(scene)), radars)
+    }
+
+    /// Frames are made for these products alone: stages that none of them needs do not run. Without it they are made for all, and for
+    /// echoes in full where the scenario's output asks for them.
+    pub fn making(self, products: Products) -> Prepared<'a> {
+        Prepared { products, ..self }
     }
 
     /// Frames come without their samples: a gpu engine then leaves them on the device.
     pub fn without_cubes(self) -> Prepared<'a> {
-        Prepared { cubes: false, ..self }
-    }
-
-    /// Frames keep their echoes in full, whatever the scenario says.
-    pub fn keeping_echoes(self) -> Prepared<'a> {
-        Prepared { keeps: true, ..self }
+        let products = self.products.without(Product::Samples);
+        self.making(products)
     }
 
     /// Frames are made of echoes that were traced before, which `recall` gives, and nothing is traced.
@@ -328,27 +326,31 @@ impl<'a> Prepared<'a> {
     }
 
     fn of(scenario: &'a SitedScenario, scene: &'a Scene, radars: Range<usize>) -> Result<Prepared<'a>> {
+        Prepared::held(Held::Borrowed(scenario), Held::Borrowed(scene), radars)
+    }
+
+    fn held(
+        scenario: Held<'a, SitedScenario>,
+        scene: Held<'a, Scene>,
+        radars: Range<usize>,
+    ) -> Result<Prepared<'a>> {
         let seen = |radar: &Radar| {
-            let cut = {
-                let (accuracy_db, most) = (scenario.trace.accuracy_db, scenario.trace.facets as usize);
-                curved::sized_within(scene, accuracy_db, wavenumber(radar.carrier_hz), most)?
+            let (accuracy_db, most) = (scenario.trace.accuracy_db, scenario.trace.facets as usize);
+            let cut = match curved::sized_within(&scene, accuracy_db, wavenumber(radar.carrier_hz), most)? {
+                Cow::Borrowed(_) => scene.clone(),
+                Cow::Owned(cut) => Held::Shared(Arc::new(cut)),
             };
             let triangles = cut.triangle_count();
             let refined = RigidScene::new(cut, radar.carrier_hz, Facets::Curved)?;
             Ok(RadarView { refined, triangles, still: OnceLock::new() })
         };
         let first = radars.start;
-        Ok(Prepared {
-            scenario,
-            scene,
-            first,
-            depths: Depths::default(),
-            cubes: true,
-            keeps: scenario.output.echoes,
-            recall: None,
-            digests: OnceLock::new(),
-            radars: scenario.radars[radars].iter().map(seen).collect::<Result<_>>()?,
-        })
+        let products = match scenario.output.echoes {
+            true => Products::ALL,
+            false => Products::ALL.without(Product::Echoes),
+        };
+        let radars = scenario.radars[radars].iter().map(seen).collect::<Result<_>>()?;
+        Ok(Prepared { scenario, scene, first, products, recall: None, digests: OnceLock::new(), radars })
     }
 
     /// Frame `index` of radar number `which`.
@@ -357,7 +359,7 @@ impl<'a> Prepared<'a> {
     /// Returns an error if the frame needs more memory than the machine has, the engine fails, or `control` is
     /// cancelled.
     pub fn frame(&self, engine: &Engine, which: usize, index: u32, control: Control<'_>) -> Result<Frame> {
-        self.frame_within(engine, which, index, budget(self.scenario, which), control)
+        self.frame_within(engine, which, index, budget(&self.scenario, which), control)
     }
 
     /// [`frames`] of this scene: of each pair the radar's number and the frame's.
@@ -384,9 +386,9 @@ impl<'a> Prepared<'a> {
         let Some(seen) = self.radars.first() else { return Ok(Vec::new()) };
         let radar = &self.scenario.radars[self.first];
         let time_s = self.scenario.frames.time_s(0);
-        let mut lines = of_scene::of_meshes(self.scene, radar.carrier_hz)?;
+        let mut lines = of_scene::of_meshes(&self.scene, radar.carrier_hz)?;
         let (pose, _) = radar_pose(radar, &self.scenario.ego, time_s);
-        lines.extend(seen.refined.at(time_s, 0.0)?.remarks(self.scene, pose.translation_m));
+        lines.extend(seen.refined.at(time_s, 0.0)?.remarks(&self.scene, pose.translation_m));
         Ok(lines)
     }
 
@@ -395,7 +397,7 @@ impl<'a> Prepared<'a> {
     /// # Errors
     /// Returns an error if a material, a mesh or the weather cannot be used at the radar's frequency.
     pub fn echoes(&self, engine: &Engine, which: usize, index: u32) -> Result<Heard> {
-        self.heard(engine, which, index, budget(self.scenario, which))
+        self.heard(engine, which, index, budget(&self.scenario, which))
     }
 
     /// The geometry where nothing moves, which all frames of a radar share; None where something does.
@@ -412,30 +414,19 @@ impl<'a> Prepared<'a> {
         Ok(Some(seen.still.get_or_init(|| new)))
     }
 
-    /// How many bounces the frames after the first follow. All go as deep as the first has to: echoes that come and go with the depth
-    /// would flicker. None where the scenario gives the number.
-    fn depth(&self, engine: &Engine, which: usize, budget: Budget) -> Result<Option<usize>> {
-        let options = trace_options(self.scenario, which, 0)?;
-        if options.most_bounces <= options.bounces {
-            return Ok(None);
-        }
-        let known = self.depths.known().get(&which).copied();
-        Ok(Some(match known {
-            Some(n) => n,
-            None => self.heard(engine, which, 0, budget)?.echoes.bounces,
-        }))
-    }
-
     fn digests(&self) -> &Digests {
-        self.digests.get_or_init(|| Digests::of(self.scenario, self.scene))
+        self.digests.get_or_init(|| Digests::of(&self.scenario, &self.scene))
     }
 
     fn heard(&self, engine: &Engine, which: usize, index: u32, budget: Budget) -> Result<Heard> {
+        if !self.products.reaches(Stage::Trace) {
+            return Ok(self.unheard(which, index));
+        }
         if let Some(recall) = &self.recall {
             let clock = Clock::start();
             return self.recalled(recall(which, index)?, which, index, budget, clock);
         }
-        let posed = self.posed(engine, which, index, budget)?;
+        let posed = self.posed(which, index)?;
         let mut clock = Clock::start();
         let Look { geometry, radar, pose, velocity_mps, options } = posed.look();
         let echoes = engine.trace(geometry, radar, &pose, velocity_mps, &options)?;
@@ -451,24 +442,34 @@ impl<'a> Prepared<'a> {
         budget: Budget,
         mut clock: Clock,
     ) -> Result<Heard> {
-        let options = trace_options(self.scenario, which, index)?;
+        let options = trace_options(&self.scenario, which, index)?;
         let radar = &self.scenario.radars[which];
         let time_s = self.scenario.frames.time_s(index);
         let (pose, velocity_mps) = radar_pose(radar, &self.scenario.ego, time_s);
         let of = Of { which, index, pose: &pose };
-        let kept = kept::recalled(kept, self.scenario, self.digests(), of, &options)?;
+        let kept = kept::recalled(kept, &self.scenario, self.digests(), of, &options)?;
         let triangles = kept.triangles;
-        let (mut echoes, kept) = match self.keeps {
+        let (mut echoes, kept) = match self.products.has(Product::Echoes) {
             true => (kept.echoes.clone(), Some(kept)),
             false => (kept.echoes, None),
         };
         trim(radar, &mut echoes, budget);
-        Ok(Heard { time_s, pose, velocity_mps, triangles, echoes, kept, seconds: [0.0, clock.lap()] })
+        let seconds = [0.0, clock.lap()];
+        Ok(Heard {
+            time_s,
+            pose,
+            velocity_mps,
+            triangles,
+            echoes,
+            kept,
+            seconds,
+            ran: StageCounts::default(),
+        })
     }
 
     /// A frame that is ready to be traced.
-    fn posed(&self, engine: &Engine, which: usize, index: u32, budget: Budget) -> Result<Posed<'_>> {
-        let scenario = self.scenario;
+    fn posed(&self, which: usize, index: u32) -> Result<Posed<'_>> {
+        let scenario = &*self.scenario;
         let radar = &scenario.radars[which];
         let time_s = scenario.frames.time_s(index);
         let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
@@ -488,26 +489,18 @@ impl<'a> Prepared<'a> {
             then.translation_m - (pose.translation_m + velocity_mps * dt)
         };
         let radar_sway_m = [sway(-reach_s), sway(reach_s)];
-        let mut options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
-        if index > 0
-            && let Some(depth) = self.depth(engine, which, budget)?
-        {
-            (options.bounces, options.most_bounces) = (depth, 0);
-        }
+        let options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
         Ok(Posed { which, index, radar, time_s, pose, velocity_mps, geometry, options, geometry_s })
     }
 
     /// What is heard of a frame, of all its echoes, which took `trace_s` to trace.
     fn trimmed(&self, posed: &Posed<'_>, mut echoes: Echoes, budget: Budget, trace_s: f64) -> Heard {
-        if posed.index == 0 {
-            self.depths.known().insert(posed.which, echoes.bounces);
-        }
         let start = Instant::now();
         let triangles = posed.geometry.get().triangle_count;
-        let kept = self.keeps.then(|| {
+        let kept = self.products.has(Product::Echoes).then(|| {
             let rate = reach::fastest_path_mps(posed.geometry.get(), posed.velocity_mps, echoes.bounces);
             let of = Of { which: posed.which, index: posed.index, pose: &posed.pose };
-            let origin = TraceOrigin::new(self.scenario, self.digests(), of, &posed.options, rate);
+            let origin = TraceOrigin::new(&self.scenario, self.digests(), of, &posed.options, rate);
             KeptTrace { origin, triangles, echoes: echoes.clone(), file: None }
         });
         trim(posed.radar, &mut echoes, budget);
@@ -519,6 +512,27 @@ impl<'a> Prepared<'a> {
             echoes,
             kept,
             seconds: [posed.geometry_s, trace_s + start.elapsed().as_secs_f64()],
+            ran: {
+                let mut ran = StageCounts::default();
+                ran.count(Stage::Trace);
+                ran
+            },
+        }
+    }
+
+    /// A frame for products that follow from the scene alone: the radar's pose, and no echoes.
+    fn unheard(&self, which: usize, index: u32) -> Heard {
+        let time_s = self.scenario.frames.time_s(index);
+        let (pose, velocity_mps) = radar_pose(&self.scenario.radars[which], &self.scenario.ego, time_s);
+        Heard {
+            time_s,
+            pose,
+            velocity_mps,
+            triangles: self.radars[which - self.first].triangles,
+            echoes: Echoes::default(),
+            kept: None,
+            seconds: [0.0; 2],
+            ran: StageCounts::default(),
         }
     }
 
@@ -591,17 +605,17 @@ pub struct Wanted<'p, 's> {
 }
 
 impl<'p, 's> Wanted<'p, 's> {
-    fn radar(&self) -> &'s Radar {
+    fn radar(&self) -> &'p Radar {
         &self.prepared.scenario.radars[self.which]
     }
 
     fn budget(&self) -> Budget {
-        budget(self.prepared.scenario, self.which)
+        budget(&self.prepared.scenario, self.which)
     }
 
     fn posed(&self, engine: &Engine) -> Result<Posed<'p>> {
         engine.check_memory(self.radar(), 0)?;
-        self.prepared.posed(engine, self.which, self.index, self.budget())
+        self.prepared.posed(self.which, self.index)
     }
 
     /// Bytes that the frame holds while it is traced with others.
@@ -618,7 +632,7 @@ impl<'p, 's> Wanted<'p, 's> {
     /// Bytes that the frame holds until all are made that are made with it.
     fn bytes(&self, engine: &Engine, echoes: usize) -> f64 {
         let memory = engine.memory(self.radar(), echoes);
-        let cube_bytes = if self.prepared.cubes { memory.cube_bytes } else { 0.0 };
+        let cube_bytes = if self.prepared.products.has(Product::Samples) { memory.cube_bytes } else { 0.0 };
         cube_bytes + memory.map_bytes + memory.echo_bytes
     }
 }
@@ -681,7 +695,9 @@ const TRACE_BYTES_OF_TRIANGLE: f64 = 4e3;
 
 /// What is heard in frames, which are traced together.
 fn all_heard(engine: &Engine, wanted: &[Wanted<'_, '_>]) -> Vec<Result<Heard>> {
-    if wanted.iter().any(|w| w.prepared.recall.is_some()) {
+    let is_traced =
+        |w: &Wanted<'_, '_>| w.prepared.recall.is_none() && w.prepared.products.reaches(Stage::Trace);
+    if !wanted.iter().all(is_traced) {
         return wanted
             .par_iter()
             .map(|w| {
@@ -690,48 +706,37 @@ fn all_heard(engine: &Engine, wanted: &[Wanted<'_, '_>]) -> Vec<Result<Heard>> {
             })
             .collect();
     }
-    // What frames of one radar share is found once, and not by each of them: how deep the first goes, and what stands still.
-    let (first, later): (Vec<usize>, Vec<usize>) = (0..wanted.len()).partition(|i| wanted[*i].index == 0);
+    // What frames of one radar share is found once, and not by each of them.
     let mut radars: Vec<&Wanted<'_, '_>> = Vec::new();
     for w in wanted {
         if !radars.iter().any(|r| r.is_of_one_radar(w)) {
             radars.push(w);
         }
     }
-    let mut heard: Vec<Option<Result<Heard>>> = wanted.iter().map(|_| None).collect();
-    for (list, is_later) in [(first, false), (later, true)] {
-        radars.par_iter().for_each(|w| {
-            // Errors come again with the frame.
-            let _ = w.prepared.still(w.which);
-            if is_later {
-                let _ = w.prepared.depth(engine, w.which, budget(w.prepared.scenario, w.which));
-            }
-        });
-        let posed: Vec<Result<Posed<'_>>> = list.par_iter().map(|i| wanted[*i].posed(engine)).collect();
-        let start = Instant::now();
-        let looks: Vec<Look<'_>> = posed.iter().flatten().map(Posed::look).collect();
-        let traced = engine.trace_all(&looks);
-        let trace_s = start.elapsed().as_secs_f64() / traced.len().max(1) as f64;
-        // One for each frame that could be posed.
-        let mut traced = traced.into_iter();
-        let both: Vec<Result<(Posed<'_>, Echoes)>> = posed
-            .into_iter()
-            .map(|posed| {
-                let posed = posed?;
-                let echoes =
-                    traced.next().unwrap_or_else(|| Err(Error::Failed("no frame was traced".into())))?;
-                Ok((posed, echoes))
-            })
-            .collect();
-        let new = list.par_iter().zip(both).map(|(i, one)| {
-            let w = &wanted[*i];
-            one.map(|(posed, echoes)| w.prepared.trimmed(&posed, echoes, w.budget(), trace_s))
-        });
-        for (i, one) in list.iter().zip(new.collect::<Vec<Result<Heard>>>()) {
-            heard[*i] = Some(one);
-        }
-    }
-    heard.into_iter().flatten().collect()
+    radars.par_iter().for_each(|w| {
+        // Errors come again with the frame.
+        let _ = w.prepared.still(w.which);
+    });
+    let posed: Vec<Result<Posed<'_>>> = wanted.par_iter().map(|w| w.posed(engine)).collect();
+    let start = Instant::now();
+    let looks: Vec<Look<'_>> = posed.iter().flatten().map(Posed::look).collect();
+    let traced = engine.trace_all(&looks);
+    let trace_s = start.elapsed().as_secs_f64() / traced.len().max(1) as f64;
+    // One for each frame that could be posed.
+    let mut traced = traced.into_iter();
+    let both: Vec<Result<(Posed<'_>, Echoes)>> = posed
+        .into_iter()
+        .map(|posed| {
+            let posed = posed?;
+            let echoes = traced.next().unwrap_or_else(|| Err(Error::Failed("no frame was traced".into())))?;
+            Ok((posed, echoes))
+        })
+        .collect();
+    let heard = wanted
+        .par_iter()
+        .zip(both)
+        .map(|(w, one)| one.map(|(posed, echoes)| w.prepared.trimmed(&posed, echoes, w.budget(), trace_s)));
+    heard.collect()
 }
 
 /// Frames of what was heard in them, one for each; nothing after one that failed.
@@ -747,7 +752,7 @@ fn made(
         let prepared = w.prepared;
         let ways = engine
             .check_memory(w.radar(), heard.echoes.list.len())
-            .and_then(|()| arrivals(prepared.scenario, prepared.scene, w.which, heard.time_s));
+            .and_then(|()| arrivals(&prepared.scenario, &prepared.scene, w.which, heard.time_s));
         match ways {
             Ok(ways) => interference.push(ways),
             Err(e) => {
@@ -764,9 +769,9 @@ fn made(
             radar: w.radar(),
             echoes: &heard.echoes,
             interference,
-            seed: radar_seed(w.prepared.scenario, w.which),
+            seed: radar_seed(&w.prepared.scenario, w.which),
             frame: w.index,
-            wanted: w.prepared.cubes,
+            extent: w.prepared.products.extent(),
         })
         .collect();
     let mut sampled = Vec::with_capacity(inputs.len());
@@ -778,34 +783,54 @@ fn made(
     }
     let mut clock = Clock::start();
     let own = |h: &Heard| h.pose.inverse().direction(h.velocity_mps);
-    let maps = wanted.iter().zip(&heard).zip(&mut sampled).map(|((w, heard), made)| FrameMaps {
+    // Frames whose points nobody asks for stay without them.
+    let has_points = |w: &Wanted<'_, '_>| w.prepared.products.reaches(Stage::Angles);
+    let maps = wanted.iter().zip(&heard).zip(&mut sampled).filter(|((w, _), _)| has_points(w));
+    let maps = maps.map(|((w, heard), made)| FrameMaps {
         radar: w.radar(),
         maps: &mut made.maps,
         velocity_mps: Some(own(heard)),
     });
-    let clouds = locate::points_of_frames(engine, maps.collect());
-    let labelled: Vec<Result<Vec<Point>>> = clouds
+    let mut clouds = locate::points_of_frames(engine, maps.collect()).into_iter();
+    let clouds: Vec<Result<(Vec<Point>, StageCounts)>> = wanted[..sampled.len()]
+        .iter()
+        .map(|w| {
+            let mut ran = StageCounts::default();
+            if !has_points(w) {
+                return Ok((Vec::new(), ran));
+            }
+            ran.count(Stage::Angles);
+            let cloud = clouds.next().unwrap_or_else(|| Err(Error::Failed("a map was not searched".into())));
+            cloud.map(|cloud| (cloud, ran))
+        })
+        .collect();
+    let labelled: Vec<Result<(Vec<Point>, StageCounts)>> = clouds
         .into_par_iter()
         .zip(wanted.par_iter().zip(&heard))
         .map(|(cloud, (w, heard))| {
-            let mut cloud = cloud?;
-            let bodies = Bodies::new(w.prepared.scene, heard.time_s, &heard.pose);
-            label::label(w.radar(), &mut cloud, &heard.echoes, &bodies)?;
-            Ok(cloud)
+            let (mut cloud, mut ran) = cloud?;
+            if w.prepared.products.reaches(Stage::Labels) {
+                let bodies = Bodies::new(&w.prepared.scene, heard.time_s, &heard.pose);
+                label::label(w.radar(), &mut cloud, &heard.echoes, &bodies)?;
+                ran.count(Stage::Labels);
+            }
+            Ok((cloud, ran))
         })
         .collect();
     let angles_s = clock.lap() / sampled.len().max(1) as f64;
     let mut frames = Vec::with_capacity(wanted.len());
     for (((w, heard), made), points) in wanted.iter().zip(heard).zip(sampled).zip(labelled) {
-        let points = match points {
+        let (points, located) = match points {
             Ok(points) => points,
             Err(e) => {
                 failure = Some(e);
                 break;
             }
         };
-        let Heard { time_s, pose, velocity_mps, triangles, echoes, kept, seconds } = heard;
-        let MadeFrame { cube, front_end, maps, seconds: [synthesis_s, processing_s] } = made;
+        let Heard { time_s, pose, velocity_mps, triangles, echoes, kept, seconds, mut ran } = heard;
+        let MadeFrame { cube, front_end, maps, ran: on_engine, seconds: [synthesis_s, processing_s] } = made;
+        ran.add(&on_engine);
+        ran.add(&located);
         let [geometry_s, trace_s] = seconds;
         frames.push(Ok(Frame {
             index: w.index,
@@ -821,6 +846,7 @@ fn made(
             maps,
             points,
             stages: Stages { geometry_s, trace_s, synthesis_s, processing_s, angles_s },
+            ran,
         }));
     }
     frames.extend(failure.map(Err));

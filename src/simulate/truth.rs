@@ -6,6 +6,7 @@ use super::thermal_floor::thermal_floor_w;
 use crate::adc::synthesis::{Levels, passes};
 use crate::base::units::{dbm_from_w, wavenumber};
 use crate::detect::label::object_of;
+use crate::engine::Stage;
 use crate::road::actors::is_ground;
 use crate::road::free_space::{FreeSpace, free_space};
 use crate::road::labels::RoadTruth;
@@ -59,6 +60,14 @@ pub struct Visibility {
     /// Power of the coherent sum of its echoes in the cell of range and range rate where it is largest, mean over channels; None
     /// without echoes.
     pub power_dbm: Option<f64>,
+    /// Numbers of its points; None, and no keys in the file, where the frame was made without points.
+    #[serde(flatten)]
+    pub counts: Option<PointCounts>,
+}
+
+/// Points of an actor in a frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PointCounts {
     /// Points that are labelled with one of its objects, ghosts and side lobes left out.
     pub points: usize,
     /// Points that are ghosts of it.
@@ -68,16 +77,30 @@ pub struct Visibility {
     pub side_lobes: usize,
 }
 
+impl PointCounts {
+    fn and(self, other: PointCounts) -> PointCounts {
+        PointCounts {
+            points: self.points + other.points,
+            ghosts: self.ghosts + other.ghosts,
+            side_lobes: self.side_lobes + other.side_lobes,
+        }
+    }
+}
+
 impl Visibility {
+    /// Nothing seen, of a frame with points or without.
+    pub fn unseen(frame: &Frame) -> Visibility {
+        let counts = (frame.ran.of(Stage::Labels) > 0).then(PointCounts::default);
+        Visibility { counts, ..Visibility::default() }
+    }
+
     /// Combines what two radars see: counts are added, and the stronger power is taken.
     pub fn and(self, other: Visibility) -> Visibility {
         Visibility {
             visible: self.visible || other.visible,
             returns: self.returns + other.returns,
             power_dbm: [self.power_dbm, other.power_dbm].into_iter().flatten().reduce(f64::max),
-            points: self.points + other.points,
-            ghosts: self.ghosts + other.ghosts,
-            side_lobes: self.side_lobes + other.side_lobes,
+            counts: [self.counts, other.counts].into_iter().flatten().reduce(PointCounts::and),
         }
     }
 }
@@ -143,7 +166,7 @@ impl Truth {
             .into_iter()
             .filter(|(_, whole)| !is_ground(&whole.class))
             .map(|(b, whole)| ActorTruth {
-                seen: seen.get(&whole.id).copied().unwrap_or_default(),
+                seen: seen.get(&whole.id).copied().unwrap_or(Visibility::unseen(frame)),
                 parts: b.parts.iter().map(|i| scene.objects[*i].id).collect(),
                 whole,
             });
@@ -245,7 +268,7 @@ pub fn visibility(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, 
     let mut out = BTreeMap::<u32, Visibility>::new();
     for run in echoes.chunk_by(|a, b| a.0 == b.0) {
         let power_w = run.iter().map(|e| e.1).sum::<Complex64>().norm_sqr();
-        let seen = out.entry(run[0].0.0).or_default();
+        let seen = out.entry(run[0].0.0).or_insert(Visibility::unseen(frame));
         seen.returns += run.len();
         seen.visible |= power_w > floor_w;
         let power_dbm = dbm_from_w(power_w);
@@ -255,11 +278,12 @@ pub fn visibility(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, 
     }
     for p in &frame.points {
         for id in counts(p.object_id) {
-            let seen = out.entry(id).or_default();
+            let seen = out.entry(id).or_insert(Visibility::unseen(frame));
+            let counts = seen.counts.get_or_insert_default();
             match (p.ghost, p.side_lobe) {
-                (true, _) => seen.ghosts += 1,
-                (_, true) => seen.side_lobes += 1,
-                (false, false) => seen.points += 1,
+                (true, _) => counts.ghosts += 1,
+                (_, true) => counts.side_lobes += 1,
+                (false, false) => counts.points += 1,
             }
         }
     }

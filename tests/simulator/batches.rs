@@ -3,7 +3,7 @@
 use catseye::base::control::Control;
 use catseye::base::error::Error;
 use catseye::dsp::RangeDoppler;
-use catseye::engine::{Engine, FrameInput, MadeFrame};
+use catseye::engine::{Engine, Extent, FrameInput, MadeFrame};
 use catseye::gpu::GpuCounts;
 use catseye::gpu::compare::opened_for_tests;
 use catseye::road::site::Site;
@@ -46,7 +46,7 @@ fn inputs<'a>(site: &'a Site, heard: &'a [Heard]) -> Vec<FrameInput<'a>> {
         interference: &[],
         seed: 5,
         frame,
-        wanted: frame.is_multiple_of(3),
+        extent: Extent { samples: frame.is_multiple_of(3), ..Extent::CELLS },
     };
     (0..64).map(input).collect()
 }

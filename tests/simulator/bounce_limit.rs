@@ -9,7 +9,7 @@ use catseye::geom::Geometry;
 use catseye::road::reflector::Reflector;
 use catseye::scene::radar::Radar;
 use catseye::scene::{Scene, material, radar_toml, scenario};
-use catseye::simulate::{Depths, Prepared, simulate_with};
+use catseye::simulate::{Prepared, simulate_with};
 use catseye::trace::{Echoes, TraceOptions};
 use glam::DVec3;
 use num_complex::Complex64;
@@ -95,10 +95,10 @@ fn a_corner_is_followed_until_what_is_left_is_below_the_accuracy() {
     assert!((power / three.power_w - 1.0).abs() < 1e-9, "{power} {}", three.power_w);
 }
 
-/// All frames go as deep as frame 0 has to, whichever are asked for first, here where nothing of the corner shows before the third
+/// Each frame goes as deep as it has to by itself, whichever are asked for first, here where nothing of the corner shows before the third
 /// bounce; a number that the scenario gives holds.
 #[test]
-fn frames_go_as_deep_as_the_first() {
+fn frames_go_as_deep_as_each_has_to() {
     let mut scene = Scene::default();
     let pose = Pose::from_yaw_pitch_roll(DVec3::new(RANGE_M, 0.0, 0.5), PI + 0.1, 0.6, 0.0);
     let spec = "trihedral:leg_m=0.1";
@@ -120,8 +120,7 @@ fn frames_go_as_deep_as_the_first() {
     );
     let other = Prepared::new(&deep, &scene).unwrap();
     assert_eq!(other.echoes(&engine, 0, 1).unwrap().echoes, later[2]);
-    let depths = Depths::default();
-    let alone = simulate_with(&engine, &deep, &scene, (0, 1), &depths, Control::default()).unwrap();
+    let alone = simulate_with(&engine, &deep, &scene, (0, 1), Control::default()).unwrap();
     assert_eq!((alone.echoes.list, alone.front_end.bounces), (later[2].list.clone(), 3));
     let fixed = parse(&format!("{text}[trace]\nbounces = 2\n"));
     let fixed = Prepared::new(&fixed, &scene).unwrap().echoes(&engine, 0, 0).unwrap().echoes;

@@ -1,6 +1,7 @@
 //! Curved surfaces: facets with smooth normals against closed forms, and what their refinement must keep.
 
 use catseye::base::frames::{Pose, direction_from_angles};
+use catseye::base::held::Held;
 use catseye::base::units::{dbsm_from_amplitude, wavenumber};
 use catseye::engine::{Engine, Precision};
 use catseye::geom::curved::{Limit, refined, refined_scene, sagitta_m, sized, sized_within};
@@ -11,8 +12,8 @@ use catseye::scene::{Material, Mesh, Scene, radar_toml};
 use catseye::trace::{Echo, TraceOptions};
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
-use std::borrow::Cow;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 const F: f64 = 77e9;
 
@@ -493,7 +494,7 @@ fn convergence_covers_curvature() {
 fn heard(mesh: &Mesh, turn: DQuat, facets: Facets) -> Complex64 {
     let mut scene = Scene { materials: vec![Material::pec()], ..Scene::default() };
     scene.add_mesh("body", "", mesh.clone(), Pose::new(turn, DVec3::X * RANGE_M));
-    let geometry = RigidScene::new(Cow::Owned(scene), F, facets).unwrap().at(0.0, 0.0).unwrap();
+    let geometry = RigidScene::new(Held::Shared(Arc::new(scene)), F, facets).unwrap().at(0.0, 0.0).unwrap();
     let radar = radar_toml::preset("front77").unwrap();
     let options = TraceOptions { bounces: 1, images: false, bandwidth_hz: 1e9, ..TraceOptions::default() };
     let engine = Engine::open("cpu", Precision::F64).unwrap();

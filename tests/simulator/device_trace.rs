@@ -5,7 +5,7 @@ use catseye::base::control::Control;
 use catseye::base::convention::Convention;
 use catseye::base::frames::Pose;
 use catseye::dsp::RangeDoppler;
-use catseye::engine::{Engine, FrameInput, Precision, Tracing};
+use catseye::engine::{Engine, Extent, FrameInput, Precision, Tracing};
 use catseye::geom::Geometry;
 use catseye::gpu::compare::{opened_for_tests, test_gpu};
 use catseye::road::objects::ground;
@@ -45,8 +45,14 @@ fn w3_frame(engine: &Engine) -> (Radar, Echoes, RangeDoppler<f64>) {
     let mut noisy = radar.clone();
     noisy.thermal_noise = true;
     trim(&noisy, &mut echoes, noise_budget(&noisy));
-    let input =
-        FrameInput { radar: &radar, echoes: &echoes, interference: &[], seed: 1, frame: 0, wanted: false };
+    let input = FrameInput {
+        radar: &radar,
+        echoes: &echoes,
+        interference: &[],
+        seed: 1,
+        frame: 0,
+        extent: Extent::CELLS,
+    };
     let map = engine.frame(&input, Control::default()).unwrap().maps.remove(0);
     (noisy, echoes, map)
 }

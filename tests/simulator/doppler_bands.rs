@@ -9,7 +9,7 @@ use catseye::dsp::cpu;
 use catseye::dsp::multiplex::decode;
 use catseye::dsp::transform::{self, Keystone};
 use catseye::dsp::{Cell, RangeDoppler, device, fft, keystone, peaks, power, spectrum, stream, zero_doppler};
-use catseye::engine::{AnyCube, Engine, FrameInput, Precision};
+use catseye::engine::{AnyCube, Engine, Extent, FrameInput, Precision};
 use catseye::gpu::Gpu;
 use catseye::gpu::compare::{check_close, opened_for_tests, test_gpu};
 use catseye::scene::radar::{Cfar, CfarKind, Radar, Sampling};
@@ -493,7 +493,8 @@ fn frames_agree_with_f64() {
         radar.tx.truncate(transmitters);
         let run = |engine: &Engine| {
             let (echoes, interference) = (&list, &[]);
-            let input = FrameInput { radar: &radar, echoes, interference, seed: 5, frame: 1, wanted: false };
+            let input =
+                FrameInput { radar: &radar, echoes, interference, seed: 5, frame: 1, extent: Extent::CELLS };
             let made = engine.frame(&input, Control::default()).unwrap();
             made.maps[0].clone()
         };

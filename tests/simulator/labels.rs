@@ -89,8 +89,9 @@ fn a_car_beside_a_wall_has_a_ghost_behind_it() {
     let truth = Truth::new(&s, &scene, &frame, None);
     let car = truth.actors.iter().find(|a| a.whole.class == "car").unwrap();
     assert!(car.seen.visible && car.seen.returns > 0);
-    assert_eq!(car.seen.points + car.seen.ghosts + car.seen.side_lobes, mine.len());
-    assert_eq!(car.seen.ghosts, mine.iter().filter(|p| p.ghost).count());
+    let counts = car.seen.counts.unwrap();
+    assert_eq!(counts.points + counts.ghosts + counts.side_lobes, mine.len());
+    assert_eq!(counts.ghosts, mine.iter().filter(|p| p.ghost).count());
     assert!(truth.free_space.is_none() && truth.lanes.is_empty());
 }
 
@@ -250,7 +251,8 @@ fn side_lobes_are_labelled_and_counted() {
     }
     let truth = Truth::new(&s, &scene, &frame, None);
     let seen = truth.actors[0].seen;
-    assert_eq!((seen.points, seen.ghosts, seen.side_lobes), (1, 0, lobes.len()));
+    let counts = seen.counts.unwrap();
+    assert_eq!((counts.points, counts.ghosts, counts.side_lobes), (1, 0, lobes.len()));
 }
 
 /// Where a part's echo counts: for the part and for its whole.
@@ -273,7 +275,10 @@ fn a_whole_has_the_echoes_and_points_of_its_parts() {
         Point { object_id: wheel, side_lobe: true, ..on_wheel },
     ];
     let seen = catseye::simulate::truth::visibility(&s.radars[0], &frame, &scene);
-    let counts = |id: u32| (seen[&id].returns, seen[&id].points, seen[&id].ghosts, seen[&id].side_lobes);
+    let counts = |id: u32| {
+        let points = seen[&id].counts.unwrap_or_default();
+        (seen[&id].returns, points.points, points.ghosts, points.side_lobes)
+    };
     assert_eq!((counts(car), counts(wheel)), ((2, 2, 0, 1), (1, 1, 0, 1)));
     assert!(!seen.contains_key(&4) && seen[&wheel].visible);
     // The wheel is farther by a quarter: its own power is 40 lg(35.01/28) dB less than the whole's strongest cell.
@@ -407,7 +412,8 @@ fn truth_of_the_marked_road() {
     assert!(truth.actors.iter().all(|a| a.whole.class != "road" && a.parts == [a.whole.id]));
     let cars: Vec<_> = truth.actors.iter().filter(|a| a.whole.class == "car").collect();
     assert!(cars.iter().all(|c| c.seen.visible && c.seen.returns > 0), "{cars:?}");
-    let points: usize = truth.actors.iter().map(|a| a.seen.points + a.seen.ghosts + a.seen.side_lobes).sum();
+    let points: usize =
+        truth.actors.iter().filter_map(|a| a.seen.counts).map(|n| n.points + n.ghosts + n.side_lobes).sum();
     let labelled =
         frame.points.iter().filter(|p| p.object_id != 0 && !["road", "verge"].contains(&p.class.as_str()));
     assert_eq!(points, labelled.count());

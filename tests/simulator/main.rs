@@ -29,6 +29,7 @@ mod mie;
 mod mirrors;
 mod motion;
 mod presets;
+mod products;
 mod refraction;
 mod road;
 mod scattering_table;

@@ -17,7 +17,7 @@ use catseye::trace::cpu::echoes;
 use catseye::trace::windows::windows;
 use catseye::trace::{Echo, Echoes, TraceOptions, strength};
 use glam::{DQuat, DVec2, DVec3};
-use std::borrow::Cow;
+use catseye::base::held::Held;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -271,7 +271,7 @@ fn by_chain(list: &[Echo]) -> BTreeMap<Vec<u32>, (usize, f64)> {
 #[test]
 fn bodies_are_made_once() {
     let (scene, s) = (street(), scenario("speed_mps = 12"));
-    let kept = RigidScene::new(Cow::Borrowed(&scene), s.radars[0].carrier_hz, Facets::Curved).unwrap();
+    let kept = RigidScene::new(Held::Borrowed(&scene), s.radars[0].carrier_hz, Facets::Curved).unwrap();
     assert_eq!(kept.work_done(), (0, 0));
     let (meshes, still, moving) = (5, 6, 3);
     for (frames, time_s) in [0.1, 0.05, 0.4, 0.0].into_iter().enumerate() {

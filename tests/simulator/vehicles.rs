@@ -242,7 +242,7 @@ fn a_vehicle_scatters_as_a_point_and_keeps_its_body() {
         let seen = |s: &Scene| mask(&Grid::ROAD, s, time_s, &Pose::IDENTITY, &[], &[CellClass::Vehicle]);
         assert_eq!(seen(&whole), seen(&point), "{kind}");
         let geometry =
-            RigidScene::new(Cow::Borrowed(&point), 77e9, Facets::Flat).unwrap().at(time_s, 0.0).unwrap();
+            RigidScene::new(Held::Borrowed(&point), 77e9, Facets::Flat).unwrap().at(time_s, 0.0).unwrap();
         assert_eq!(geometry.triangle_count, 0, "{kind}");
         // Nothing is said of a mesh that the radar does not see.
         let checked = |s: &Scene| catseye::geom::validate::check_scene(s, 77e9).unwrap().len();

@@ -6,7 +6,7 @@ use catseye::base::units::C0;
 use catseye::detect::ambiguity::Ambiguity;
 use catseye::detect::locate;
 use catseye::detect::points::range_rate_mps;
-use catseye::engine::{AnyCube, Engine, FrameInput, Precision};
+use catseye::engine::{AnyCube, Engine, Extent, FrameInput, Precision};
 use catseye::scene::radar::{Cfar, CfarKind, Radar};
 use catseye::scene::radar_toml::parse;
 use catseye::scene::waveform::{Multiplex, PulseShape, Ramp, RampOrder, Slopes, Waveform};
@@ -555,7 +555,7 @@ fn the_gpu_agrees_with_f64() {
     let all = echoes(&[(6.0, 0.0), (5.0, -0.8), (8.5, 0.3)]);
     let run = |engine: &Engine, radar: &Radar| {
         let (echoes, interference) = (&all, &[]);
-        let input = FrameInput { radar, echoes, interference, seed: 5, frame: 1, wanted: true };
+        let input = FrameInput { radar, echoes, interference, seed: 5, frame: 1, extent: Extent::WHOLE };
         let made = engine.frame(&input, Control::default()).unwrap();
         let cube = match made.cube.unwrap() {
             AnyCube::F32(c) => c.to_f64(),

@@ -192,11 +192,11 @@ pub fn summary(report: &RunReport, global: &Global) -> Result<()> {
     const SHOWN: usize = 20;
     for f in report.frames.iter().take(SHOWN) {
         print(&format!(
-            "frame {}: {} triangles, {} echoes, {} points, {:.2} s (trace {:.2}, synthesis {:.2}, processing {:.2})",
+            "frame {}: {} triangles, {} echoes, {}{:.2} s (trace {:.2}, synthesis {:.2}, processing {:.2})",
             f.index,
             f.triangles,
             f.returns,
-            f.points,
+            f.points.map_or_else(String::new, |n| format!("{n} points, ")),
             f.seconds.total_s(),
             f.seconds.trace_s,
             f.seconds.synthesis_s,

@@ -13,6 +13,7 @@ use catseye::simulate::{Frame, Prepared};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Name of the file that states what a dataset is made from.
 pub const DATASET: &str = "dataset.json";
@@ -183,27 +184,26 @@ pub fn drawn_scene(recipe: &Recipe, scene: u32) -> Result<DrawnScene> {
     })
 }
 
-/// A scene made ready for its frames, whose echoes are traced or come from where the recipe says.
+/// A scene made ready for its frames, whose echoes are traced or come from where the recipe says. They are made for all products.
 ///
 /// # Errors
 /// Returns the errors of [`Prepared::new`].
-pub fn ready<'a>(recipe: &'a Recipe, site: &'a DrawnScene) -> Result<Prepared<'a>> {
-    let prepared = Prepared::new(&site.scenario, &site.scene)?;
-    let prepared = if recipe.keep.echoes { prepared.keeping_echoes() } else { prepared };
+pub fn ready<'a>(recipe: &'a Recipe, site: &DrawnScene) -> Result<Prepared<'a>> {
+    let prepared = Prepared::shared(&site.scenario, &site.scene)?;
     let Some(kept) = &recipe.kept else { return Ok(prepared) };
-    let radars = &site.scenario.radars;
+    let (scene, scenario) = (site.number, Arc::clone(&site.scenario));
     Ok(prepared.recalling(Box::new(move |which, index| {
-        (kept.give)(site.number, index, &radars[which].name, radars.len() == 1)
+        let radars = &scenario.radars;
+        (kept.give)(scene, index, &radars[which].name, radars.len() == 1)
     })))
 }
 
-/// [`ready`] for frames that have their samples if the dataset keeps them.
+/// [`ready`] for frames that have what the dataset keeps, and nothing else.
 ///
 /// # Errors
 /// Returns the errors of [`Prepared::new`].
-pub fn prepared<'a>(recipe: &'a Recipe, site: &'a DrawnScene) -> Result<Prepared<'a>> {
-    let prepared = ready(recipe, site)?;
-    Ok(if recipe.keep.adc { prepared } else { prepared.without_cubes() })
+pub fn prepared<'a>(recipe: &'a Recipe, site: &DrawnScene) -> Result<Prepared<'a>> {
+    Ok(ready(recipe, site)?.making(recipe.keep.products()))
 }
 
 /// Simulates a frame of all radars.

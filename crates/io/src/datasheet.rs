@@ -217,8 +217,8 @@ fn statistics(made: &Made<'_>) -> serde_json::Value {
         "bytes": made.bytes,
         "bytes_a_frame": mean(made.bytes),
         "array_bytes_a_frame_uncompressed": made.layout.array_bytes(),
-        "points": t.points,
-        "points_a_frame": { "mean": mean(t.points), "least_and_greatest": t.points_a_frame },
+        "points": t.points_a_frame.map(|_| t.points),
+        "points_a_frame": { "mean": t.points_a_frame.map(|_| mean(t.points)), "least_and_greatest": t.points_a_frame },
         "echoes_a_frame_mean": mean(t.echoes),
         "rows_a_frame_most": t.rows_a_frame_most,
         "points_by_snr_db": { "bin_db": super::tally::SNR_BIN_DB, "counts": t.snr_db },
@@ -313,7 +313,10 @@ fn readme(made: &Made<'_>, pictured: &[u64]) -> String {
     let pictures: String =
         pictured.iter().map(|k| format!("* frame {k}: `{PREVIEWS}/frame_{k:06}/`\n")).collect();
     let mean = |n: u64| n as f64 / t.frames.max(1) as f64;
-    let [least, greatest] = t.points_a_frame.unwrap_or_default();
+    let points = t.points_a_frame.map_or_else(
+        || "No points are made".to_string(),
+        |[least, greatest]| format!("{:.1} points a frame ({least} to {greatest})", mean(t.points)),
+    );
     format!(
         "# {name}
 
@@ -349,7 +352,7 @@ Axes are those of ISO 8855: x forward, y left, z up. Points are in the frame of 
 
 ## Statistics
 
-{points:.1} points a frame ({least} to {greatest}), {echoes:.0} echoes a frame. More in `{STATISTICS}`.
+{points}, {echoes:.0} echoes a frame. More in `{STATISTICS}`.
 
 | class | objects in all scenes | points | ghosts among them | side lobes among them |
 |---|---|---|---|---|
@@ -378,7 +381,6 @@ Axes are those of ISO 8855: x forward, y left, z up. Points are in the frame of 
         compression = l.compression,
         of_shard = l.frames_per_shard,
         bytes = made.bytes as f64 / l.frames as f64,
-        points = mean(t.points),
         echoes = mean(t.echoes),
         licence = f.licence.as_deref().unwrap_or("Not stated by its maker."),
     )

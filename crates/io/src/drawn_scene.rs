@@ -6,6 +6,7 @@ use catseye::road::labels::RoadTruth;
 use catseye::road::site;
 use catseye::scene::Scene;
 use catseye::scene::scenario::SitedScenario;
+use std::sync::Arc;
 
 /// Scene and scenario together.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,9 +14,9 @@ pub struct DrawnScene {
     /// Number of the scene in its dataset.
     pub number: u32,
     /// The scenario.
-    pub scenario: SitedScenario,
+    pub scenario: Arc<SitedScenario>,
     /// The scene with its objects.
-    pub scene: Scene,
+    pub scene: Arc<Scene>,
     /// Truth of the road; None for a scene without a road.
     pub road: Option<RoadTruth>,
     /// Number of draws that were repeated because vehicles overlapped.
@@ -36,6 +37,7 @@ impl DrawnScene {
         };
         let site::Site { scenario, scene, road } = made;
         let (redrawn, dropped) = (drawn.redrawn, drawn.dropped);
+        let (scenario, scene) = (Arc::new(scenario), Arc::new(scene));
         Ok(DrawnScene { number: drawn.scene, scenario, scene, road, redrawn, dropped })
     }
 }

@@ -9,7 +9,7 @@ use catseye::detect::spectra::angle_spectra;
 use catseye::dsp::cpu::threshold;
 use catseye::dsp::doa_beamform::Grid as Directions;
 use catseye::dsp::{PowerMap, RangeDoppler};
-use catseye::engine::{AnyCube, Engine};
+use catseye::engine::{AnyCube, Engine, Stage, StageCounts};
 use catseye::formats::npy;
 use catseye::road::labels::RoadTruth;
 use catseye::road::mask::{self, CellClass, Grid};
@@ -230,6 +230,13 @@ const POINTS_BYTES: u64 = 280 * TYPICAL_POINTS;
 /// Size of the four pictures of a radar's frame of a road, bytes; each is 150 to 260 kB.
 pub const PICTURES_BYTES: u64 = 740_000;
 
+/// The counts of a frame whose points are labelled.
+fn labelled() -> StageCounts {
+    let mut ran = StageCounts::default();
+    ran.count(Stage::Labels);
+    ran
+}
+
 /// A writer that counts bytes and keeps nothing.
 struct Counter(u64);
 
@@ -311,6 +318,10 @@ pub fn expected_bytes(
             maps: Vec::new(),
             points: Vec::new(),
             stages: Stages::default(),
+            ran: match o.points {
+                true => labelled(),
+                false => StageCounts::default(),
+            },
         };
         let mut counter = Counter(0);
         serde_json::to_writer_pretty(&mut counter, &Truth::new(scenario, scene, &frame, road))

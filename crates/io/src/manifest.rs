@@ -5,7 +5,7 @@ use catseye::adc::methods::Methods;
 use catseye::adc::synthesis::SynthesisStats;
 use catseye::base::error::{Error, Result};
 use catseye::dsp::doa_beamform::Grid;
-use catseye::engine::{EngineReport, Tracing};
+use catseye::engine::{EngineReport, Stage, Tracing};
 use catseye::formats::stage::MANIFEST;
 use catseye::scene::ImportReport;
 use catseye::scene::radar::Radar;
@@ -109,7 +109,8 @@ pub struct FrameRecord {
     #[serde(default = "FrameTrace::host")]
     pub trace: FrameTrace,
     /// Number of points.
-    pub points: usize,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points: Option<usize>,
     /// Convergence of each object, where it was requested.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub convergence: Vec<Convergence>,
@@ -242,7 +243,7 @@ impl FrameRecord {
                 synthesis,
             },
             trace: FrameTrace::of(&frame.echoes),
-            points: frame.points.len(),
+            points: (frame.ran.of(Stage::Angles) > 0).then_some(frame.points.len()),
             convergence,
             seconds: frame.stages,
         }

@@ -18,9 +18,10 @@ use super::store::{DatasetLayout, Format, LAYOUT, Record};
 use super::tally::Tally;
 use catseye::base::control::Control;
 use catseye::base::error::{BadInput, Error, Result};
+use catseye::base::machine;
 use catseye::engine::Engine;
 use catseye::formats::stage::{self, MANIFEST};
-use catseye::simulate::{Depths, Frame, Wanted, frames, remarks};
+use catseye::simulate::{Frame, Prepared, Wanted, frames, remarks};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -29,7 +30,7 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::Scope;
 use std::time::Instant;
 
@@ -223,14 +224,13 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         basis: &basis,
         cancel: options.cancel,
         progress: options.progress,
-        board: Board::new(recipe, &layout, &missing, jobs),
+        board: Board::new(recipe, &layout, &missing, jobs, waiting_frames(&layout)),
         done: AtomicU64::new(0),
         frames,
         stop: AtomicBool::new(false),
         failure: Mutex::new(None),
-        depths: Mutex::default(),
     };
-    let failure = run.all(&missing)?;
+    let failure = run.all()?;
     let frames_made = run.done.load(Ordering::Relaxed);
 
     let markers: Vec<Option<Marker>> =
@@ -598,11 +598,29 @@ fn remove(path: &Path) -> Result<()> {
 /// A frame on its way to the writer, or an error.
 type Item = Result<(Record, Tally)>;
 
+/// A scene that is ready for its frames.
+struct ReadyScene<'a> {
+    site: DrawnScene,
+    prepared: Prepared<'a>,
+}
+
+impl<'a> ReadyScene<'a> {
+    fn new(recipe: &'a Recipe, scene: u32) -> Result<ReadyScene<'a>> {
+        let site = drawn_scene(recipe, scene)?;
+        let prepared = prepared(recipe, &site)?;
+        Ok(ReadyScene { site, prepared })
+    }
+}
+
+/// Frames of a scene that a worker has claimed.
+type Claimed<'a> = Claim<Item, ReadyScene<'a>>;
+
 /// A claimed frame of the dataset.
-struct Slot<'a> {
-    claim: &'a Claim<Item>,
-    site: &'a DrawnScene,
-    /// Number of the frame in the dataset.
+struct Slot<'c, 'a> {
+    claim: &'c Claimed<'a>,
+    site: &'c DrawnScene,
+    /// Number of the frame in its scene, and in the dataset.
+    index: u32,
     number: u64,
     /// Number of its radars.
     radars: usize,
@@ -620,6 +638,19 @@ fn until_error<T>(list: Vec<Result<T>>) -> (Vec<T>, Option<Error>) {
     (good, None)
 }
 
+/// The share of the free memory that frames may take which wait to be written, and the bounds of what that is, bytes.
+const WAITING_SHARE: u64 = 4;
+const WAITING_BYTES: [u64; 2] = [256 << 20, 8 << 30];
+/// What a frame's tables take, about, bytes.
+const TABLES_BYTES: u64 = 256 << 10;
+
+/// Number of frames that may be made and wait to be written.
+fn waiting_frames(layout: &DatasetLayout) -> u64 {
+    let [least, most] = WAITING_BYTES;
+    let bytes = machine::available_bytes().map_or(least, |free| (free / WAITING_SHARE).clamp(least, most));
+    bytes / (layout.array_bytes() as u64 + TABLES_BYTES)
+}
+
 struct Run<'a> {
     engine: &'a Engine,
     recipe: &'a Recipe,
@@ -632,21 +663,18 @@ struct Run<'a> {
     basis: &'a str,
     cancel: &'a AtomicBool,
     progress: &'a (dyn Fn(Progress) + Sync),
-    board: Board<'a, Item>,
+    board: Board<'a, Item, ReadyScene<'a>>,
     done: AtomicU64,
     frames: u64,
     stop: AtomicBool,
     failure: Mutex<Option<Error>>,
-    /// Number of bounces that the frames of each scene follow, for the parts of one scene that several
-    /// workers make.
-    depths: Mutex<BTreeMap<u32, Depths>>,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
     /// Runs all and returns the first failure, if any.
-    fn all(&self, missing: &[u64]) -> Result<Option<Error>> {
+    fn all(&self) -> Result<Option<Error>> {
         let cores = rayon::current_num_threads();
-        let jobs = self.jobs.min(self.board.most_workers(missing).max(1));
+        let jobs = self.jobs.min(usize::try_from(self.frames).unwrap_or(usize::MAX).max(1));
         // A frame is small: threads of its own for each worker cost less than sharing every step among all.
         let threads = (cores / jobs).max(1);
         let pool = || {
@@ -689,14 +717,12 @@ impl Run<'_> {
     /// Makes frames until none is left, and starts the writers of the shards that they open.
     fn compute<'scope>(&'scope self, scope: &'scope Scope<'scope, '_>) {
         let mut own = None;
-        while let Some((claim, begun)) = self.board.claim(own, &|| self.stopped()) {
-            own = Some(claim.shard);
+        while let Some((claims, begun)) = self.board.claim(own, self.batch as u64, &|| self.stopped()) {
             if let Some(queue) = begun {
+                own = Some(queue.shard());
                 self.begin(scope, move || self.write_shard(queue).unwrap_or_else(|e| self.fail(e)));
             }
-            let more = (self.batch as u64).saturating_sub(claim.frames.len() as u64);
-            let mut claims = vec![claim];
-            claims.extend(self.board.claim_more(claims[0].shard, more));
+            own = claims.first().map(|c| c.shard).or(own);
             if let Err(e) = self.frames(&claims) {
                 // Before the claims are given up, which their writer would take for the failure.
                 self.fail(e);
@@ -708,31 +734,29 @@ impl Run<'_> {
     }
 
     /// Makes the claimed frames as long as they are wanted, and sends them in their order.
-    fn frames(&self, claims: &[Claim<Item>]) -> Result<()> {
-        let mut scenes: Vec<u32> = claims.iter().map(|c| c.scene).collect();
-        scenes.dedup();
-        // What comes before a scene that fails is made all the same.
-        let (sites, failure) = until_error(scenes.par_iter().map(|n| drawn_scene(self.recipe, *n)).collect());
-        let depths = |scene: u32| {
-            let mut all = self.depths.lock().unwrap_or_else(PoisonError::into_inner);
-            all.entry(scene).or_default().clone()
+    fn frames(&self, claims: &[Claimed<'a>]) -> Result<()> {
+        let mut new: Vec<u32> = claims.iter().filter(|c| c.prepared.is_none()).map(|c| c.scene).collect();
+        new.dedup();
+        let make_ready = |scene: &u32| -> Result<(u32, Arc<ReadyScene<'a>>)> {
+            let ready = Arc::new(ReadyScene::new(self.recipe, *scene)?);
+            self.board.ready(*scene, &ready);
+            Ok((*scene, ready))
         };
-        let make_ready = |(scene, site)| Ok(prepared(self.recipe, site)?.sharing(&depths(scene)));
-        let ready = scenes.par_iter().copied().zip(&sites).map(make_ready).collect();
-        let (ready, sooner) = until_error(ready);
+        // What comes before a scene that fails is made all the same.
+        let (ready, sooner) = until_error(new.par_iter().map(make_ready).collect());
+        let ready: BTreeMap<u32, Arc<ReadyScene<'a>>> = ready.into_iter().collect();
         let of_scene = u64::from(self.recipe.frames_per_scene);
         // The frames of all radars, and which of these make up each frame of the dataset.
         let (mut wanted, mut slots) = (Vec::new(), VecDeque::new());
-        let mut at = 0;
         for claim in claims {
-            at += usize::from(scenes[at] != claim.scene);
-            let (Some(site), Some(prepared)) = (sites.get(at), ready.get(at)) else { break };
+            let Some(scene) = claim.prepared.as_ref().or_else(|| ready.get(&claim.scene)) else { break };
             for index in claim.frames.clone() {
                 let number = u64::from(claim.scene) * of_scene + u64::from(index);
                 debug_assert_eq!(self.layout.shard_of(number), claim.shard);
-                let radars = site.scenario.radars.len();
+                let radars = scene.site.scenario.radars.len();
+                let prepared = &scene.prepared;
                 wanted.extend((0..radars).map(|which| Wanted { prepared, which, index }));
-                slots.push_back(Slot { claim, site, number, radars });
+                slots.push_back(Slot { claim, site: &scene.site, index, number, radars });
             }
         }
         let control = Control { progress: None, cancel: Some(self.cancel) };
@@ -745,25 +769,28 @@ impl Run<'_> {
             let (made, failure) = until_error(frames(self.engine, &wanted[done..done + radars], control));
             done += made.len();
             held.extend(made);
-            let mut whole: Vec<(Slot<'_>, Vec<Frame>)> = Vec::new();
+            let mut whole: Vec<(Slot<'_, 'a>, Vec<Frame>)> = Vec::new();
             while slots.front().is_some_and(|s| s.radars <= held.len())
                 && let Some(slot) = slots.pop_front()
             {
                 let radars = held.drain(..slot.radars).collect();
                 whole.push((slot, radars));
             }
-            let items = whole.into_par_iter().map(|(slot, radars)| (slot.claim, self.item(&slot, radars)));
-            for (claim, item) in items.collect::<Vec<_>>() {
-                if claim.to.send(Ok(item?)).is_err() || self.stopped() {
+            let items = whole.into_par_iter().map(|(slot, radars)| {
+                let item = self.item(&slot, radars);
+                (slot.claim, slot.index, item)
+            });
+            for (claim, index, item) in items.collect::<Vec<_>>() {
+                if !claim.send(index, Ok(item?)) || self.stopped() {
                     return Ok(());
                 }
             }
             failure.map_or(Ok(()), Err)?;
         }
-        sooner.or(failure).map_or(Ok(()), Err)
+        sooner.map_or(Ok(()), Err)
     }
 
-    fn item(&self, slot: &Slot<'_>, radars: Vec<Frame>) -> Result<(Record, Tally)> {
+    fn item(&self, slot: &Slot<'_, 'a>, radars: Vec<Frame>) -> Result<(Record, Tally)> {
         let tally = Tally::of(slot.site, self.recipe.split(slot.claim.scene), &radars);
         Ok((rows::record(self.recipe, slot.site, slot.number, radars)?, tally))
     }

@@ -11,6 +11,7 @@ use catseye::road::plan::ScenePlan;
 use catseye::road::scene_toml;
 use catseye::scene::scenario::{self, Scenario};
 use catseye::scene::toml_file::{At, Document, read_text};
+use catseye::simulate::products::Products;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -161,6 +162,23 @@ impl Default for Keep {
             masks: false,
             lidar: false,
         }
+    }
+}
+
+impl Keep {
+    /// The products that these keys keep.
+    pub fn products(&self) -> Products {
+        Products::by_key(|key| match key {
+            "adc" => self.adc,
+            "range_doppler" => self.range_doppler,
+            "points" => self.points,
+            "returns" => self.returns,
+            "echoes" => self.echoes,
+            "truth" => self.truth,
+            "masks" => self.masks,
+            "lidar" => self.lidar,
+            _ => false,
+        })
     }
 }
 

@@ -8,6 +8,7 @@ use super::recipe::{Keep, Recipe};
 use super::store::{Array, ArraySpec, Column, ColumnSpec, Data, Record, Table, TableSpec};
 use catseye::base::error::Result;
 use catseye::detect::columns;
+use catseye::engine::Stage;
 use catseye::formats::column::{self, Get};
 use catseye::road::labels::Polyline;
 use catseye::road::mask::CellClass;
@@ -47,7 +48,7 @@ pub fn table_specs(recipe: &Recipe, site: &DrawnScene) -> Vec<TableSpec> {
 }
 
 fn tables(recipe: &Recipe, site: &DrawnScene, radars: &[Frame]) -> Vec<Made> {
-    let mut tables = vec![frame_table(recipe, site, radars), radar_table(site, radars)];
+    let mut tables = vec![frame_table(recipe, site, radars), radar_table(recipe.keep, site, radars)];
     if recipe.keep.points {
         tables.push(point_table(site, radars));
     }
@@ -61,7 +62,7 @@ fn tables(recipe: &Recipe, site: &DrawnScene, radars: &[Frame]) -> Vec<Made> {
         tables.extend(lidar_tables(site, radars));
     }
     if recipe.keep.truth {
-        tables.extend(truth_tables(site, radars));
+        tables.extend(truth_tables(recipe.keep, site, radars));
     }
     tables
 }
@@ -165,6 +166,10 @@ impl<T> Rows<T> {
     fn text(self, name: &str, about: &str, of: impl Fn(&T) -> String) -> Self {
         self.put(name, about, |l| Column::Text(l.iter().map(&of).collect()))
     }
+    /// More columns where a recipe asks for them.
+    fn when(self, is_wanted: bool, more: impl FnOnce(Self) -> Self) -> Self {
+        if is_wanted { more(self) } else { self }
+    }
     fn vector(self, columns: [(&str, &str); 3], of: impl Fn(&T) -> [f64; 3]) -> Self {
         columns
             .into_iter()
@@ -229,7 +234,7 @@ fn frame_table(recipe: &Recipe, site: &DrawnScene, radars: &[Frame]) -> Made {
     .made()
 }
 
-fn radar_table(site: &DrawnScene, radars: &[Frame]) -> Made {
+fn radar_table(keep: Keep, site: &DrawnScene, radars: &[Frame]) -> Made {
     let axes = |f: &&Frame| Axes::of(&site.scenario.radars[f.radar]);
     Rows::new("radars", "one row for each radar: where it is, in the world, and the axes of its map", radars)
         .text("radar", "name of the radar", |f| site.scenario.radars[f.radar].name.clone())
@@ -239,7 +244,10 @@ fn radar_table(site: &DrawnScene, radars: &[Frame]) -> Made {
         .f64("first_range_rate_mps", "of the first row of the map", |f| axes(f).range_rate_mps.first)
         .f64("range_rate_bin_mps", "from row to row of the map", |f| axes(f).range_rate_mps.step)
         .u32("triangles", "of the scene as it was traced", |f| f.triangles as u32)
-        .u32("echoes", "that the tracer found", |f| f.echoes.list.len() as u32)
+        // Of a frame that was not traced nobody knows.
+        .when(keep.products().reaches(Stage::Trace), |rows| {
+            rows.u32("echoes", "that the tracer found", |f| f.echoes.list.len() as u32)
+        })
         .vector(PLACE, |f| f.pose.translation_m.to_array())
         .rotation(|f| f.pose.rotation.to_array())
         .vector(VELOCITY, |f| f.velocity_mps.to_array())
@@ -335,7 +343,7 @@ fn word(value: impl Serialize) -> String {
 }
 
 /// Tables of boxes, lanes, painted lines and markers, in the world.
-fn truth_tables(site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
+fn truth_tables(keep: Keep, site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
     let time_s = radars.first().map_or(0.0, |f| f.time_s);
     let here = site.scenario.ego.pose(time_s).translation_m;
     let near = |p: &[f64; 3]| (p[0] - here.x).hypot(p[1] - here.y) <= TRUTH_RANGE_M;
@@ -350,6 +358,7 @@ fn truth_tables(site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
         }
     }
     let seen = |id: u32| seen.get(&id).copied().unwrap_or_default();
+    let counts = |s: &Visibility| s.counts.unwrap_or_default();
     let boxes = truth_boxes(&site.scene, time_s).into_iter().map(|b| (seen(b.id), b));
     let boxes = Rows::new("boxes", "one row for each object, in the world: wholes (empty `part`) with a box around all of their parts, and parts with their own box", boxes)
         .u32("id", "of the object", |(_, b)| b.id)
@@ -377,9 +386,11 @@ fn truth_tables(site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
         .bool("visible", "the object's strongest cell exceeds the thermal noise of a cell, for any radar", |(s, _)| s.visible)
         .u32("returns", "echoes of the object in the receivers' bands; of a whole, with those of its parts", |(s, _)| s.returns as u32)
         .f64("power_dbm", "of the coherent sum of the object's echoes in the cell where it is largest, of the radar that hears most, NaN without echoes", |(s, _)| s.power_dbm.unwrap_or(f64::NAN))
-        .u32("points", "points that stand on the object, ghosts and side lobes left out; of a whole, with those of its parts", |(s, _)| s.points as u32)
-        .u32("ghosts", "points that are ghosts of the object; of a whole, with those of its parts", |(s, _)| s.ghosts as u32)
-        .u32("side_lobes", "points in side lobes of the object's echoes; of a whole, with those of its parts", |(s, _)| s.side_lobes as u32)
+        .when(keep.points, |rows| {
+            rows.u32("points", "points that stand on the object, ghosts and side lobes left out; of a whole, with those of its parts", |(s, _)| counts(s).points as u32)
+                .u32("ghosts", "points that are ghosts of the object; of a whole, with those of its parts", |(s, _)| counts(s).ghosts as u32)
+                .u32("side_lobes", "points in side lobes of the object's echoes; of a whole, with those of its parts", |(s, _)| counts(s).side_lobes as u32)
+        })
         .made();
 
     let roads = site.road.as_ref().map_or(&[][..], |r| &r.roads);

@@ -18,6 +18,7 @@ use catseye::scene::Scene;
 use catseye::scene::gltf;
 use catseye::scene::radar_toml::to_toml;
 use catseye::scene::scenario::{Scenario, SitedScenario};
+use catseye::simulate::products::Products;
 use catseye::simulate::{Frame, Prepared, convergence};
 use std::collections::{BTreeMap, VecDeque};
 use std::fs;
@@ -115,7 +116,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     );
     let (staged, notes) = StagedDir::resumable(out, options.force, options.kind, &identity)?;
     let prepared = Prepared::new(scenario, scene)?;
-    let prepared = if scenario.output.adc { prepared } else { prepared.without_cubes() };
+    let prepared = prepared.making(Products::of_output(&scenario.output));
     let prepared = match options.from {
         Some(from) => prepared
             .recalling(Box::new(|which, index| from.trace(scenario, &scenario.radars[which].name, index))),

@@ -3,6 +3,7 @@
 
 use super::drawn_scene::DrawnScene;
 use super::store::Table;
+use catseye::engine::Stage;
 use catseye::simulate::Frame;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -90,7 +91,8 @@ impl Tally {
                 class.side_lobes += u64::from(p.side_lobe);
             }
         }
-        t.points_a_frame = Some([t.points; 2]);
+        // Nobody counts the points of frames that were made without them.
+        t.points_a_frame = radars.iter().any(|f| f.ran.of(Stage::Angles) > 0).then_some([t.points; 2]);
         if radars.first().is_some_and(|f| f.index == 0) {
             t.scenes = 1;
             (t.redrawn, t.dropped) = (site.redrawn.into(), site.dropped.into());

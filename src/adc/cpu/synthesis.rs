@@ -267,10 +267,8 @@ impl Vectorised for Rotation<'_> {
             }
         }
         for (s, a) in self.sum.iter_mut().zip(acc) {
-            *s += Complex64::new(
-                (a[0][0] + a[0][1]) + (a[0][2] + a[0][3]),
-                (a[1][0] + a[1][1]) + (a[1][2] + a[1][3]),
-            );
+            s.re += (a[0][0] + a[0][1]) + (a[0][2] + a[0][3]);
+            s.im += (a[1][0] + a[1][1]) + (a[1][2] + a[1][3]);
         }
     }
 }
@@ -376,12 +374,19 @@ impl Vectorised for Recurrence<'_> {
                 echoes.add::<FMA, false>(acc);
             }
             for (k, a) in acc.iter().enumerate() {
-                let [xc, ys, yc, xs] = a.map(|lanes| lanes.iter().map(|x| *x as f64).sum::<f64>());
+                // Loops where they stand: `map` of an array and operators of complex numbers may be compiled as calls for each sample.
+                let mut of = [0.0f64; 4];
+                for (sum, lanes) in of.iter_mut().zip(a) {
+                    for x in lanes {
+                        *sum += *x as f64;
+                    }
+                }
+                let [xc, ys, yc, xs] = of;
                 if let Some(after) = sum.get_mut(half + k) {
-                    *after += Complex64::new(xc - ys, yc + xs);
+                    (after.re, after.im) = (after.re + (xc - ys), after.im + (yc + xs));
                 }
                 if let Some(before) = sum.get_mut(half - 1 - k) {
-                    *before += Complex64::new(xc + ys, yc - xs);
+                    (before.re, before.im) = (before.re + (xc + ys), before.im + (yc - xs));
                 }
             }
         }

@@ -48,6 +48,17 @@ pub fn process_by<T: Real>(
     Ok((spectrum, RangeDoppler { map, detection, cells, noise, snapshots }))
 }
 
+/// [`process_by`] to the power map alone, without a detector.
+///
+/// # Errors
+/// Returns the errors of [`process`].
+pub fn map_by<T: Real>(cube: &Cube<T>, transform: &Transform) -> Result<RangeDoppler<T>> {
+    let spectrum = spectrum(cube, transform)?;
+    let map = scaled_power(&spectrum, transform);
+    dsp::cfar::check_map(&map)?;
+    Ok(RangeDoppler::of_map(map, spectrum.channels))
+}
+
 /// The power map of a spectrum, W: of Doppler bands as if none of them were empty (CONVENTIONS eq. 19a).
 pub fn scaled_power<T: Real>(spectrum: &Spectrum<T>, transform: &Transform) -> PowerMap<T> {
     let mut map = power::power(spectrum);

@@ -88,7 +88,7 @@ fn run(
     }
     sheet.accuracy("complete", report.complete);
     let site = dataset::drawn_scene(&recipe, 0)?;
-    let frame = Frame::of(&site.scenario, site.scene)?;
+    let frame = Frame::of(&site.scenario, std::sync::Arc::unwrap_or_clone(site.scene))?;
     let geometry = frame.geometry(&*frame.refined(frame.options.accuracy_db)?)?;
     let echoes = frame.echoes(engine, &geometry, &frame.options, frame.budget)?;
     drop(geometry);

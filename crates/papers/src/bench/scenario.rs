@@ -105,7 +105,7 @@ pub(super) fn awr1843() -> Result<Frame> {
     let scratch = Scratch::with("w13", &AWR1843)?;
     let recipe = Recipe::load(&scratch.path().join(AWR1843[0].0), None)?;
     let site = dataset::drawn_scene(&recipe, 0)?;
-    Frame::of(&site.scenario, site.scene)
+    Frame::of(&site.scenario, std::sync::Arc::unwrap_or_clone(site.scene))
 }
 
 pub(super) fn w7(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Result<Outcome> {

@@ -606,7 +606,7 @@ fn drawn(recipe: &str, scene: u32) -> Frame {
     // What is stored is of no matter here, and not every build can write arrays.
     let text = std::fs::read_to_string(&path).unwrap().replace("\"zarr\"", "\"frames\"");
     let site = dataset::drawn_scene(&Recipe::parse(&path, &text, None).unwrap(), scene).unwrap();
-    Frame::of(&site.scenario, site.scene).unwrap()
+    Frame::of(&site.scenario, std::sync::Arc::unwrap_or_clone(site.scene)).unwrap()
 }
 
 /// A road that beams hardly tell apart, and one with a manhole, whose facets are millimetres wide: name, scene, most facets.

@@ -2,6 +2,7 @@
 
 use catseye::base::convention::Convention;
 use catseye::base::frames::Pose;
+use catseye::base::held::Held;
 use catseye::base::units::wavenumber;
 use catseye::engine::{Engine, Precision};
 use catseye::geom::curved::{refined_scene, sized_within};
@@ -11,7 +12,6 @@ use catseye::scene::{Scene, material, radar_toml};
 use catseye::trace::TraceOptions;
 use glam::{DQuat, DVec3};
 use num_complex::Complex64;
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Range cell, m.
@@ -41,7 +41,7 @@ impl Level {
         let engine = Engine::Cpu(Precision::F64);
         let (mut power, mut first) = (0.0, 0.0);
         for scene in scenes {
-            let rigid = RigidScene::new(Cow::Borrowed(scene), radar.carrier_hz, facets).unwrap();
+            let rigid = RigidScene::new(Held::Borrowed(scene), radar.carrier_hz, facets).unwrap();
             let geometry = rigid.at(0.0, 0.0).unwrap();
             let echoes = engine.echoes(&geometry, &radar, &Pose::IDENTITY, DVec3::ZERO, &options);
             let mut cells: BTreeMap<i64, Complex64> = BTreeMap::new();
