@@ -348,7 +348,7 @@ fn use_tree(prefix: &[String], t: &[TokenTree], is_public: bool, out: &mut Vec<(
 
 /// Rooms of the library in the order in which data flow. A room imports only those before it.
 const ROOMS: [&str; 14] = [
-    "base", "gpu", "formats", "scene", "road", "em", "geom", "trace", "rcs", "adc", "dsp", "engine",
+    "base", "formats", "gpu", "scene", "road", "em", "geom", "trace", "rcs", "adc", "dsp", "engine",
     "detect", "simulate",
 ];
 

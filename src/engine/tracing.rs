@@ -133,11 +133,18 @@ fn traced_together(gpu: &Gpu, looks: &[Look<'_>]) -> Result<Vec<Echoes>> {
         }
         let options: Vec<TraceOptions> = left.iter().map(|i| looks[*i].options_to(bounces[*i])).collect();
         let beams = left.par_iter().zip(&options);
-        let beams: Vec<FrameBeams<'_>> = beams
-            .map(|(i, options)| FrameBeams::new(looks[*i].geometry, looks[*i].pose.translation_m, options))
-            .collect();
+        let made_beams = || -> Vec<FrameBeams<'_>> {
+            let beams =
+                beams.map(|(i, o)| FrameBeams::new(looks[*i].geometry, looks[*i].pose.translation_m, o));
+            beams.collect()
+        };
         // A frame that was refused is not tried again with more bounces: its echoes come from one clipper.
         let able = |i: usize| refused[i].is_none() && looks[i].options.convention != Convention::Last;
+        let most = left.iter().zip(&options).filter(|(i, _)| able(**i)).map(|(_, o)| o.bounces).max();
+        // The device compiles while the host prepares the scenes.
+        let (ready, beams) =
+            rayon::join(|| gpu.prepare(view_clipper::kernels(most.unwrap_or(0))), made_beams);
+        ready?;
         let on_device = left.iter().zip(&beams).filter(|(i, _)| able(**i)).map(|(i, beams)| Beams {
             faces: beams.faces(),
             windows: &all_windows[*i],

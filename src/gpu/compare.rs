@@ -20,13 +20,13 @@ pub fn test_gpu() -> &'static Gpu {
 }
 
 /// The device that GPU tests run on, opened anew. With `CATSEYE_TEST_AS_HARDWARE` in the environment it takes the ways that only hardware
-/// takes ([`Gpu::with_pretended_hardware`]).
+/// takes ([`Gpu::with_pretended_hardware`]). Its pipelines are not kept on disk.
 ///
 /// # Panics
 /// If there is none.
 pub fn opened_for_tests() -> Gpu {
     let name = test_device_name();
-    match Gpu::open(Want::Named(&name)) {
+    match Gpu::open_with_cache(Want::Named(&name), None) {
         Ok(gpu) if std::env::var_os("CATSEYE_TEST_AS_HARDWARE").is_some() => gpu.with_pretended_hardware(),
         Ok(gpu) => gpu,
         Err(e) => panic!(

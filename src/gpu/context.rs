@@ -1,15 +1,18 @@
 //! Adapters and the opened device.
 
 use super::arena::{Arena, GpuCounts, lock};
+use super::cache::DiskCache;
 use super::kernel::{Kernel, Pipeline, build_pipeline};
 use super::profile::{Profile, Profiler};
 use super::validation;
 use crate::base::error::{BadInput, Error, Result};
 use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// One adapter as the driver describes it.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct AdapterReport {
     /// Name of the adapter.
     pub name: String,
@@ -79,6 +82,8 @@ pub enum Want<'a> {
     Hardware,
     /// The first whose name, driver or driver version contains this, in any case.
     Named(&'a str),
+    /// The first that is described so, among several of one name too.
+    Described(&'a AdapterReport),
 }
 
 /// Keeps Mesa's device-select layer, which only reorders adapters for desktops, from complaining on stderr
@@ -142,6 +147,14 @@ fn choose(reports: &[AdapterReport], want: Want<'_>) -> Result<usize> {
                     .into()
             })
         }
+        Want::Described(report) => reports.iter().position(|r| r == report).ok_or_else(|| {
+            BadInput::new("this adapter is no longer there")
+                .key("device")
+                .value(&report.name)
+                .allowed(listed)
+                .remedy("`catseye devices` lists the adapters")
+                .into()
+        }),
     }
 }
 
@@ -166,6 +179,9 @@ impl Sink {
     }
 }
 
+/// The pipeline of one kernel. Whoever builds it holds the lock, so that it is built once.
+type Slot = Arc<Mutex<Option<Arc<Pipeline>>>>;
+
 /// An opened device that has passed the self-test. May be shared between threads.
 pub struct Gpu {
     pub(super) device: wgpu::Device,
@@ -182,7 +198,10 @@ pub struct Gpu {
     lost_at: Option<u64>,
     /// None unless kernels are profiled.
     pub(super) profiler: Option<Profiler>,
-    pipelines: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
+    pipelines: Mutex<HashMap<&'static str, Slot>>,
+    pub(super) info: wgpu::AdapterInfo,
+    /// None where pipelines are not kept between starts.
+    cache: Option<DiskCache>,
     sink: Arc<Mutex<Sink>>,
     pub(super) arena: Arc<Arena>,
 }
@@ -207,8 +226,9 @@ impl Gpu {
             max_compute_invocations_per_workgroup: everywhere.max_compute_invocations_per_workgroup,
             ..adapter.limits()
         };
-        let mut wanted = wgpu::Features::TIMESTAMP_QUERY;
-        if adapter.get_info().backend == wgpu::Backend::Vulkan {
+        let mut wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::PIPELINE_CACHE;
+        let info = adapter.get_info();
+        if info.backend == wgpu::Backend::Vulkan {
             wanted |= wgpu::Features::PASSTHROUGH_SHADERS;
         }
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
@@ -241,6 +261,8 @@ impl Gpu {
             lost_at: None,
             profiler: None,
             pipelines: Mutex::default(),
+            info,
+            cache: None,
             sink,
             arena: Arc::default(),
         })
@@ -339,14 +361,84 @@ impl Gpu {
         error(&self.report, kernel, lost.unwrap_or_else(|| problem.into()))
     }
 
-    pub(super) fn pipeline(&self, kernel: &'static Kernel) -> Result<Arc<Pipeline>> {
-        let mut pipelines = lock(&self.pipelines);
-        if let Some(p) = pipelines.get(kernel.stem) {
-            return Ok(Arc::clone(p));
+    /// The same device, which keeps its pipelines between starts in a file of `folder`. Without effect on an adapter that has no pipeline
+    /// cache, and where the folder cannot be used.
+    pub(super) fn with_cache(mut self, folder: &Path) -> Gpu {
+        let opened = self.scoped("pipeline cache", || DiskCache::open(&self.device, &self.info, folder));
+        self.cache = opened.ok().flatten();
+        self
+    }
+
+    /// Writes the pipelines that were compiled since the cache was read or written, and returns the name of its file; None where pipelines
+    /// are not kept. Also done when the device is dropped, and by the first submission that needs no new pipeline.
+    ///
+    /// # Errors
+    /// Returns an error if the file cannot be written. That changes no result.
+    pub fn write_cache(&self) -> Result<Option<PathBuf>> {
+        self.cache.as_ref().map(|cache| cache.write().map(Path::to_path_buf)).transpose()
+    }
+
+    /// Builds the pipelines of those kernels that have none yet, on several threads, and returns their number.
+    ///
+    /// # Errors
+    /// Returns `Error::Gpu` for a kernel that the adapter refuses.
+    pub fn prepare(&self, kernels: &[&'static Kernel]) -> Result<usize> {
+        let mut missing: Vec<&'static Kernel> = Vec::new();
+        {
+            let pipelines = lock(&self.pipelines);
+            let is_built = |stem| {
+                // What another thread builds is waited for below, where the others are not held up.
+                pipelines.get(stem).is_some_and(|slot| slot.try_lock().is_ok_and(|slot| slot.is_some()))
+            };
+            for kernel in kernels {
+                if missing.iter().all(|k| k.stem != kernel.stem) && !is_built(kernel.stem) {
+                    missing.push(kernel);
+                }
+            }
         }
-        let built = self.scoped(kernel.stem, || build_pipeline(&self.device, kernel))?;
+        if missing.is_empty() {
+            return Ok(0);
+        }
+        let next = AtomicUsize::new(0);
+        let work = || -> Result<()> {
+            while let Some(kernel) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
+                self.pipeline(kernel)?;
+            }
+            Ok(())
+        };
+        // Not those of rayon, which would take up other work that may ask for one of these pipelines.
+        let threads = rayon::current_num_threads().min(missing.len());
+        std::thread::scope(|scope| {
+            let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+            let own = work();
+            let ends = others.into_iter().map(|t| t.join().unwrap_or_else(|e| std::panic::resume_unwind(e)));
+            ends.fold(own, Result::and)
+        })?;
+        Ok(missing.len())
+    }
+
+    /// Builds what these kernels of a submission lack. When they lack nothing, the cache has what it will have for some time.
+    pub(super) fn prepare_submission(&self, kernels: &[&'static Kernel]) -> Result<()> {
+        if self.prepare(kernels)? == 0 && !kernels.is_empty() {
+            let _ = self.write_cache();
+        }
+        Ok(())
+    }
+
+    pub(super) fn pipeline(&self, kernel: &'static Kernel) -> Result<Arc<Pipeline>> {
+        let slot = Arc::clone(lock(&self.pipelines).entry(kernel.stem).or_default());
+        let mut slot = lock(&slot);
+        if let Some(built) = &*slot {
+            return Ok(Arc::clone(built));
+        }
+        let cache = self.cache.as_ref();
+        let built =
+            self.scoped(kernel.stem, || build_pipeline(&self.device, kernel, cache.map(|c| &c.driver)))?;
         let built = Arc::new(built.map_err(|problem| self.error(kernel.stem, problem))?);
-        pipelines.insert(kernel.stem, Arc::clone(&built));
+        *slot = Some(Arc::clone(&built));
+        if let Some(cache) = cache {
+            cache.add(kernel);
+        }
         Ok(built)
     }
 
@@ -384,6 +476,12 @@ impl Gpu {
     }
 }
 
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        let _ = self.write_cache();
+    }
+}
+
 fn error(report: &AdapterReport, kernel: &str, problem: impl Into<String>) -> Error {
     Error::Gpu {
         // One line whatever a driver's or parser's message holds.
@@ -397,7 +495,7 @@ fn error(report: &AdapterReport, kernel: &str, problem: impl Into<String>) -> Er
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::compare::{test_device_name, test_gpu};
+    use crate::gpu::compare::{opened_for_tests, test_device_name, test_gpu};
 
     fn fake(name: &str, device_type: &str, driver_info: &str) -> AdapterReport {
         AdapterReport {
@@ -459,7 +557,7 @@ mod tests {
     /// A device that is lost at work says so for the submission that it was lost in and for all later ones; what came before is whole.
     #[test]
     fn a_device_that_is_lost_at_work_stays_lost() {
-        let gpu = Gpu::open(Want::Named(&test_device_name())).unwrap().with_loss_in_submission(3);
+        let gpu = opened_for_tests().with_loss_in_submission(3);
         let submit = |value: f32| {
             let mut recorder = gpu.recorder("work");
             let buffer = recorder.upload("data", &[value; 4096]);
@@ -477,5 +575,32 @@ mod tests {
         }
         // Nothing is given to a device that is gone.
         assert_eq!(gpu.counts().submits, submitted + 1);
+    }
+
+    /// Many threads ask for the same pipelines at once, and each is built once; a kernel that no adapter takes is an error of its name.
+    #[test]
+    fn pipelines_are_prepared_by_several_threads() {
+        let t = tempfile::tempdir().unwrap();
+        let want = Want::Described(test_gpu().report());
+        let gpu = Gpu::open_with_cache(want, Some(t.path())).unwrap();
+        let all = crate::engine::all_kernels();
+        std::thread::scope(|scope| {
+            for _ in 0..3 {
+                scope.spawn(|| gpu.prepare(&all).unwrap());
+            }
+        });
+        assert_eq!(gpu.prepare(&all).unwrap(), 0);
+        let built: Vec<_> = all.iter().map(|k| gpu.pipeline(k).unwrap()).collect();
+        assert!(all.iter().zip(&built).all(|(k, p)| Arc::ptr_eq(p, &gpu.pipeline(k).unwrap())));
+        let cold = std::fs::metadata(gpu.write_cache().unwrap().unwrap()).unwrap().len();
+        drop(gpu);
+        let gpu = Gpu::open_with_cache(want, Some(t.path())).unwrap();
+        assert_eq!(gpu.prepare(&all).unwrap(), all.len() - 1, "the self-test made its own");
+        let path = gpu.write_cache().unwrap().unwrap();
+        assert_eq!(std::fs::metadata(path).unwrap().len(), cold);
+        let wrong: &'static Kernel =
+            Box::leak(Box::new(Kernel { stem: "test/wrong", sources: &["fn main( {"], ..*all[0] }));
+        let e = gpu.prepare(&[all[1], wrong, all[2]]).unwrap_err().to_string();
+        assert!(e.contains("test/wrong"), "{e}");
     }
 }

@@ -63,9 +63,13 @@ pub(super) struct Pipeline {
     pub layout: wgpu::BindGroupLayout,
 }
 
-/// Builds the pipeline. To be called inside error scopes. The layout is explicit because an automatic
+/// Builds the pipeline, from `cache` where it holds it. To be called inside error scopes. The layout is explicit because an automatic
 /// one leaves out bindings that the shader does not use.
-pub(super) fn build_pipeline(device: &wgpu::Device, kernel: &Kernel) -> Result<Pipeline, String> {
+pub(super) fn build_pipeline(
+    device: &wgpu::Device,
+    kernel: &Kernel,
+    cache: Option<&wgpu::PipelineCache>,
+) -> Result<Pipeline, String> {
     let buffer = |binding: u32, ty: BufferBindingType| BindGroupLayoutEntry {
         binding,
         visibility: ShaderStages::COMPUTE,
@@ -92,7 +96,7 @@ pub(super) fn build_pipeline(device: &wgpu::Device, kernel: &Kernel) -> Result<P
         module: &module,
         entry_point: Some("main"),
         compilation_options: Default::default(),
-        cache: None,
+        cache,
     });
     Ok(Pipeline { pipeline, layout })
 }

@@ -6,6 +6,7 @@
 pub const LOOP_LIMIT: usize = 65_535;
 
 mod arena;
+mod cache;
 pub mod compare;
 pub mod context;
 pub mod kernel;
@@ -20,6 +21,7 @@ mod wgsl;
 
 pub use crate::gpu_struct;
 pub use arena::GpuCounts;
+pub use cache::{CACHE_VARIABLE, cache_folder};
 pub use context::{AdapterReport, Gpu, Want, adapters, quieten_loader};
 pub use kernel::{Access, Kernel, StructLayout, Tolerance};
 pub use profile::{KernelUse, Profile};

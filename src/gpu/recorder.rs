@@ -612,6 +612,11 @@ impl<'a> Recorder<'a> {
         if !self.uniforms.is_empty() {
             staged.push(self.staged("params", &self.uniforms)?);
         }
+        let kernels = self.commands.iter().filter_map(|command| match command {
+            Command::Dispatch { kernel, .. } => Some(*kernel),
+            Command::Read { .. } | Command::Fill { .. } => None,
+        });
+        gpu.prepare_submission(&kernels.collect::<Vec<_>>())?;
         // Pipelines and bind groups first, each in its own scope, so that an error names the kernel.
         let mut prepared = Vec::new();
         for command in &self.commands {

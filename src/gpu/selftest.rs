@@ -2,6 +2,7 @@
 //! phase of long paths, Philox, sine and cosine. Drivers are free to simplify float arithmetic, and
 //! some do in ways that ruin double-f32.
 
+use super::cache::cache_folder;
 use super::context::{Gpu, Want};
 use super::kernel::{Access, Kernel, Tolerance};
 use super::numbers::{df_from_f64, turns_from_f64};
@@ -11,6 +12,7 @@ use crate::base::rng::{PHILOX_KNOWN_ANSWERS, philox4x32_10};
 use crate::base::units::{DEFAULT_FREQUENCY_HZ, wavelength_m};
 use crate::gpu_struct;
 use std::f64::consts::TAU;
+use std::path::Path;
 
 gpu_struct! {
     /// Uniform of `shaders/gpu/selftest.wgsl`.
@@ -234,12 +236,27 @@ fn ask(gpu: &Gpu, kernel: &'static Kernel, questions: &[Question]) -> Result<Vec
 }
 
 impl Gpu {
-    /// Opens an adapter, with its own limits of sizes and those of every WebGPU device for what kernels bind and share, and runs the self-test on it.
+    /// Opens an adapter, with its own limits of sizes and those of every WebGPU device for what kernels bind and share, and runs the self-test on it. Compiled
+    /// pipelines are kept in the user's cache folder ([`cache_folder`]).
     ///
     /// # Errors
     /// Returns `BadInput` if no adapter is as wanted; `Error::Gpu` if it cannot be opened or fails the self-test.
     pub fn open(want: Want<'_>) -> Result<Gpu> {
-        let gpu = Gpu::open_untested(want)?;
+        // Unit tests leave the user's folder alone.
+        let folder = if cfg!(test) { None } else { cache_folder() };
+        Gpu::open_with_cache(want, folder.as_deref())
+    }
+
+    /// [`Gpu::open`] with compiled pipelines kept between starts in a file of `folder`, in place of the user's ([`cache_folder`]); None
+    /// keeps nothing.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Gpu::open`]. A folder that cannot be read or written is none.
+    pub fn open_with_cache(want: Want<'_>, folder: Option<&Path>) -> Result<Gpu> {
+        let mut gpu = Gpu::open_untested(want)?;
+        if let Some(folder) = folder {
+            gpu = gpu.with_cache(folder);
+        }
         run(&gpu, &KERNEL)?;
         Ok(gpu)
     }

@@ -11,6 +11,7 @@ use crate::gpu::{Access, AnyBuffer, Buffer, Done, Gpu, Kernel, Pending, Recorder
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, BeamParams, Port, RECORD};
 use crate::trace::clipper::{Ahead, Beams, ClipBatch, Clipper, check};
+use crate::trace::{beam_ahead, beam_clip, scan};
 use num_complex::Complex64;
 
 /// The kernel's row: sources, parameters, bindings and tolerance.
@@ -103,6 +104,8 @@ pub fn by_beams(
             .remedy("use --device cpu")
             .into());
     }
+    let kernels = [&KERNEL, &beam_clip::KERNEL, &scan::KERNEL, &beam_ahead::KERNEL];
+    gpu.prepare(if options.bounces > 1 { &kernels } else { &kernels[..2] })?;
     // Monostatic aspects spare themselves the receiver's view.
     let monostatic = aspects.iter().all(BistaticAspect::is_monostatic);
     let halvings = if let Distance::At(_) = distance { HALVINGS } else { 0 };

@@ -14,8 +14,21 @@ use super::views::{PIECE, SLOTS, ViewArrays, ViewParams};
 use super::{scan, view_ahead, view_gather, view_hide, view_target};
 use crate::base::error::Result;
 use crate::geom::faces::Faces;
-use crate::gpu::{AnyBuffer, Buffer, Done, Gpu, Pending, Recorder, Threads};
+use crate::gpu::{AnyBuffer, Buffer, Done, Gpu, Kernel, Pending, Recorder, Threads};
 use rayon::prelude::*;
+
+/// Kernels of all paths; the last one serves paths of several bounces alone.
+static KERNELS: [&Kernel; 5] =
+    [&view_target::KERNEL, &scan::KERNEL, &view_hide::KERNEL, &view_gather::KERNEL, &view_ahead::KERNEL];
+
+/// Kernels that follow beams over so many bounces.
+pub fn kernels(bounces: usize) -> &'static [&'static Kernel] {
+    match bounces {
+        0 => &[],
+        1 => &KERNELS[..4],
+        _ => &KERNELS,
+    }
+}
 
 /// Pairs of a beam and a face that are looked at together.
 const PAIRS: usize = 1 << 18;

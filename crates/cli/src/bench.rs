@@ -3,6 +3,7 @@
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
 use catseye::base::error::Result;
+use catseye::engine::devices::{Start, Starts};
 use catseye::gpu::{KernelUse, Profile};
 use catseye_papers::bench::{self, Outcome, Settings};
 use clap::Args;
@@ -37,6 +38,7 @@ impl Bench {
         }
         let bar = global.bar("bench", 0, Kept::Nothing);
         let say = |m: &str| bar.suspend(|| global.say(m));
+        let starts = bench::starts(&engine, &say)?;
         let outcomes = bench::run(&engine, &self.only, &settings, &say)?;
         drop(bar);
         if global.json {
@@ -44,6 +46,7 @@ impl Bench {
                 "version": env!("CARGO_PKG_VERSION"),
                 "device": engine.report(),
                 "threads": rayon::current_num_threads(),
+                "starts": starts,
                 "quick": self.quick,
                 "seed": settings.seed,
                 "workloads": outcomes,
@@ -54,11 +57,35 @@ impl Bench {
             engine.describe(),
             rayon::current_num_threads()
         ))?;
+        if let Some(starts) = &starts {
+            print(&start_lines(starts))?;
+        }
         outcomes.iter().try_for_each(|o| {
             print(&table(o))?;
             if self.profile { print(&kernels(o.kernels.as_ref(), o.total_seconds)) } else { Ok(()) }
         })
     }
+}
+
+/// The starts of the device, as lines.
+fn start_lines(starts: &Starts) -> String {
+    let line = |name: &str, s: &Start| {
+        let all_s = s.first_result_s + s.pipelines_s;
+        format!(
+            "  {name:<28} {all_s:>12.4} s   first result {:.4} s, other kernels {:.4} s",
+            s.first_result_s, s.pipelines_s
+        )
+    };
+    let cache = match starts.cache_bytes {
+        Some(bytes) => format!("cache of {:.1} kB", bytes as f64 / 1e3),
+        None => "the adapter has no pipeline cache".into(),
+    };
+    [
+        format!("\nstart: the device is opened and its {} kernels are compiled; {cache}", starts.kernels),
+        line("cold", &starts.cold),
+        line("warm", &starts.warm),
+    ]
+    .join("\n")
 }
 
 fn table(o: &Outcome) -> String {
@@ -224,6 +251,27 @@ mod tests {
             "{text}"
         );
         assert!(kernels(None, 0.01).contains("none ran"));
+    }
+
+    #[test]
+    fn starts_are_two_lines() {
+        let start = |pipelines_s| Start { first_result_s: 0.25, pipelines_s };
+        let starts =
+            Starts { kernels: 33, cold: start(1.25), warm: start(0.05), cache_bytes: Some(2_340_000) };
+        let text = start_lines(&starts);
+        let lines: Vec<&str> = text.trim_start().lines().collect();
+        assert!(lines[0].contains("33 kernels") && lines[0].ends_with("cache of 2340.0 kB"), "{text}");
+        assert!(
+            lines[1].contains("cold") && lines[1].contains(" 1.5000 s   first result 0.2500 s"),
+            "{text}"
+        );
+        assert!(
+            lines[2].contains("warm")
+                && lines[2].ends_with("0.3000 s   first result 0.2500 s, other kernels 0.0500 s"),
+            "{text}"
+        );
+        let without = start_lines(&Starts { cache_bytes: None, ..starts });
+        assert!(without.contains("no pipeline cache"), "{without}");
     }
 
     #[test]

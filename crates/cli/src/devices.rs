@@ -1,16 +1,23 @@
-//! `catseye devices`: adapters, limits, drivers, and which one `auto` takes.
+//! `catseye devices`: adapters, limits, drivers, which one `auto` takes, and the cache of compiled kernels.
 
 use super::global::{Global, print, print_json};
-use catseye::base::error::Result;
-use catseye::engine::devices::listing;
+use catseye::base::error::{BadInput, Result};
+use catseye::engine::devices::{listing, warm};
 use clap::Args;
 
 /// List adapters with driver and limits, what `auto` takes, and whether each passes the self-test
 #[derive(Debug, Args)]
-pub struct Devices {}
+pub struct Devices {
+    /// Compile all kernels for the adapter of --device and keep them on disk, so that later starts need not compile them
+    #[arg(long)]
+    pub warm: bool,
+}
 
 impl Devices {
     pub fn run(&self, global: &Global) -> Result<()> {
+        if self.warm {
+            return warmed(global);
+        }
         let listing = listing();
         if global.json {
             return print_json(&listing);
@@ -38,4 +45,22 @@ impl Devices {
         }
         print(&format!("auto takes: {}", listing.auto))
     }
+}
+
+fn warmed(global: &Global) -> Result<()> {
+    let engine = global.engine()?;
+    let found = warm(&engine)?.ok_or_else(|| {
+        BadInput::new("the cpu engine has no kernels to compile")
+            .key("--device")
+            .value(&global.device)
+            .allowed("a GPU, or part of an adapter's name")
+            .remedy("`catseye devices` lists the adapters")
+    })?;
+    global.answer(&found, || {
+        let place = match (&found.cache_file, &found.problem) {
+            (Some(file), _) => format!("kept in {}", file.display()),
+            (None, problem) => format!("not kept: {}", problem.as_deref().unwrap_or("unknown")),
+        };
+        format!("{}: {} kernels in {:.3} s, {place}", found.adapter.name, found.kernels, found.pipelines_s)
+    })
 }

@@ -77,7 +77,7 @@ static VERSION: LazyLock<String> = LazyLock::new(|| {
 /// The global options that act for each command. The others are not in its help, and it says that they change nothing.
 const ACTING: [(&str, &[&str]); 27] = [
     ("demo", &["device", "precision", "trace", "json", "quiet", "seed"]),
-    ("devices", &["json", "quiet"]),
+    ("devices", &["device", "json", "quiet"]),
     ("init", &["json", "quiet", "force"]),
     ("examples", &["json", "quiet", "force"]),
     ("reflector", &["json", "quiet", "seed", "force"]),

@@ -564,6 +564,75 @@ fn devices_are_listed() {
     assert!(v["adapters"].as_array().unwrap().iter().any(|a| a["self_test"] == "passed"), "{json}");
 }
 
+/// Kernels are compiled into the folder that is named; a cache that cannot be written is one sentence and no error.
+#[test]
+fn kernels_are_compiled_ahead() {
+    let t = tempfile::tempdir().unwrap();
+    let device = catseye::gpu::compare::test_device_name();
+    let warm = |cache: &str, json: &[&str]| {
+        let args = [&["devices", "--warm", "--device", device.as_str()][..], json].concat();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_catseye"));
+        let out = command.env("CATSEYE_CACHE", cache).current_dir(t.path()).args(args).output().unwrap();
+        assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+        text(&out.stdout)
+    };
+    let at = t.path().join("deep/cache");
+    for _ in 0..2 {
+        let v: serde_json::Value = serde_json::from_str(&warm(at.to_str().unwrap(), &["--json"])).unwrap();
+        assert_eq!(v["kernels"], catseye::engine::all_kernels().len());
+        assert!(v["pipelines_s"].is_f64() && v["problem"].is_null(), "{v}");
+        assert!(std::path::Path::new(v["cache_file"].as_str().unwrap()).starts_with(&at), "{v}");
+        assert_eq!(std::fs::read_dir(&at).unwrap().count(), 1);
+    }
+    assert!(warm("off", &[]).contains("not kept: the cache is turned off"));
+    std::fs::write(t.path().join("file"), "").unwrap();
+    let said = warm("file", &[]);
+    assert!(said.lines().count() == 1 && said.contains("not kept: "), "{said}");
+    refused(t.path(), &["devices", "--warm", "--device", "cpu"], &["has no kernels to compile"]);
+}
+
+/// Without a cache, with an empty, a filled, a damaged and an unusable one, and in two processes at once.
+#[test]
+fn frames_have_the_same_bytes_with_and_without_a_cache() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    scenario(d);
+    let device = catseye::gpu::compare::test_device_name();
+    let start = |cache: &str, out: &str| {
+        Command::new(env!("CARGO_BIN_EXE_catseye"))
+            .env("CATSEYE_CACHE", cache)
+            .current_dir(d)
+            .args(["simulate", "s.toml", "--frames", "1", "--quiet", "--device", &device, "-o", out])
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let end = |child: std::process::Child| {
+        let out = child.wait_with_output().unwrap();
+        assert!(out.status.success() && out.stderr.is_empty(), "{}", text(&out.stderr));
+    };
+    end(start("off", "off"));
+    let at_once = [start("cache", "first"), start("cache", "second")];
+    at_once.into_iter().for_each(end);
+    end(start("cache", "warm"));
+    let files: Vec<_> = std::fs::read_dir(d.join("cache")).unwrap().map(|e| e.unwrap().path()).collect();
+    assert_eq!(files.len(), 1, "{files:?}");
+    let mut damaged = std::fs::read(&files[0]).unwrap();
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 0xff;
+    std::fs::write(&files[0], &damaged).unwrap();
+    end(start("cache", "damaged"));
+    assert!(std::fs::read(&files[0]).unwrap() != damaged, "it is replaced");
+    end(start("s.toml", "unusable"));
+    for file in ["adc.npy", "points.csv"] {
+        let bytes = |run: &str| std::fs::read(d.join(run).join("frame_000000").join(file)).unwrap();
+        for run in ["first", "second", "warm", "damaged", "unusable"] {
+            assert!(bytes(run) == bytes("off"), "{run}: {file}");
+        }
+    }
+}
+
 #[test]
 fn ground_and_polarisations_on_the_command_line() {
     let dir = tempfile::tempdir().unwrap();

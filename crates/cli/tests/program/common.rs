@@ -4,7 +4,9 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 pub fn catseye(dir: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_catseye")).current_dir(dir).args(args).output().unwrap()
+    // The user's cache is left alone.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_catseye"));
+    command.env("CATSEYE_CACHE", "off").current_dir(dir).args(args).output().unwrap()
 }
 
 pub fn text(bytes: &[u8]) -> String {

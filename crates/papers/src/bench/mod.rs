@@ -23,6 +23,7 @@ pub mod stream;
 pub use agreement::{cells, noise_w};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::engine::Engine;
+use catseye::engine::devices::{self, Starts};
 use catseye::road::terrain::W8_QUADS;
 use frame::Frame;
 use sheet::Sheet;
@@ -69,6 +70,19 @@ pub fn frame_of(workload: &str) -> Result<Frame> {
         "W13" => scenario::awr1843(),
         _ => Err(Error::Failed(format!("the workload {workload} is not one frame"))),
     }
+}
+
+/// Times of a start of the engine's device without and with cached pipelines; None for the cpu engine.
+///
+/// # Errors
+/// Returns an error if the device cannot be opened again, or if the temporary folder cannot be written.
+pub fn starts(engine: &Engine, say: &dyn Fn(&str)) -> Result<Option<Starts>> {
+    if let Engine::Cpu(_) = engine {
+        return Ok(None);
+    }
+    say("start: the device with an empty cache, then with a filled one");
+    let scratch = scratch::Scratch::with("start", &[])?;
+    devices::starts(engine, scratch.path())
 }
 
 type Work = fn(&Engine, &Settings, Sheet<'_>) -> Result<Outcome>;

@@ -279,7 +279,9 @@ fn runs_repeat_to_the_bit_whatever_fits_a_buffer() {
     let whole = run(compare::test_gpu()).unwrap();
     assert_eq!(whole, run(compare::test_gpu()).unwrap());
     // Room for 1,820 of the 2,100 pairs of looks and faces.
-    let small = Gpu::open(Want::Named(&compare::test_device_name())).unwrap().with_binding_limit(1 << 18);
+    let small = Gpu::open_with_cache(Want::Named(&compare::test_device_name()), None)
+        .unwrap()
+        .with_binding_limit(1 << 18);
     assert_eq!(whole, run(&small).unwrap());
 }
 
@@ -352,7 +354,7 @@ fn times_of_w1_and_w2() {
     let start = std::time::Instant::now();
     let gpu = compare::test_gpu();
     println!("device: {:.3} s", start.elapsed().as_secs_f64());
-    let gpu = Gpu::open(Want::Named(&gpu.report().name)).unwrap();
+    let gpu = Gpu::open_with_cache(Want::Described(gpu.report()), None).unwrap();
     for sweep in [cross_section::trihedral(false), cross_section::type1(false)] {
         let geometry = Geometry::build(&sweep.scene().unwrap(), 0.0, FREQ_HZ).unwrap();
         let looks: Vec<BistaticAspect> =
