@@ -539,6 +539,7 @@ fn any_dataset() -> impl Strategy<Value = (DatasetLayout, Vec<Record>)> {
             .into_iter()
             .enumerate()
             .map(|(i, (kind, shape))| ArraySpec {
+                compression: None,
                 name: format!("array_{i}"),
                 dims: (0..shape.len()).map(|d| format!("d{d}")).collect(),
                 shape,
