@@ -84,6 +84,17 @@ class Dataset(Sequence[Sample]):
         return self._store.layout
 
     @property
+    def radars(self) -> list[str]:
+        """Names of the radars that the dataset contains; none of a dataset that was made before datasets contained them."""
+        return self._store.radar_names() or []
+
+    def radar(self, index: int = 0, name: str | None = None) -> Radar:
+        """The radar of this name that took the samples of a frame of these; default the first. Raises BadInput for a name that the dataset does not
+        have, and for a dataset that contains no radars."""
+        frame = int(self._frames[operator.index(index)])
+        return self._store.radar(frame, (self.radars or [""])[0] if name is None else name)
+
+    @property
     def frames(self) -> NDArray[np.int64]:
         """int64 [item]: the number in the whole dataset of each frame here."""
         return self._frames

@@ -587,7 +587,7 @@ def test_drawn_radars_are_those_of_each_scene(recipe, tiny_radar, engine, tmp_pa
     bins = set()
     for frame in (0, 3, 6, 9):
         sample = dataset[frame]
-        radar = dataset._tensors.parts[0].radar(dataset._store, frame)
+        radar = dataset.radar(frame)
         assert radar.range_bin_m == pytest.approx(sample["radars"]["range_bin_m"][0], rel=1e-12)
         bins.add(radar.range_bin_m)
         np.testing.assert_array_equal(sample["range_azimuth"], catseye.dsp.range_azimuth(sample["adc"], radar=radar, engine=engine))
@@ -662,6 +662,9 @@ def test_datasets_of_version_1(tiny_radar, engine, tmp_path):
         assert sample["grid_road"].shape == (4, 450, 300) and sample["mask_road"].max() > 0
         np.testing.assert_array_equal(sample["grid_road"], np.load(tmp_path / f"old/frame_{frame:06}/grid_road.npy"))
         assert frame in plain.split(sample["frames"]["split"][0]).frames
+    assert plain.radars == []
+    with pytest.raises(catseye.BadInput, match="before datasets contained their radars"):
+        plain.radar()
     with pytest.raises(catseye.BadInput, match="before datasets contained their radars"):
         catseye.Dataset(tmp_path / "old", tensors=["range_azimuth"])
     with pytest.warns(UserWarning, match="cannot be checked"):

@@ -336,6 +336,24 @@ fn masks_of_a_dataset_are_those_of_its_scenes() {
     fs::write(&scenario, said).unwrap();
     let run = catseye(dir.path(), &["simulate", "two/scenario.toml", "-o", "run", "--device", "cpu"]);
     assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
+    // A scene of the dataset is exported as its run is.
+    let two = ["export", "d", "--scene", "2", "--format"];
+    for (format, name) in [("pcd", "clouds"), ("coco", "coco"), ("kitti", "kitti"), ("osi", "a_sd.osi")] {
+        let (run, scene) = (format!("run_{name}"), format!("scene_{name}"));
+        for (args, to) in [(&["export", "run", "--format"][..], &run), (&two[..], &scene)] {
+            let args = [args, &[format, "-o", to]].concat();
+            let out = catseye(dir.path(), &args);
+            assert_eq!(out.status.code(), Some(0), "{args:?}: {}", text(&out.stderr));
+        }
+        match dir.path().join(&run).is_dir() {
+            true => same(&dir.path().join(&run), &dir.path().join(&scene)),
+            false => assert!(
+                fs::read(dir.path().join(&run)).unwrap() == fs::read(dir.path().join(&scene)).unwrap()
+            ),
+        }
+    }
+    refused(dir.path(), &["export", "d", "--format", "osi", "-o", "b_sd.osi"], &["--scene", "0 to 11"]);
+    refused(dir.path(), &["export", "d", "--scene", "12", "--format", "pcd", "-o", "c"], &["no such scene"]);
     let folder = dir.path().join("d");
     let layout = DatasetLayout::open(&folder).unwrap();
     for (frame, of_scene) in [(6, 0), (8, 2)] {
