@@ -269,7 +269,7 @@ mod tests {
             assert!(e.contains(&d.key) && e.contains(&d.one) && e.contains(&d.other), "{e}");
         }
         // The same antennas in another order.
-        let swapped = TINY.replace("-1.5", "q").replace("-0.5", "-1.5").replace('q', "-0.5");
+        let swapped = TINY.replace("-1.5", "other").replace("-0.5", "-1.5").replace("other", "-0.5");
         assert_eq!(difference(&tiny, &radar(&swapped)).unwrap().unwrap().key, "rx[0].position_m");
         for (old, new) in [
             ("name = \"tiny\"", "name = \"front\""),
