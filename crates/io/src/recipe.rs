@@ -481,21 +481,15 @@ impl Recipe {
             None => format!("scene {} has {}, and scene 0 {}", other.scene, names(&found), names(&wanted)),
         };
         let mut bad = BadInput::new(problem).file(self.path()).key("scenario.radar");
-        if let Some((key, value, allowed, span)) = self.unlike_draw(first, other)? {
-            bad =
-                bad.key(format!("scenario.{key}")).value(value).allowed(format!("{allowed}, as in scene 0"));
+        if let Some(UnlikeDraw { key, value, first, span }) = self.unlike_draw(first, other)? {
+            bad = bad.key(format!("scenario.{key}")).value(value).allowed(format!("{first}, as in scene 0"));
             bad.line = self.tree.document()?.bad(&span, "").line;
         }
         Err(bad.remedy("give one value, and make a dataset for each").into())
     }
 
-    /// The drawn key of a radar whose values in two scenes differ and that shapes arrays, with the value of `other`, that of `first`, and
-    /// its place in the recipe.
-    fn unlike_draw(
-        &self,
-        first: &Drawn,
-        other: &Drawn,
-    ) -> Result<Option<(String, String, String, Range<usize>)>> {
+    /// The drawn key of a radar whose values in two scenes differ, those that shape arrays first.
+    fn unlike_draw(&self, first: &Drawn, other: &Drawn) -> Result<Option<UnlikeDraw>> {
         const SHAPING: [&str; 8] =
             ["samples", "chirps", "sampling", "range_fft", "doppler_fft", "position_m", "name", "radar"];
         fn leaves(at: &str, value: &toml::Value, found: &mut BTreeMap<String, String>) {
@@ -537,7 +531,12 @@ impl Recipe {
                     (None, None) => return None,
                 }
             };
-            Some((key.clone(), value(&b, key), value(&a, key), origin.span.clone()))
+            Some(UnlikeDraw {
+                key: key.clone(),
+                value: value(&b, key),
+                first: value(&a, key),
+                span: origin.span.clone(),
+            })
         }))
     }
 
@@ -837,6 +836,18 @@ fn texts_in(path: &Path) -> Result<BTreeSet<String>> {
     let mut found = BTreeSet::new();
     value.iter().for_each(|v| texts(v, &mut found));
     Ok(found)
+}
+
+/// A key of a radar whose drawn values in two scenes differ.
+struct UnlikeDraw {
+    /// Key below `scenario`.
+    key: String,
+    /// Value in the later scene.
+    value: String,
+    /// Value in scene 0.
+    first: String,
+    /// Place of the draw in the recipe.
+    span: Range<usize>,
 }
 
 /// How shares become parts of the scenes.
