@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ._catseye import Engine, Radar, Store
 from ._plot import _check_kind, plot_sample
-from ._tensors import Tensors
+from ._tensors import RadarLike, Tensors
 
 Sample = dict[str, Any]
 
@@ -31,10 +31,14 @@ class Dataset(Sequence[Sample]):
     tensors: names of tensors that are computed of the stored samples when a frame is read, and added to its dictionary: "range_doppler",
     "range_azimuth", "angle_doppler", "rad", "chirps_azimuth", "tensor4d", "sparse" ("sparse_indices", "sparse_power_w"), and labels of them, "masks"
     ("mask_range_azimuth", "mask_range_doppler", "mask_angle_doppler"), "confidence" and "objects" (boxes as the radar sees them). A dictionary in
-    place of the list gives the options of each, as those of the functions of :mod:`catseye.dsp`. radar: the Radar, preset or path that the recipe
-    names; engine: to compute them with.
+    place of the list gives the options of each, as those of the functions of :mod:`catseye.dsp`. engine: to compute them with.
 
-    Raises BadInput for a folder that is no dataset, and for a frame whose shard is missing or broken when it is read.
+    radar: the radar of the samples. By default those that the dataset contains; with several, the names of tensors end with that of the radar
+    ("range_azimuth_left"). A name takes one of several; a list of names takes these; a Radar, preset or path, also in a dictionary by name,
+    computes with other settings of the processing, and is compared with the dataset's in all that places a target: waveform, sampling, antenna
+    positions and their order, windows, lengths of transforms. Other windows are options of a tensor.
+
+    Raises BadInput for a folder that is no dataset, a radar that differs from that of the samples, with key and both values, and for a frame whose shard is missing or broken when it is read.
     """
 
     def __init__(
@@ -45,11 +49,12 @@ class Dataset(Sequence[Sample]):
         arrays: Sequence[str] | None = None,
         tables: Sequence[str] | None = None,
         tensors: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
-        radar: Radar | str | os.PathLike[str] | None = None,
+        radar: RadarLike | Sequence[str] | Mapping[str, RadarLike | None] | None = None,
         engine: Engine | str | None = None,
     ) -> None:
-        self._store = Store(folder)
-        self._folder = os.fspath(folder)
+        self._store = Store(os.path.abspath(folder))
+        # It stays what it is when the process works elsewhere later.
+        self._folder = os.path.abspath(folder)
         self._arrays = None if arrays is None else list(arrays)
         self._tables = None if tables is None else list(tables)
         layout = self._store.layout
@@ -58,7 +63,7 @@ class Dataset(Sequence[Sample]):
             for name in wanted or ():
                 if name not in known:
                     raise KeyError(f"the dataset has no {what[:-1]} {name!r}; it has {', '.join(known)}")
-        self._tensors = Tensors(tensors, radar, engine, layout) if tensors else None
+        self._tensors = Tensors(tensors, radar, engine, self._store) if tensors else None
         self._frames: NDArray[np.int64]
         if split is None:
             self._frames = np.arange(len(self._store), dtype=np.int64)
@@ -79,6 +84,17 @@ class Dataset(Sequence[Sample]):
         return self._store.layout
 
     @property
+    def radars(self) -> list[str]:
+        """Names of the radars that the dataset contains; none of a dataset that was made before datasets contained them."""
+        return self._store.radar_names() or []
+
+    def radar(self, index: int = 0, name: str | None = None) -> Radar:
+        """The radar of this name that took the samples of a frame of these; default the first. Raises BadInput for a name that the dataset does not
+        have, and for a dataset that contains no radars."""
+        frame = int(self._frames[operator.index(index)])
+        return self._store.radar(frame, (self.radars or [""])[0] if name is None else name)
+
+    @property
     def frames(self) -> NDArray[np.int64]:
         """int64 [item]: the number in the whole dataset of each frame here."""
         return self._frames
@@ -93,8 +109,10 @@ class Dataset(Sequence[Sample]):
     @property
     def tables(self) -> list[str]:
         """Names of the tables that the frames are read with."""
-        made = ["objects"] if self._tensors is not None and "objects" in self._tensors.options else []
-        return self._stored_tables() + made
+        return self._stored_tables() + self._made_tables()
+
+    def _made_tables(self) -> list[str]:
+        return [] if self._tensors is None else self._tensors.objects
 
     def _stored_tables(self) -> list[str]:
         return [t["name"] for t in self.layout["tables"]] if self._tables is None else list(self._tables)
@@ -138,11 +156,11 @@ class Dataset(Sequence[Sample]):
                 statistics = json.load(file)
             most = dict(statistics["rows_a_frame_most"])
             # Objects are boxes, as many or fewer.
-            return {**most, "objects": most.get("boxes", 0)}, tuple(sorted(statistics["classes"]))
+            return {**most, **dict.fromkeys(self._made_tables(), most.get("boxes", 0))}, tuple(sorted(statistics["classes"]))
         except (OSError, KeyError):
             pass
         # A dataset that is not complete, or was made before statistics told it: every frame is asked.
-        asked = list(dict.fromkeys(self._stored_tables() + (["boxes"] if "objects" in self.tables else [])))
+        asked = list(dict.fromkeys(self._stored_tables() + (["boxes"] if self._made_tables() else [])))
         most = dict.fromkeys(asked, 0)
         classes: set[str] = set()
         for frame in range(len(self._store)):
@@ -151,7 +169,7 @@ class Dataset(Sequence[Sample]):
                     most[name] = max(most[name], len(table))
                     if "class" in table.dtype.names:
                         classes.update(table["class"])
-        return {**most, "objects": most.get("boxes", 0)}, tuple(sorted(classes))
+        return {**most, **dict.fromkeys(self._made_tables(), most.get("boxes", 0))}, tuple(sorted(classes))
 
     def __len__(self) -> int:
         return len(self._frames)
@@ -175,10 +193,10 @@ class Dataset(Sequence[Sample]):
             return self._store.read(frame, arrays=self._arrays, tables=self._tables)
         arrays = [a["name"] for a in self.layout["arrays"]] if self._arrays is None else self._arrays
         tables = self._stored_tables()
-        asked = {"arrays": [*arrays, tensors.array], "tables": [*tables, *tensors.tables]}
+        asked = {"arrays": [*arrays, *tensors.arrays], "tables": [*tables, *tensors.tables]}
         sample = self._store.read(frame, **{key: list(dict.fromkeys(names)) for key, names in asked.items()})
         wanted = {"frame", *arrays, *tables}
-        return {**{name: value for name, value in sample.items() if name in wanted}, **tensors.add(sample)}
+        return {**{name: value for name, value in sample.items() if name in wanted}, **tensors.add(sample, self._store)}
 
     def __iter__(self) -> Iterator[Sample]:
         for frame in self._frames:

@@ -2,6 +2,7 @@
 
 use crate::arrays::{Records, array, plain};
 use crate::errors::{OrRaise, refuse};
+use crate::radar::Radar;
 use crate::work::{Afterwards, run_to};
 use crate::{engine, work};
 use catseye::base::error::BadInput;
@@ -9,6 +10,7 @@ use catseye::formats::stage::distinct;
 use catseye_cli::draw_frame;
 use catseye_io::dataset::{DATASET, DatasetFile};
 use catseye_io::kept_dataset::KeptDataset;
+use catseye_io::kept_radar::{KeptRadar, RadarsOfScenes, check_same};
 use catseye_io::produce::{self, produce};
 use catseye_io::recipe::{Recipe, SPLITS};
 use catseye_io::store::{Array, Column, Data, DatasetLayout, Table};
@@ -16,8 +18,9 @@ use catseye_io::verify as checks;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::path::PathBuf;
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Makes a dataset from a recipe, or what is missing of it; the bytes are those of `catseye dataset`, whatever the number of workers and
 /// interruptions.
@@ -129,14 +132,75 @@ pub fn verify(py: Python<'_>, folder: PathBuf, progress: Option<&Bound<'_, PyAny
 pub struct Store {
     folder: PathBuf,
     layout: Arc<DatasetLayout>,
+    /// Content of dataset.json, once it was read.
+    file: Mutex<Option<Arc<DatasetFile>>>,
+    /// By shard, the radars of scenes that differ from those of dataset.json.
+    radars: Mutex<HashMap<u64, Arc<RadarsOfScenes>>>,
+}
+
+impl Store {
+    fn file(&self) -> catseye::Result<Arc<DatasetFile>> {
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(file) = &*file {
+            return Ok(file.clone());
+        }
+        let read = Arc::new(DatasetFile::read(&self.folder)?);
+        Ok(file.insert(read).clone())
+    }
+
+    /// The radar of this name in the scene of a frame.
+    fn kept(&self, frame: u64, name: &str) -> catseye::Result<KeptRadar> {
+        if frame >= self.layout.frames {
+            let bad = BadInput::new("the dataset has no such frame").key("frame").value(frame);
+            return Err(bad.allowed(format!("0 to {}", self.layout.frames.saturating_sub(1))).into());
+        }
+        let file = self.file()?;
+        let Some(usual) = &file.radars else {
+            let bad = BadInput::new("the dataset was made before datasets contained their radars");
+            return Err(bad
+                .file(&self.folder)
+                .key("radar")
+                .remedy("give radar=, the file of its recipe")
+                .into());
+        };
+        let scene = (frame / u64::from(file.frames_per_scene.max(1))) as u32;
+        let shard = self.layout.shard_of(frame);
+        let mut known = self.radars.lock().unwrap_or_else(PoisonError::into_inner);
+        let others = match known.get(&shard) {
+            Some(others) => others.clone(),
+            // Those of the first scene are in dataset.json, also where its shard is not made.
+            None if scene == 0 => Arc::default(),
+            None => {
+                let read = Arc::new(DatasetFile::radars_of_shard(&self.folder, shard)?);
+                known.entry(shard).or_insert(read).clone()
+            }
+        };
+        let radars = others.get(&scene).unwrap_or(usual);
+        let found = radars.iter().find(|r| r.name == name).ok_or_else(|| {
+            let names: Vec<&str> = radars.iter().map(|r| r.name.as_str()).collect();
+            let bad = BadInput::new("the dataset has no radar of this name").file(&self.folder);
+            bad.key("radar").value(name).allowed(names.join(", "))
+        })?;
+        Ok(found.clone())
+    }
+
+    fn radar_of(&self, frame: u64, name: &str) -> catseye::Result<catseye::scene::radar::Radar> {
+        self.kept(frame, name)?.radar(&self.folder.join(DATASET))
+    }
+}
+
+/// An absolute path, so that it stays the same when the process works elsewhere.
+fn absolute(folder: &Path) -> PathBuf {
+    std::path::absolute(folder).unwrap_or_else(|_| folder.into())
 }
 
 #[pymethods]
 impl Store {
     #[new]
     fn new(py: Python<'_>, folder: PathBuf) -> PyResult<Store> {
-        let layout = py.detach(|| DatasetLayout::open(&folder)).or_raise(py)?;
-        Ok(Store { folder, layout: Arc::new(layout) })
+        let folder = absolute(&folder);
+        let layout = Arc::new(py.detach(|| DatasetLayout::open(&folder)).or_raise(py)?);
+        Ok(Store { folder, layout, file: Mutex::default(), radars: Mutex::default() })
     }
 
     fn __len__(&self) -> usize {
@@ -149,11 +213,39 @@ impl Store {
         plain(py, &*self.layout)
     }
 
+    /// Names of the radars that the dataset contains; None for one that was made before datasets contained them.
+    fn radar_names(&self, py: Python<'_>) -> PyResult<Option<Vec<String>>> {
+        let names = |file: Arc<DatasetFile>| {
+            file.radars.as_ref().map(|all| all.iter().map(|r| r.name.clone()).collect())
+        };
+        py.detach(|| self.file().map(names)).or_raise(py)
+    }
+
+    /// The radar of this name that took a frame's samples. Raises BadInput for a name that the dataset does not have, a frame whose shard is
+    /// missing, and a dataset that contains no radars.
+    fn radar(&self, py: Python<'_>, frame: u64, name: &str) -> PyResult<Radar> {
+        let radar = py.detach(|| self.radar_of(frame, name)).or_raise(py)?;
+        Ok(Radar { radar: Arc::new(radar) })
+    }
+
+    /// Text of the radar of this name in a frame; equal texts are equal radars.
+    fn radar_text(&self, py: Python<'_>, frame: u64, name: &str) -> PyResult<String> {
+        let kept = py.detach(|| self.kept(frame, name)).or_raise(py)?;
+        Ok(kept.toml + kept.calibration.as_deref().unwrap_or_default())
+    }
+
+    /// Raises BadInput with key and both values where `radar` makes other tensors than the radar of this name that took a frame's samples: in
+    /// waveform, sampling, antenna positions and their order, windows and lengths of transforms.
+    fn check_radar(&self, py: Python<'_>, frame: u64, name: &str, radar: &Radar) -> PyResult<()> {
+        let given = radar.radar.clone();
+        py.detach(|| check_same(&self.radar_of(frame, name)?, &given)).or_raise(py)
+    }
+
     /// {"train", "validation", "test"}: int64 arrays of frame numbers. Raises BadInput where dataset.json is missing.
     fn splits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let read = || -> catseye::Result<[Vec<i64>; 3]> {
-            let file = DatasetFile::read(&self.folder)?;
-            let recipe = Recipe::parse(&self.folder.join(DATASET), &file.recipe_text, Some(file.seed))?;
+            let file = self.file()?;
+            let recipe = file.recipe(&self.folder)?;
             let mut frames: [Vec<i64>; 3] = Default::default();
             for scene in 0..recipe.scenes {
                 let which = SPLITS.iter().position(|s| *s == recipe.split(scene)).unwrap_or(0);

@@ -1,6 +1,9 @@
 """Stages of the chain one by one, tensors of cubes and their labels."""
 
 import pickle
+import re
+import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +11,7 @@ import pytest
 import catseye
 from catseye import dsp
 
+ROOT = Path(__file__).resolve().parents[2]
 ONE_TX = "[[tx]]\nposition_half_wavelengths = [0, -4, 0]\n", "[[tx]]\nposition_half_wavelengths = [0, 4, 0]\n"
 
 
@@ -507,7 +511,6 @@ def test_torch_batches_of_tensors(data, tiny_radar, engine, torch):
 def test_datasets_that_cannot_have_tensors(data, tiny_radar, recipe, radar, engine, tmp_path):
     for arguments, part in [
         ({"tensors": ["radar"], "radar": tiny_radar}, "range_azimuth"),
-        ({"tensors": ["rad"]}, "radar="),
         ({"tensors": ["rad"], "radar": radar}, "not the radar of the samples"),
         ({"tensors": ["masks"], "radar": tiny_radar}, "classes"),
     ]:
@@ -524,3 +527,151 @@ def test_datasets_that_cannot_have_tensors(data, tiny_radar, recipe, radar, engi
     with pytest.raises(catseye.BadInput, match="adc = true") as e:
         catseye.Dataset(tmp_path / "bare", tensors=["rad"], radar=tiny_radar)
     assert e.value.key == "tensors" and e.value.remedy
+
+
+def _inline(recipe, tiny_radar, **drawn):
+    """The tiny recipe with its radar written out, some of whose numbers are drawn."""
+    radar = re.sub(r"(?m)^(\[\[?)", r"\1scenario.radar.", tiny_radar.read_text())
+    for key, value in drawn.items():
+        radar, count = re.subn(rf"(?m)^{key} = .*$", f"{key} = {value}", radar)
+        assert count == 1
+    return recipe.read_text().replace('radar = "tiny_radar.toml"\n', "") + f"\n[scenario.radar]\n{radar}"
+
+
+def test_datasets_contain_their_radars(data, tiny_radar, engine, tmp_path, monkeypatch):
+    """The dataset's own radar is the default; another one is refused by the key in which it differs, and another search over angle is not."""
+    own = catseye.Dataset(data, tables=[], tensors=["range_azimuth"], engine=engine)
+    given = catseye.Dataset(data, tables=[], tensors=["range_azimuth"], radar=tiny_radar, engine=engine)
+    np.testing.assert_array_equal(own[3]["range_azimuth"], given[3]["range_azimuth"])
+    named = pickle.loads(pickle.dumps(catseye.Dataset(data, tables=[], tensors=["range_azimuth"], radar="tiny", engine=engine)))
+    np.testing.assert_array_equal(own[3]["range_azimuth"], named[3]["range_azimuth"])
+    text = tiny_radar.read_text()
+    lines = [line for line in text.splitlines() if line.startswith("position_half_wavelengths")]
+    swapped = text.replace(lines[1], "first").replace(lines[2], lines[1]).replace("first", lines[2])
+    for other, key in [
+        (text.replace("-1.5, 0]", "-3, 0]").replace("-0.5, 0]", "-1, 0]"), "rx[0].position_m"),
+        (swapped, "rx[0].position_m"),
+        (text.replace("bandwidth_hz = 375e6", "bandwidth_hz = 750e6"), "waveform.bandwidth_hz"),
+        (text.replace("chirp_period_s = 16e-6", "chirp_period_s = 32e-6"), "waveform.chirp_period_s"),
+        (text.replace('doppler_window = { kind = "hann" }', 'doppler_window = { kind = "blackman" }'), "processing.doppler_window"),
+        (text.replace('angle_window = { kind = "hann" }', 'angle_window = { kind = "rectangle" }'), "processing.angle_window"),
+    ]:
+        assert other != text
+        path = tmp_path / "other.toml"
+        path.write_text(other)
+        with pytest.raises(catseye.BadInput, match="not the radar of the samples") as e:
+            catseye.Dataset(data, tensors=["range_azimuth"], radar=path, engine=engine)
+        assert e.value.key.startswith(f"radar.{key}") and e.value.value and e.value.allowed, str(e.value)
+    free = catseye.Radar(tiny_radar).with_processing(azimuth_bins=16, cfar={"false_alarm_probability": 1e-3})
+    catseye.Dataset(data, tensors=["range_azimuth"], radar=free, engine=engine)[0]
+    # A window of one tensor.
+    options = {"range_doppler": {"range_window": "blackman"}}
+    blackman = catseye.Dataset(data, tables=[], tensors=options, engine=engine)[3]
+    other = catseye.dsp.range_doppler(blackman["adc"], radar=free, range_window="blackman", engine=engine)
+    np.testing.assert_array_equal(blackman["range_doppler"], catseye.dsp.power(other, radar=free, engine=engine))
+    # A relative folder stays what it is.
+    monkeypatch.chdir(data.parent)
+    relative = catseye.Dataset(data.name, tables=[], tensors=["range_azimuth"], engine=engine)
+    monkeypatch.chdir(tmp_path)
+    again = pickle.loads(pickle.dumps(relative))
+    for dataset in (relative, again):
+        np.testing.assert_array_equal(dataset[3]["range_azimuth"], own[3]["range_azimuth"])
+
+
+def test_drawn_radars_are_those_of_each_scene(recipe, tiny_radar, engine, tmp_path):
+    """Each frame's tensors are those of the radar that its scene drew: axes of the table `radars` are those of the radar."""
+    drawn = _inline(recipe, tiny_radar, bandwidth_hz="{ uniform = [300e6, 450e6] }", noise_figure_db="{ uniform = [10, 16] }")
+    (tmp_path / "drawn.toml").write_text(drawn)
+    catseye.dataset(tmp_path / "drawn.toml", tmp_path / "data", engine=engine)
+    dataset = catseye.Dataset(tmp_path / "data", tensors=["range_azimuth"], engine=engine)
+    bins = set()
+    for frame in (0, 3, 6, 9):
+        sample = dataset[frame]
+        radar = dataset.radar(frame)
+        assert radar.range_bin_m == pytest.approx(sample["radars"]["range_bin_m"][0], rel=1e-12)
+        bins.add(radar.range_bin_m)
+        np.testing.assert_array_equal(sample["range_azimuth"], catseye.dsp.range_azimuth(sample["adc"], radar=radar, engine=engine))
+    assert len(bins) == 4
+    with pytest.raises(catseye.BadInput, match="not the radar of the samples") as e:
+        catseye.Dataset(tmp_path / "data", tensors=["range_azimuth"], radar=tiny_radar, engine=engine)
+    assert e.value.key == "radar.waveform.bandwidth_hz"
+
+
+def test_a_draw_of_the_shape_is_refused_before_the_first_frame(recipe, tiny_radar, engine, tmp_path):
+    drawn = _inline(recipe, tiny_radar, chirps="{ choice = [16, 32] }").replace("seed = 3", "seed = 5")
+    (tmp_path / "drawn.toml").write_text(drawn)
+    with pytest.raises(catseye.BadInput, match="make a dataset for each") as e:
+        catseye.dataset(tmp_path / "drawn.toml", tmp_path / "data", engine=engine)
+    assert e.value.key == "scenario.radar.waveform.chirps" and e.value.line
+    assert not (tmp_path / "data").exists()
+
+
+def test_tensors_of_several_radars(recipe, tiny_radar, engine, tmp_path):
+    """Two radars of one file, 0.8 m apart: each has tensors of its own samples."""
+    text = recipe.read_text().replace('radar = "tiny_radar.toml"\n', "")
+    for name, y in (("front-left", 0.4), ("right", -0.4)):
+        text += f'\n[[scenario.radars]]\nname = "{name}"\nradar = "tiny_radar.toml"\nmounting = {{ position_m = [3.6, {y}, 0.5] }}\n'
+    (tmp_path / "two.toml").write_text(text.replace("[keep]\n", "[keep]\nmasks = true\n"))
+    (tmp_path / "tiny_radar.toml").write_text(tiny_radar.read_text())
+    folder = tmp_path / "data"
+    catseye.dataset(tmp_path / "two.toml", folder, engine=engine)
+    both = catseye.Dataset(folder, tensors={"range_azimuth": {}, "objects": {}}, engine=engine)
+    sample = both[1]
+    radar = catseye.Radar(tiny_radar)
+    for suffix in ("front_left", "right"):
+        expected = catseye.dsp.range_azimuth(sample[f"adc_{suffix}"], radar=radar, engine=engine)
+        np.testing.assert_array_equal(sample[f"range_azimuth_{suffix}"], expected)
+    assert not np.array_equal(sample["range_azimuth_front_left"], sample["range_azimuth_right"])
+    assert both.tables[-2:] == ["objects_front_left", "objects_right"]
+    left, right = sample["objects_front_left"], sample["objects_right"]
+    shared = np.intersect1d(left["id"], right["id"])
+    assert len(shared)
+    for number in shared:
+        apart = right[right["id"] == number]["y_m"][0] - left[left["id"] == number]["y_m"][0]
+        assert apart == pytest.approx(0.8)
+    one = catseye.Dataset(folder, tensors=["range_azimuth"], radar="right", engine=engine)[1]
+    np.testing.assert_array_equal(one["range_azimuth"], sample["range_azimuth_right"])
+    given = catseye.Dataset(folder, tensors=["range_azimuth"], radar={"right": tiny_radar}, engine=engine)[1]
+    np.testing.assert_array_equal(given["range_azimuth_right"], sample["range_azimuth_right"])
+    with pytest.raises(catseye.BadInput, match="several radars") as e:
+        catseye.Dataset(folder, tensors=["range_azimuth"], radar=tiny_radar, engine=engine)
+    assert "right" in e.value.allowed
+    with pytest.raises(catseye.BadInput, match="no radar of this name"):
+        catseye.Dataset(folder, tensors=["range_azimuth"], radar=["back"], engine=engine)
+
+
+def test_datasets_of_version_1(tiny_radar, engine, tmp_path):
+    """A dataset that contains no radars is read with the given one, with a warning, and its frames are in the parts that it says."""
+    with zipfile.ZipFile(ROOT / "crates/io/tests/dataset_v1.zip") as archive:
+        archive.extractall(tmp_path / "old")
+    text = tiny_radar.read_text()
+    for old, new in [
+        ("\nsamples = 64", "\nsamples = 16"),
+        ("chirps = 16", "chirps = 4"),
+        ("train_range_cells = 4", "train_range_cells = 2"),
+        ("train_doppler_cells = 4", "train_doppler_cells = 1"),
+        ("guard_doppler_cells = 2", "guard_doppler_cells = 0"),
+        ("guard_range_cells = 2", "guard_range_cells = 1"),
+        ("bandwidth_hz = 375e6", "bandwidth_hz = 93.75e6"),
+    ]:
+        text = text.replace(old, new)
+    (tmp_path / "radar.toml").write_text(text)
+    plain = catseye.Dataset(tmp_path / "old")
+    for frame in (0, 1):
+        sample = plain[frame]
+        assert sample["grid_road"].shape == (4, 450, 300) and sample["mask_road"].max() > 0
+        np.testing.assert_array_equal(sample["grid_road"], np.load(tmp_path / f"old/frame_{frame:06}/grid_road.npy"))
+        assert frame in plain.split(sample["frames"]["split"][0]).frames
+    assert plain.radars == []
+    with pytest.raises(catseye.BadInput, match="before datasets contained their radars"):
+        plain.radar()
+    with pytest.raises(catseye.BadInput, match="before datasets contained their radars"):
+        catseye.Dataset(tmp_path / "old", tensors=["range_azimuth"])
+    with pytest.warns(UserWarning, match="cannot be checked"):
+        read = catseye.Dataset(tmp_path / "old", tensors=["range_azimuth"], radar=tmp_path / "radar.toml", engine=engine)
+    assert read[1]["range_azimuth"].shape[0] == 16
+    (tmp_path / "wide.toml").write_text(text.replace("bandwidth_hz = 93.75e6", "bandwidth_hz = 187.5e6"))
+    with pytest.warns(UserWarning):
+        read = catseye.Dataset(tmp_path / "old", tensors=["range_azimuth"], radar=tmp_path / "wide.toml", engine=engine)
+    with pytest.raises(catseye.BadInput, match="not the radar of the samples"):
+        read[0]

@@ -1,21 +1,22 @@
-//! `catseye export`: a run as files that other tools read.
+//! `catseye export`: a run or a dataset as files that other tools read.
 
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
-use catseye::base::error::{BadInput, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::check_extension;
 use catseye::formats::stage;
-use catseye_export::sweeps::{Extras, Run};
+use catseye_export::sweeps::{Extras, Run, Sweeps};
 use catseye_export::tusimple::{Camera, LaneFile};
-use catseye_export::{Exporter, coco, kitti, nuscenes, pcd};
+use catseye_export::{Exporter, Finished, coco, dataset, kitti, nuscenes, pcd};
+use catseye_io::dataset::DATASET;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Export the frames of a run: nuScenes, KITTI and View-of-Delft, COCO, RadarScenes, MCAP, ASAM OSI, TuSimple
+/// Export the frames of a run or a dataset: nuScenes, KITTI and View-of-Delft, COCO, RadarScenes, MCAP, ASAM OSI, TuSimple
 #[derive(Debug, Args)]
 pub struct Export {
-    /// Folder that `catseye simulate` wrote, with points and truth
+    /// Folder that `catseye simulate` or `catseye dataset` wrote, with points and truth
     pub run: PathBuf,
     /// What to write
     #[arg(long)]
@@ -30,6 +31,9 @@ pub struct Export {
     /// nuscenes: time between key frames, s; 0 makes every frame one
     #[arg(long, value_name = "S", default_value_t = 0.5, allow_hyphen_values = true)]
     pub key_interval_s: f64,
+    /// Of a dataset: the scene to export; without it, formats that write a folder get all scenes, as scene_000000 and so on
+    #[arg(long, value_name = "N")]
+    pub scene: Option<u32>,
     #[command(flatten)]
     pub camera: CameraArgs,
 }
@@ -112,21 +116,21 @@ fn left_out(format: &str, feature: &str) -> catseye::base::error::Error {
 impl Export {
     // Only the pictures of maps look ahead into the run.
     #[cfg_attr(not(feature = "mcap"), allow(unused_variables))]
-    fn exporter(&self, run: &Run, force: bool) -> Result<Box<dyn Exporter>> {
+    fn exporter(&self, run: &dyn Sweeps, output: &Path, force: bool) -> Result<Box<dyn Exporter>> {
         Ok(match self.format {
-            Format::Pcd => Box::new(pcd::Clouds::create(&self.output, force)?),
+            Format::Pcd => Box::new(pcd::Clouds::create(output, force)?),
             Format::Nuscenes => {
                 let settings =
                     nuscenes::Settings { scene: self.sequence.clone(), key_interval_s: self.key_interval_s };
-                Box::new(nuscenes::Tables::create(&self.output, settings, force)?)
+                Box::new(nuscenes::Tables::create(output, settings, force)?)
             }
-            Format::Kitti => Box::new(kitti::Folder::create(&self.output, self.camera.camera()?, force)?),
-            Format::Coco => Box::new(coco::Folder::create(&self.output, force)?),
-            Format::Tusimple => Box::new(LaneFile::create(&self.output, self.camera.camera()?, force)?),
+            Format::Kitti => Box::new(kitti::Folder::create(output, self.camera.camera()?, force)?),
+            Format::Coco => Box::new(coco::Folder::create(output, force)?),
+            Format::Tusimple => Box::new(LaneFile::create(output, self.camera.camera()?, force)?),
             #[cfg(feature = "hdf5")]
             Format::Radarscenes => {
                 use catseye_export::radarscenes::Sequence;
-                Box::new(Sequence::create(&self.output, &self.sequence, force)?)
+                Box::new(Sequence::create(output, &self.sequence, force)?)
             }
             #[cfg(not(feature = "hdf5"))]
             Format::Radarscenes => return Err(left_out("radarscenes", "hdf5")),
@@ -135,12 +139,12 @@ impl Export {
                 use catseye_export::mcap::Recording;
                 // A run without maps has no pictures.
                 let white_dbm = run.highest_dbm()?.unwrap_or(0.0);
-                Box::new(Recording::create(&self.output, white_dbm, force)?)
+                Box::new(Recording::create(output, white_dbm, force)?)
             }
             #[cfg(not(feature = "mcap"))]
             Format::Mcap => return Err(left_out("mcap", "mcap")),
             #[cfg(feature = "osi")]
-            Format::Osi => Box::new(catseye_export::osi::Trace::create(&self.output, force)?),
+            Format::Osi => Box::new(catseye_export::osi::Trace::create(output, force)?),
             #[cfg(not(feature = "osi"))]
             Format::Osi => return Err(left_out("osi", "osi")),
         })
@@ -154,8 +158,52 @@ impl Export {
             Format::Osi => check_extension(&self.output, &["osi"])?,
             Format::Tusimple => check_extension(&self.output, &["json", "jsonl"])?,
         }
-        let run = Run::open(&self.run)?;
-        let mut exporter = self.exporter(&run, global.force)?;
+        if !self.run.join(DATASET).is_file() {
+            if let Some(scene) = self.scene {
+                return Err(BadInput::new("is of datasets, and this is a run")
+                    .key("--scene")
+                    .value(scene)
+                    .remedy("leave it out")
+                    .into());
+            }
+            return self.one(&Run::open(&self.run)?, global);
+        }
+        if let Some(scene) = self.scene {
+            return self.one(&dataset::Scene::open(&self.run, scene)?, global);
+        }
+        let scenes = dataset::scenes(&self.run)?;
+        if matches!(self.format, Format::Mcap | Format::Osi | Format::Tusimple) {
+            if scenes == 1 {
+                return self.one(&dataset::Scene::open(&self.run, 0)?, global);
+            }
+            return Err(BadInput::new("a file holds one scene, and the dataset has several")
+                .key("--scene")
+                .allowed(format!("0 to {}", scenes.saturating_sub(1)))
+                .remedy("say which, as in --scene 0")
+                .into());
+        }
+        std::fs::create_dir_all(&self.output).map_err(|e| Error::io(&self.output, e))?;
+        let scene = |scene| {
+            let output = self.output.join(format!("scene_{scene:06}"));
+            self.write(&dataset::Scene::open(&self.run, scene)?, &output, global)
+        };
+        let reports = (0..scenes).map(scene).collect::<Result<Vec<_>>>()?;
+        if global.json {
+            let output = self.output.to_string_lossy();
+            return print_json(&serde_json::json!({ "output": output, "scenes": reports }));
+        }
+        let count = |of: fn(&Finished) -> u64| reports.iter().map(of).sum::<u64>();
+        print(&format!(
+            "{scenes} scenes, {} sweeps, {} points; wrote {}",
+            count(|r| r.sweeps as u64),
+            count(|r| r.points as u64),
+            self.output.display()
+        ))
+    }
+
+    /// Writes the sweeps of a run or of a scene.
+    fn write(&self, run: &dyn Sweeps, output: &Path, global: &Global) -> Result<Finished> {
+        let mut exporter = self.exporter(run, output, global.force)?;
         let bar = global.bar("sweeps", run.len() as u64, Kept::Nothing);
         let extras = Extras {
             map: self.format == Format::Mcap,
@@ -168,11 +216,17 @@ impl Export {
         }
         drop(bar);
         let report = exporter.finish()?;
+        if !global.json {
+            report.notes.iter().for_each(|note| global.say(note));
+        }
+        Ok(report)
+    }
+
+    /// Writes one run or scene, and prints its report.
+    fn one(&self, run: &dyn Sweeps, global: &Global) -> Result<()> {
+        let report = self.write(run, &self.output, global)?;
         if global.json {
             return print_json(&report);
-        }
-        for note in &report.notes {
-            global.say(note);
         }
         print(&format!(
             "{} sweeps, {} points; wrote {}",

@@ -8,6 +8,7 @@
 
 pub mod class;
 pub mod coco;
+pub mod dataset;
 pub mod kitti;
 mod map_mask;
 #[cfg(feature = "mcap")]

@@ -112,6 +112,43 @@ pub struct Extras {
     pub lidar: bool,
 }
 
+/// Frames that exporters write, in the order of time.
+pub trait Sweeps {
+    /// Number of sweeps.
+    fn len(&self) -> usize;
+
+    /// Whether there is no sweep.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Sweep number `at`, with the extras that are asked for.
+    ///
+    /// # Errors
+    /// Returns `BadInput` for what is missing or damaged.
+    fn sweep(&self, at: usize, extras: Extras) -> Result<Sweep>;
+
+    /// The highest level of all maps, dBm; `None` where there is no map with power.
+    ///
+    /// # Errors
+    /// Returns an error for a map that cannot be read.
+    fn highest_dbm(&self) -> Result<Option<f64>>;
+}
+
+impl Sweeps for Run {
+    fn len(&self) -> usize {
+        Run::len(self)
+    }
+
+    fn sweep(&self, at: usize, extras: Extras) -> Result<Sweep> {
+        Run::sweep(self, at, extras)
+    }
+
+    fn highest_dbm(&self) -> Result<Option<f64>> {
+        Run::highest_dbm(self)
+    }
+}
+
 /// A run folder.
 pub struct Run {
     folder: PathBuf,

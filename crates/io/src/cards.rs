@@ -56,6 +56,7 @@ pub fn croissant(file: &DatasetFile, layout: &DatasetLayout) -> Value {
         for a in &layout.arrays {
             let (includes, format) = match layout.format {
                 Format::Zarr => (format!("{}/*", a.name), "application/vnd+zarr"),
+                _ if a.compression.is_some() => (format!("frame_*/{}.npz", a.name), "application/zip"),
                 _ => (format!("frame_*/{}.npy", a.name), "application/x-npy"),
             };
             let about = format!("{} {:?} of each frame, {}: {}", a.kind.name(), a.shape, a.unit, a.about);

@@ -2,7 +2,8 @@
 //! their frames.
 
 use super::drawn_scene::DrawnScene;
-use super::recipe::Recipe;
+use super::kept_radar::{KeptRadar, RadarsOfScenes};
+use super::recipe::{Recipe, SplitRule};
 use super::store::{DatasetLayout, ShardFile};
 use super::tally::Tally;
 use catseye::base::control::Control;
@@ -17,6 +18,9 @@ use std::sync::Arc;
 
 /// Name of the file that states what a dataset is made from.
 pub const DATASET: &str = "dataset.json";
+/// Version of the format of datasets. Version 1 contains no radars, and its scenes are split by their rank among all. A reader of a later
+/// version reads earlier ones; a dataset is continued by the version that began it.
+pub const VERSION: u32 = 2;
 /// Name of the folder of the markers.
 pub const SHARDS: &str = "shards";
 
@@ -73,6 +77,9 @@ impl std::fmt::Display for Device {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DatasetFile {
+    /// Version of the format ([`VERSION`]); absent in version 1.
+    #[serde(default = "version_1")]
+    pub version: u32,
     /// Version of the program.
     pub catseye: String,
     /// Name of the dataset.
@@ -91,6 +98,13 @@ pub struct DatasetFile {
     pub device: Device,
     /// The recipe as it was read.
     pub recipe_text: String,
+    /// The radars of scene 0; those of scenes that differ are in the markers of their shards. None in version 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radars: Option<Vec<KeptRadar>>,
+}
+
+fn version_1() -> u32 {
+    1
 }
 
 impl DatasetFile {
@@ -112,12 +126,57 @@ impl DatasetFile {
             }
             Err(e) => return Err(Error::io(path, e)),
         };
-        serde_json::from_slice(&bytes).map_err(|e| {
+        let damaged = |e: serde_json::Error| {
             BadInput::new(format!("damaged: {}", json_in_words(&e)))
                 .file(&path)
                 .remedy("bring back the file that was written")
-                .into()
-        })
+        };
+        let value: serde_json::Value = serde_json::from_slice(&bytes).map_err(damaged)?;
+        let version = value.get("version").and_then(serde_json::Value::as_u64);
+        if let Some(later) = version.filter(|v| *v > VERSION.into()) {
+            return Err(BadInput::new("written by a later version")
+                .file(&path)
+                .key("version")
+                .value(later)
+                .allowed(format!("up to {VERSION}"))
+                .remedy("read it with that version of catseye")
+                .into());
+        }
+        Ok(serde_json::from_slice(&bytes).map_err(damaged)?)
+    }
+
+    /// The recipe that it was made from, with the splits of its version.
+    ///
+    /// # Errors
+    /// Returns the errors of a recipe file for a text that was changed.
+    pub fn recipe(&self, dir: &Path) -> Result<Recipe> {
+        let rule = if self.version < 2 { SplitRule::Ranked } else { SplitRule::Stable };
+        Recipe::parse_split(&dir.join(DATASET), &self.recipe_text, Some(self.seed), rule)
+    }
+
+    /// The radars of each scene of a shard that differ from [`radars`](DatasetFile::radars).
+    ///
+    /// # Errors
+    /// Returns `BadInput` for a shard without a readable marker.
+    pub fn radars_of_shard(dir: &Path, shard: u64) -> Result<RadarsOfScenes> {
+        #[derive(Deserialize)]
+        struct Only {
+            #[serde(default)]
+            radars: RadarsOfScenes,
+        }
+        let path = dir.join(Marker::name(shard));
+        let bad = |problem: String| {
+            BadInput::new(problem)
+                .file(&path)
+                .remedy("the same `catseye dataset` command makes the shard again")
+        };
+        let bytes = fs::read(&path).map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => bad("the shard is not complete: it has no marker".into()).into(),
+            _ => Error::io(&path, e),
+        })?;
+        let only: Only =
+            serde_json::from_slice(&bytes).map_err(|e| bad(format!("damaged: {}", json_in_words(&e))))?;
+        Ok(only.radars)
     }
 }
 
@@ -143,6 +202,9 @@ pub struct Marker {
     /// recognised when the recipe was changed.
     #[serde(default)]
     pub drawn_from: String,
+    /// Radars of its scenes that differ from those of `dataset.json`; empty where radars are not drawn.
+    #[serde(default, skip_serializing_if = "RadarsOfScenes::is_empty")]
+    pub radars: RadarsOfScenes,
 }
 
 impl Marker {

@@ -18,6 +18,7 @@ pub mod follow;
 pub mod hdf5;
 mod hold;
 pub mod kept_dataset;
+pub mod kept_radar;
 pub mod kept_run;
 pub mod manifest;
 pub mod produce;

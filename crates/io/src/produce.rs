@@ -6,11 +6,12 @@
 use super::board::{Board, Claim, Queue};
 use super::cards::CROISSANT;
 use super::dataset::{
-    DATASET, DatasetFile, Device, Marker, SHARDS, drawn_scene, frames_of, prepared, write_json,
+    DATASET, DatasetFile, Device, Marker, SHARDS, VERSION, drawn_scene, frames_of, prepared, write_json,
 };
 use super::datasheet;
 use super::drawn_scene::DrawnScene;
 use super::hold::Hold;
+use super::kept_radar::{KeptRadar, RadarsOfScenes};
 use super::recipe::Recipe;
 use super::rows;
 use super::run::{Pictures, batch_of};
@@ -123,7 +124,9 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     }
     recipe.check_built()?;
     let identity = recipe.identity()?;
+    let radars = KeptRadar::all(&recipe.draw(0)?.parsed.radars)?;
     let file = DatasetFile {
+        version: VERSION,
         catseye: env!("CARGO_PKG_VERSION").into(),
         name: recipe.name.clone(),
         licence: recipe.licence.clone(),
@@ -133,6 +136,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         frames_per_scene: recipe.frames_per_scene,
         device: Device::of(&engine.report()),
         recipe_text: recipe.text().to_string(),
+        radars: Some(radars.clone()),
     };
     let begun = begin(out, &file, options)?;
     let same = matches!(begun, Begun::Same);
@@ -169,7 +173,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     }
     fs::create_dir_all(out).map_err(|e| Error::io(out, e))?;
     let basis = format!("{basis}{}\n", without_frames(&layout)?);
-    let mender = Mender { recipe, basis: &basis, layout: &layout, out, identity: &identity };
+    let mender = Mender { recipe, radars: &radars, basis: &basis, layout: &layout, out, identity: &identity };
     match begun {
         Begun::Nothing => write_json(out, DATASET, &file)?,
         Begun::Same => {}
@@ -219,6 +223,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         out,
         layout: &layout,
         file: &file,
+        radars: &radars,
         jobs,
         batch: batch_of(engine, options.batch),
         basis: &basis,
@@ -417,6 +422,11 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<Begun>
             )
         } else if found.seed != file.seed {
             format!("holds a dataset of seed {}", found.seed)
+        } else if found.version != file.version {
+            format!(
+                "holds a dataset of format version {}, and this catseye makes version {}",
+                found.version, file.version
+            )
         } else if found.catseye != file.catseye {
             format!("holds a dataset that catseye {} began", found.catseye)
         } else {
@@ -488,6 +498,8 @@ fn only_ours(out: &Path) -> Result<()> {
 /// Takes over shards of an earlier recipe that are the same in the new one.
 struct Mender<'a> {
     recipe: &'a Recipe,
+    /// Radars of scene 0.
+    radars: &'a [KeptRadar],
     basis: &'a str,
     layout: &'a DatasetLayout,
     out: &'a Path,
@@ -500,7 +512,11 @@ impl Mender<'_> {
         if shard >= self.layout.shards() || !marker.holds(self.out, shard, self.layout, &marker.recipe) {
             return Ok(false);
         }
-        Ok(marker.drawn_from == self.recipe.drawn_from(self.basis, self.layout.frames_of(shard))?)
+        Ok(marker.drawn_from == self.drawn_from(shard)?.0)
+    }
+
+    fn drawn_from(&self, shard: u64) -> Result<(String, RadarsOfScenes)> {
+        self.recipe.drawn_from(self.basis, self.layout.frames_of(shard), self.radars)
     }
 
     /// Removes from the folder what belongs to the earlier recipe alone, if a shard of it can stay or none is
@@ -552,7 +568,9 @@ impl Mender<'_> {
         let adopt = |shard: u64| -> Result<u64> {
             match Marker::read(self.out, shard) {
                 Some(m) if m.recipe != self.identity && self.is_same(&m, shard)? => {
-                    let marker = Marker { recipe: self.identity.into(), ..m };
+                    // Scene 0, from which others differ, may have other radars in the new recipe.
+                    let radars = self.drawn_from(shard)?.1;
+                    let marker = Marker { recipe: self.identity.into(), radars, ..m };
                     write_json(self.out, &Marker::name(shard), &marker)?;
                     Ok(1)
                 }
@@ -582,7 +600,7 @@ fn layout_of(recipe: &Recipe, site: &DrawnScene, record: &Record) -> DatasetLayo
         compression: recipe.compression,
         frames: recipe.frames(),
         frames_per_shard: recipe.frames_per_shard,
-        arrays: record.arrays.iter().map(rows::array_spec).collect(),
+        arrays: record.arrays.iter().map(|a| rows::array_spec(a, recipe.pack_grids)).collect(),
         tables: rows::table_specs(recipe, site),
         attributes: [("name".to_string(), recipe.name.clone().into())].into_iter().collect(),
     }
@@ -657,6 +675,8 @@ struct Run<'a> {
     out: &'a Path,
     layout: &'a DatasetLayout,
     file: &'a DatasetFile,
+    /// Radars of scene 0.
+    radars: &'a [KeptRadar],
     jobs: usize,
     /// Largest number of frames that a worker makes together.
     batch: usize,
@@ -808,6 +828,7 @@ impl<'a> Run<'a> {
             Ok(record)
         })?;
         let frames = self.layout.frames_of(shard);
+        let (drawn_from, radars) = self.recipe.drawn_from(self.basis, frames.clone(), self.radars)?;
         let marker = Marker {
             shard,
             first_frame: frames.start,
@@ -816,7 +837,8 @@ impl<'a> Run<'a> {
             device: Device::of(&self.engine.report()),
             files,
             tally,
-            drawn_from: self.recipe.drawn_from(self.basis, frames)?,
+            drawn_from,
+            radars,
         };
         write_json(self.out, &Marker::name(shard), &marker)
     }

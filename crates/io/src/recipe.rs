@@ -1,14 +1,17 @@
 //! The recipe TOML: a road scene and a scenario in which any value may be a distribution, the number of
 //! scenes drawn from them, and what is kept. Each scene is two plain texts that the ordinary readers parse.
 
+use super::dataset::VERSION;
 use super::draw::{Changes, Draws, Node, Origin, Tree, word};
 use super::echo_file::KeptEchoes;
+use super::kept_radar::{KeptRadar, RadarsOfScenes};
 use super::store::{ColumnKind, ColumnSpec, Compression, DatasetLayout, Format, TableSpec};
 use super::traffic::{Sizes, first_clash};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage::{sha256_of_bytes, sha256_of_file};
 use catseye::road::plan::ScenePlan;
 use catseye::road::scene_toml;
+use catseye::scene::radar::Radar;
 use catseye::scene::scenario::{self, Scenario};
 use catseye::scene::toml_file::{At, Document, read_text};
 use catseye::simulate::products::Products;
@@ -120,7 +123,7 @@ pub enum Scenes {
 pub struct StoreTable {
     /// Format: frames (default; every build has it), zarr or hdf5 (builds with that feature).
     pub format: At<Format>,
-    /// Compression of arrays. Default zstd:1 for zarr, deflate:3 for hdf5, none for frames.
+    /// Compression of arrays. Default zstd:1 for zarr, deflate:3 for hdf5; in frames, grids and masks alone are compressed, as .npz.
     pub compression: Option<At<Compression>>,
     /// Number of frames that one task writes together; default whole scenes, 100 frames or more.
     pub frames_per_shard: Option<At<u32>>,
@@ -205,6 +208,8 @@ pub struct Recipe {
     unbuilt: Option<BadInput>,
     /// Compression of arrays.
     pub compression: Compression,
+    /// Whether grids and masks are compressed one by one: in the format `frames`, unless the recipe states a compression.
+    pub pack_grids: bool,
     /// Number of frames of a shard.
     pub frames_per_shard: u64,
     /// What is kept of each frame.
@@ -249,6 +254,14 @@ impl Recipe {
     /// # Errors
     /// Returns the errors of [`Recipe::load`].
     pub fn parse(path: &Path, text: &str, seed: Option<u64>) -> Result<Recipe> {
+        Recipe::parse_split(path, text, seed, SplitRule::Stable)
+    }
+
+    /// [`Recipe::parse`] with a rule of splits.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Recipe::load`].
+    pub fn parse_split(path: &Path, text: &str, seed: Option<u64>, rule: SplitRule) -> Result<Recipe> {
         let doc = Document::parse(path, text)?;
         let file: RecipeFile = doc.read()?;
         let tree = Tree::parse(path, text)?;
@@ -277,7 +290,7 @@ impl Recipe {
                 .into());
         }
         let seed = seed.unwrap_or(file.seed.value);
-        let split = split(&doc, &file.split, scenes, seed)?;
+        let split = split(&doc, &file.split, scenes, seed, rule)?;
         let recipe = Recipe {
             tree,
             name: file.name,
@@ -288,6 +301,7 @@ impl Recipe {
             format,
             unbuilt,
             compression,
+            pack_grids: format == Format::Frames && file.store.compression.is_none(),
             frames_per_shard,
             keep: file.keep,
             kept: None,
@@ -401,7 +415,8 @@ impl Recipe {
     /// # Errors
     /// Returns an error if a named file cannot be read.
     pub fn identity(&self) -> Result<String> {
-        let mut all = format!("{}\n{}\n{}\n", env!("CARGO_PKG_VERSION"), self.seed, self.text());
+        let version = format!("{} {VERSION}", env!("CARGO_PKG_VERSION"));
+        let mut all = format!("{version}\n{}\n{}\n", self.seed, self.text());
         all += self.kept.as_ref().map_or("", |kept| &kept.digest);
         for (name, path) in self.files()? {
             all += &format!("{name} {}\n", sha256_of_file(&path)?);
@@ -415,11 +430,16 @@ impl Recipe {
     /// # Errors
     /// Returns the error of the first scene that is refused, with the number of others.
     pub fn check(&self, cancel: &AtomicBool, drawn: &(dyn Fn() + Sync)) -> Result<()> {
+        let first = self.draw(0).ok();
         let refused = |scene: u32| {
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
-            let e = self.draw(scene).err();
+            let drawn_scene = self.draw(scene);
+            let e = match (drawn_scene, &first) {
+                (Ok(drawn), Some(first)) => self.check_shapes(first, &drawn).err(),
+                (drawn, _) => drawn.err(),
+            };
             drawn();
             Some((scene, 1, e?))
         };
@@ -438,13 +458,113 @@ impl Recipe {
         }
     }
 
+    /// Shapes of the arrays that depend on radars: what each holds, and shape.
+    fn shapes(&self, radars: &[Radar]) -> Vec<(String, Vec<usize>)> {
+        let mut shapes = Vec::new();
+        for radar in radars {
+            let of = |what: &str| match radars {
+                [_] => what.to_string(),
+                _ => format!("{what} of '{}'", radar.name),
+            };
+            if self.keep.range_doppler {
+                let map = |i: usize| {
+                    let part = radar.part(i);
+                    (of("range_doppler"), vec![part.doppler_rows(), part.range_bins()])
+                };
+                shapes.extend((0..radar.waveform.parts()).map(map));
+            }
+            if self.keep.adc {
+                shapes.push((of("adc"), vec![radar.rows(), radar.channels(), radar.samples]));
+            }
+        }
+        shapes
+    }
+
+    /// Checks that the frames of a scene have arrays of the same shape as those of scene 0.
+    fn check_shapes(&self, first: &Drawn, other: &Drawn) -> Result<()> {
+        let of = |drawn: &Drawn| self.shapes(&drawn.parsed.radars);
+        let (wanted, found) = (of(first), of(other));
+        if wanted == found {
+            return Ok(());
+        }
+        let names = |all: &[(String, Vec<usize>)]| {
+            let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
+            if names.is_empty() { "no array".into() } else { names.join(", ") }
+        };
+        let unlike = wanted.iter().zip(&found).find(|(a, b)| a != b);
+        let problem = match unlike.filter(|(a, b)| a.0 == b.0) {
+            Some((a, b)) => {
+                format!("scene {} has {} in the shape {:?}, scene 0 {:?}", other.scene, a.0, b.1, a.1)
+            }
+            None => format!("scene {} has {}, and scene 0 {}", other.scene, names(&found), names(&wanted)),
+        };
+        let mut bad = BadInput::new(problem).file(self.path()).key("scenario.radar");
+        if let Some(UnlikeDraw { key, value, first, span }) = self.unlike_draw(first, other)? {
+            bad = bad.key(format!("scenario.{key}")).value(value).allowed(format!("{first}, as in scene 0"));
+            bad.line = self.tree.document()?.bad(&span, "").line;
+        }
+        Err(bad.remedy("give one value, and make a dataset for each").into())
+    }
+
+    /// The drawn key of a radar whose values in two scenes differ, those that shape arrays first.
+    fn unlike_draw(&self, first: &Drawn, other: &Drawn) -> Result<Option<UnlikeDraw>> {
+        const SHAPING: [&str; 8] =
+            ["samples", "chirps", "sampling", "range_fft", "doppler_fft", "position_m", "name", "radar"];
+        fn leaves(at: &str, value: &toml::Value, found: &mut BTreeMap<String, String>) {
+            match value {
+                toml::Value::Table(t) => t.iter().for_each(|(name, v)| {
+                    leaves(&if at.is_empty() { name.clone() } else { format!("{at}.{name}") }, v, found);
+                }),
+                toml::Value::Array(a) if !a.is_empty() => {
+                    a.iter().enumerate().for_each(|(i, v)| leaves(&format!("{at}[{i}]"), v, found));
+                }
+                plain => _ = found.insert(at.into(), plain.to_string()),
+            }
+        }
+        let of = |drawn: &Drawn| -> Result<BTreeMap<String, String>> {
+            let table: toml::Table = toml::from_str(&drawn.scenario)
+                .map_err(|e| Error::Failed(format!("scene {} as TOML: {e}", drawn.scene)))?;
+            let mut found = BTreeMap::new();
+            leaves("", &table.into(), &mut found);
+            Ok(found)
+        };
+        let (a, b) = (of(first)?, of(other)?);
+        let origins = self.texts(other.scene, &Changes::default())?.scenario_origins;
+        let value =
+            |all: &BTreeMap<String, String>, key: &String| all.get(key).cloned().unwrap_or("absent".into());
+        let keys: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
+        let mut unlike: Vec<&String> =
+            keys.into_iter().filter(|k| k.starts_with("radar") && a.get(*k) != b.get(*k)).collect();
+        // The keys that shape arrays first.
+        let last = |key: &str| key.rsplit('.').next().unwrap_or(key).to_string();
+        unlike.sort_by_key(|key| {
+            SHAPING.iter().position(|s| last(key).starts_with(s)).unwrap_or(SHAPING.len())
+        });
+        Ok(unlike.into_iter().find_map(|key| {
+            let mut at = key.as_str();
+            let origin = loop {
+                match (origins.get(at), at.rfind(['.', '['])) {
+                    (Some(origin), _) => break origin,
+                    (None, Some(end)) => at = &at[..end],
+                    (None, None) => return None,
+                }
+            };
+            Some(UnlikeDraw {
+                key: key.clone(),
+                value: value(&b, key),
+                first: value(&a, key),
+                span: origin.span.clone(),
+            })
+        }))
+    }
+
     /// Text of what determines the bytes of all frames: this version of the program, what is kept, and the
     /// contents of the files that the recipe names.
     ///
     /// # Errors
     /// Returns an error if a named file cannot be read.
     pub fn basis(&self) -> Result<String> {
-        let mut all = format!("{}\n{:?}\n", env!("CARGO_PKG_VERSION"), self.keep);
+        let mut all = format!("{} {VERSION}\n{:?}\n", env!("CARGO_PKG_VERSION"), self.keep);
         all += self.kept.as_ref().map_or("", |kept| &kept.digest);
         for (name, path) in self.files()? {
             all += &format!("{name} {}\n", sha256_of_file(&path)?);
@@ -453,12 +573,18 @@ impl Recipe {
     }
 
     /// SHA-256 of what determines the bytes of some frames in addition to [`Recipe::basis`]: their scenes as
-    /// drawn.
+    /// drawn. Also the radars of these scenes that differ from `usual`, those of scene 0.
     ///
     /// # Errors
     /// Returns the errors of [`Recipe::draw`].
-    pub fn drawn_from(&self, basis: &str, frames: Range<u64>) -> Result<String> {
+    pub fn drawn_from(
+        &self,
+        basis: &str,
+        frames: Range<u64>,
+        usual: &[KeptRadar],
+    ) -> Result<(String, RadarsOfScenes)> {
         let mut all = basis.to_string();
+        let mut others = RadarsOfScenes::new();
         let mut at = frames.start;
         while at < frames.end {
             let (scene, first) = self.place(at);
@@ -467,9 +593,13 @@ impl Recipe {
             let road = d.road.as_deref().unwrap_or_default();
             all += &format!("{at} {end} {first} {} {} {}\n", self.split(scene), d.redrawn, d.dropped);
             all += &format!("{} {road}\n{} {}\n", road.len(), d.scenario.len(), d.scenario);
+            let radars = KeptRadar::all(&d.parsed.radars)?;
+            if radars != usual {
+                others.insert(scene, radars);
+            }
             at = end;
         }
-        Ok(sha256_of_bytes(all.as_bytes()))
+        Ok((sha256_of_bytes(all.as_bytes()), others))
     }
 
     /// Draws a scene.
@@ -726,8 +856,60 @@ fn texts_in(path: &Path) -> Result<BTreeSet<String>> {
     Ok(found)
 }
 
-/// The part of each scene. Shares are of the scenes in a drawn order, so that each has them to within a scene.
-fn split(doc: &Document<'_>, table: &At<SplitTable>, scenes: u32, seed: u64) -> Result<Vec<u8>> {
+/// A key of a radar whose drawn values in two scenes differ.
+struct UnlikeDraw {
+    /// Key below `scenario`.
+    key: String,
+    /// Value in the later scene.
+    value: String,
+    /// Value in scene 0.
+    first: String,
+    /// Place of the draw in the recipe.
+    span: Range<usize>,
+}
+
+/// How shares become parts of the scenes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SplitRule {
+    /// Scenes are ranked by a hash of seed and number, and each part takes its share of the ranks: that of datasets of version 1.
+    Ranked,
+    /// Each scene is drawn in the order of numbers among the parts that lack scenes, so it is in the same part however many follow.
+    Stable,
+}
+
+/// Parts of scenes by shares, of which the first `n` scenes have the same parts for all numbers of scenes: scene `s` is drawn among the parts
+/// with a chance in proportion to how many scenes each lacks, `share (s + 1) - count`, where that is positive. So a part never has a scene more
+/// than its share, or two fewer.
+fn stable_split(shares: [f64; 3], scenes: u32, seed: u64) -> Vec<u8> {
+    let mut counts = [0u32; 3];
+    let mut of = Vec::with_capacity(scenes as usize);
+    for scene in 0..scenes {
+        let lack: [f64; 3] =
+            std::array::from_fn(|k| (shares[k] * f64::from(scene + 1) - f64::from(counts[k])).max(0.0));
+        // The upper 53 bits as a number from 0 to 1.
+        let uniform = (word(seed, scene, "split", 0) >> 11) as f64 / (1u64 << 53) as f64;
+        let mut left = uniform * lack.iter().sum::<f64>();
+        let last = (0..3).rev().find(|k| lack[*k] > 0.0).unwrap_or(0);
+        let part = (0..last)
+            .find(|k| {
+                left -= lack[*k];
+                left < 0.0
+            })
+            .unwrap_or(last);
+        counts[part] += 1;
+        of.push(part as u8);
+    }
+    of
+}
+
+/// The part of each scene. Each share holds to within two scenes.
+fn split(
+    doc: &Document<'_>,
+    table: &At<SplitTable>,
+    scenes: u32,
+    seed: u64,
+    rule: SplitRule,
+) -> Result<Vec<u8>> {
     let shares = [&table.value.train, &table.value.validation, &table.value.test];
     let parts: Vec<Option<f64>> = shares
         .iter()
@@ -750,6 +932,9 @@ fn split(doc: &Document<'_>, table: &At<SplitTable>, scenes: u32, seed: u64) -> 
                 .allowed("1")
                 .remedy("as in train = 0.64, validation = 0.16, test = 0.2; what is not named is 0")
                 .into());
+        }
+        if rule == SplitRule::Stable {
+            return Ok(stable_split([parts[0], parts[1], parts[2]], scenes, seed));
         }
         let mut order: Vec<u32> = (0..scenes).collect();
         order.sort_by_cached_key(|s| (word(seed, *s, "split", 0), *s));
@@ -876,7 +1061,12 @@ mod tests {
             )
         };
         let r = with("train = 0.64\nvalidation = 0.16\ntest = 0.2", 1000).unwrap();
-        assert_eq!(r.split_counts(), [640, 160, 200]);
+        for (count, share) in r.split_counts().into_iter().zip([640.0, 160.0, 200.0]) {
+            assert!((f64::from(count) - share).abs() < 2.0, "{:?}", r.split_counts());
+        }
+        // Extended, it keeps the parts of the scenes that it has.
+        let longer = with("train = 0.64\nvalidation = 0.16\ntest = 0.2", 1200).unwrap();
+        (0..1000).for_each(|s| assert_eq!(longer.split(s), r.split(s), "{s}"));
         // Drawn, not the first scenes: the middle of a part's numbers lies near that of all.
         let test: Vec<f64> = (0..1000).filter(|s| r.split(*s) == "test").map(f64::from).collect();
         let mean = test.iter().sum::<f64>() / 200.0;
@@ -922,6 +1112,62 @@ mod tests {
         ] {
             let e = parse(&text).unwrap_err();
             assert!(e.exit_code() == 2 && e.to_string().contains(says), "{says}: {e}");
+        }
+    }
+
+    /// Each part has its share of the first scenes to within two, however many there are, and datasets of version 1 keep their parts.
+    #[test]
+    fn shares_hold_for_all_numbers_of_scenes() {
+        for (seed, shares) in
+            [(0, [0.64, 0.16, 0.2]), (7, [0.5, 0.5, 0.0]), (3, [0.0, 0.0, 1.0]), (5, [0.98, 0.01, 0.01])]
+        {
+            let mut counts = [0.0; 3];
+            for (s, part) in (1..).zip(stable_split(shares, 2000, seed)) {
+                counts[usize::from(part)] += 1.0;
+                for (count, share) in counts.into_iter().zip(shares) {
+                    let lack: f64 = share * f64::from(s) - count;
+                    assert!(lack > -1.0 && lack < 2.0, "seed {seed}, scene {s}: {counts:?}");
+                }
+            }
+        }
+        let text = TINY.replace("scenes = 4", "scenes = 1000");
+        let text = text.replace(
+            "train = [0, 2]\nvalidation = [1]\ntest = [3]",
+            "train = 0.64\nvalidation = 0.16\ntest = 0.2",
+        );
+        let old = Recipe::parse_split(&place(), &text, None, SplitRule::Ranked).unwrap();
+        assert_eq!(old.split_counts(), [640, 160, 200]);
+    }
+
+    /// Draws that change the shape of an array are refused before the first frame, with key and line; others are not.
+    #[test]
+    fn drawn_shapes_are_refused() {
+        let radar = include_str!("../../../scenes/recipes/tiny_radar.toml");
+        let inline = |old: &str, new: &str| {
+            let radar: String = radar
+                .replace(old, new)
+                .replace("\n[", "\n[scenario.radar.")
+                .replace("[scenario.radar.[", "[[scenario.radar.");
+            let scenario =
+                TINY.replace("radar = \"tiny_radar.toml\"\n", "").replace("scenes = 4", "scenes = 8");
+            let scenario = scenario.replace("train = [0, 2]\nvalidation = [1]\ntest = [3]", "train = 1");
+            format!("{scenario}\n[scenario.radar]\n{radar}")
+        };
+        let check = |text: &str| parse(text).unwrap().check(&AtomicBool::new(false), &|| ());
+        let noise = inline("noise_figure_db = 13", "noise_figure_db = { uniform = [10, 16] }");
+        check(&noise).unwrap();
+        for (old, new, key) in [
+            ("\nsamples = 64", "\nsamples = { choice = [64, 128] }", "scenario.radar.receiver.samples"),
+            ("chirps = 16", "chirps = { choice = [16, 32] }", "scenario.radar.waveform.chirps"),
+        ] {
+            let text = inline(old, new);
+            let line = text.lines().position(|l| l == new.trim()).unwrap() + 1;
+            let e = check(&text).unwrap_err().to_string();
+            for part in
+                [&format!("r.toml:{line}: {key} = "), "scene 0 [", "as in scene 0", "make a dataset for each"]
+            {
+                assert!(e.contains(part), "{part}: {e}");
+            }
         }
     }
 

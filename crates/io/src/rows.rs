@@ -5,7 +5,7 @@ use super::echo_file::{self, ECHOES, TRACES};
 use super::files::{FrameMask, masks};
 use super::manifest::Axes;
 use super::recipe::{Keep, Recipe};
-use super::store::{Array, ArraySpec, Column, ColumnSpec, Data, Record, Table, TableSpec};
+use super::store::{Array, ArraySpec, Column, ColumnSpec, Compression, Data, Record, Table, TableSpec};
 use catseye::base::error::Result;
 use catseye::detect::columns;
 use catseye::engine::Stage;
@@ -467,9 +467,13 @@ fn truth_tables(keep: Keep, site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
     [boxes, lanes, lines, markers]
 }
 
-/// The layout's description of an array.
-pub fn array_spec(array: &Array) -> ArraySpec {
+/// The layout's description of an array. `pack_grids` compresses grids and masks, most cells of which are empty.
+pub fn array_spec(array: &Array, pack_grids: bool) -> ArraySpec {
     let mut spec = array.spec();
+    let of = |base: &str| spec.name.starts_with(base);
+    if pack_grids && (of(MASK) || of(GRID)) {
+        spec.compression = Some(Compression::Deflate(6));
+    }
     let of = |base: &str| spec.name.starts_with(base);
     spec.about = match () {
         _ if of("adc") => {

@@ -1,6 +1,8 @@
 //! Datasets as the program makes them: the same bytes whatever happens on the way, and damage that is found.
 
 use crate::common::{catseye, refused, text};
+use catseye::formats::npy;
+use catseye_io::store::{Data, DatasetLayout};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -174,7 +176,7 @@ fn one_shard_of_one_scene_is_shared_out() {
 fn recipes_are_checked_first_and_can_be_mended() {
     let dir = place();
     let at = |name: &str| dir.path().join(name);
-    let recipe = fs::read_to_string(at("r.toml")).unwrap().replace("train = 0.5\ntest = 0.5", "train = 1");
+    let recipe = fs::read_to_string(at("r.toml")).unwrap();
     let write = |from: &str, to: &str| fs::write(at("r.toml"), recipe.replace(from, to)).unwrap();
     let rcs = "rcs_dbsm = { uniform = [0, 10] }";
 
@@ -203,7 +205,7 @@ fn recipes_are_checked_first_and_can_be_mended() {
     assert!((1..18).contains(&kept) && frames == 36 - 2 * kept, "{kept} {frames}");
     made("fresh");
     same(&at("d"), &at("fresh"));
-    // Fewer scenes, and more.
+    // Fewer scenes, and more: none moves between train and test, so every shard of whole scenes stays.
     for scenes in [8, 12, 13] {
         let text = fs::read_to_string(at("r.toml")).unwrap();
         let line = text.lines().find(|l| l.starts_with("scenes = ")).unwrap().to_string();
@@ -334,16 +336,42 @@ fn masks_of_a_dataset_are_those_of_its_scenes() {
     fs::write(&scenario, said).unwrap();
     let run = catseye(dir.path(), &["simulate", "two/scenario.toml", "-o", "run", "--device", "cpu"]);
     assert_eq!(run.status.code(), Some(0), "{}", text(&run.stderr));
-    for (frame, of_scene) in [(6, 0), (8, 2)] {
-        for name in ["grid_road", "mask_road", "grid_markers", "mask_markers"] {
-            let read = |at: &str, n: u32| {
-                fs::read(dir.path().join(format!("{at}/frame_{n:06}/{name}.npy"))).unwrap()
-            };
-            assert!(read("d", frame) == read("run", of_scene), "{name} of frame {frame}");
+    // A scene of the dataset is exported as its run is.
+    let two = ["export", "d", "--scene", "2", "--format"];
+    for (format, name) in [("pcd", "clouds"), ("coco", "coco"), ("kitti", "kitti"), ("osi", "a_sd.osi")] {
+        let (run, scene) = (format!("run_{name}"), format!("scene_{name}"));
+        for (args, to) in [(&["export", "run", "--format"][..], &run), (&two[..], &scene)] {
+            let args = [args, &[format, "-o", to]].concat();
+            let out = catseye(dir.path(), &args);
+            assert_eq!(out.status.code(), Some(0), "{args:?}: {}", text(&out.stderr));
+        }
+        match dir.path().join(&run).is_dir() {
+            true => same(&dir.path().join(&run), &dir.path().join(&scene)),
+            false => assert!(
+                fs::read(dir.path().join(&run)).unwrap() == fs::read(dir.path().join(&scene)).unwrap()
+            ),
         }
     }
-    let mask = fs::read(dir.path().join("d/frame_000006/mask_road.npy")).unwrap();
-    assert!(mask[128..].contains(&1), "no cell is of a lane");
+    refused(dir.path(), &["export", "d", "--format", "osi", "-o", "b_sd.osi"], &["--scene", "0 to 11"]);
+    refused(dir.path(), &["export", "d", "--scene", "12", "--format", "pcd", "-o", "c"], &["no such scene"]);
+    let folder = dir.path().join("d");
+    let layout = DatasetLayout::open(&folder).unwrap();
+    for (frame, of_scene) in [(6, 0), (8, 2)] {
+        for name in ["grid_road", "mask_road", "grid_markers", "mask_markers"] {
+            let stored = layout.read_array(&folder, name, frame).unwrap();
+            let file = dir.path().join(format!("run/frame_{of_scene:06}/{name}.npy"));
+            let same = match &stored.data {
+                Data::F32(planes) => *planes == npy::read::<f32>(&file).unwrap().data,
+                Data::U8(classes) => *classes == npy::read::<u8>(&file).unwrap().data,
+                _ => false,
+            };
+            assert!(same, "{name} of frame {frame}");
+            let packed = folder.join(format!("frame_{frame:06}/{name}.npz"));
+            assert!(20 * fs::metadata(packed).unwrap().len() < fs::metadata(file).unwrap().len(), "{name}");
+        }
+    }
+    let Data::U8(mask) = layout.read_array(&folder, "mask_road", 6).unwrap().data else { panic!("a mask") };
+    assert!(mask.contains(&1), "no cell is of a lane");
     let layout = fs::read_to_string(dir.path().join("d/layout.json")).unwrap();
     assert!(layout.contains("0 undefined, 1 lane, 2 vehicle, 3 guard rail, 4 marker"), "{layout}");
 }

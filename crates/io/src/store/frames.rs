@@ -1,17 +1,19 @@
-//! One folder per frame: `frame_000000/NAME.npy` for arrays, `NAME.csv` for tables, and `frame.json` with the
+//! One folder per frame: `frame_000000/NAME.npy` for arrays, `NAME.npz` for those that are compressed (one member `NAME.npy`), `NAME.csv` for tables, and `frame.json` with the
 //! length and SHA-256 of each, since these formats have no checksums of their own.
 
 use super::files::{ShardFile, ShardWriter, broken, describe, missing, sync_name};
-use super::layout::{ArrayKind, ArraySpec, ColumnKind, FRAME, TableSpec};
+use super::layout::{ArrayKind, ArraySpec, ColumnKind, Compression, DatasetLayout, FRAME, TableSpec};
 use super::record::{Column, Data, Record, Table};
 use crate::files::frame_name;
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::{csv, npy, stage};
 use std::fmt::Display;
 use std::fs::{self, File};
-use std::io::BufWriter;
+use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 /// Name of the file that lists the contents of a frame's folder.
 const CONTENTS: &str = "frame.json";
@@ -24,6 +26,7 @@ struct Contents {
 }
 
 pub(super) struct Writer<'a> {
+    layout: &'a DatasetLayout,
     dir: &'a Path,
     files: Vec<ShardFile>,
 }
@@ -34,8 +37,8 @@ fn folder_name(frame: u64) -> String {
 }
 
 impl<'a> Writer<'a> {
-    pub fn new(dir: &'a Path) -> Self {
-        Writer { dir, files: Vec::new() }
+    pub fn new(layout: &'a DatasetLayout, dir: &'a Path) -> Self {
+        Writer { layout, dir, files: Vec::new() }
     }
 }
 
@@ -66,14 +69,19 @@ impl ShardWriter for Writer<'_> {
         let temporary = Unfinished(temporary);
         let mut files = Vec::new();
         for array in &record.arrays {
-            let file = format!("{}.npy", array.name);
+            let mut file = format!("{}.npy", array.name);
             let path = temporary.0.join(&file);
             match &array.data {
-                Data::C32(v) => npy::write(path, &array.shape, v),
-                Data::F32(v) => npy::write(path, &array.shape, v),
-                Data::U8(v) => npy::write(path, &array.shape, v),
-                Data::I32(v) => npy::write(path, &array.shape, v),
+                Data::C32(v) => npy::write(&path, &array.shape, v),
+                Data::F32(v) => npy::write(&path, &array.shape, v),
+                Data::U8(v) => npy::write(&path, &array.shape, v),
+                Data::I32(v) => npy::write(&path, &array.shape, v),
             }?;
+            if let Some(level) = deflated(self.layout.array(&array.name)?) {
+                let packed = format!("{}.npz", array.name);
+                pack(&path, &file, &temporary.0.join(&packed), level)?;
+                file = packed;
+            }
             files.push(describe(&temporary.0.join(&file), file)?);
         }
         for table in &record.tables {
@@ -99,6 +107,70 @@ impl ShardWriter for Writer<'_> {
     fn finish(self: Box<Self>) -> Result<Vec<ShardFile>> {
         Ok(self.files)
     }
+}
+
+/// Level of deflate of an array that is compressed.
+fn deflated(spec: &ArraySpec) -> Option<u32> {
+    match spec.compression {
+        Some(Compression::Deflate(level)) => Some(level),
+        _ => None,
+    }
+}
+
+/// Moves the file `npy` into the archive `npz`, as its only member of this name. Its time is that of all archives, so that the bytes depend on the
+/// array alone.
+fn pack(npy: &Path, member: &str, npz: &Path, level: u32) -> Result<()> {
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .compression_level(Some(level.into()))
+        .last_modified_time(DateTime::default())
+        .unix_permissions(0o644);
+    let bytes = fs::read(npy).map_err(|e| Error::io(npy, e))?;
+    let write = || -> zip::result::ZipResult<()> {
+        let mut archive = ZipWriter::new(BufWriter::new(File::create(npz)?));
+        archive.start_file(member, options)?;
+        archive.write_all(&bytes)?;
+        archive.finish()?.flush()?;
+        Ok(())
+    };
+    write().map_err(|e| Error::io(npz, e.into()))?;
+    fs::remove_file(npy).map_err(|e| Error::io(npy, e))
+}
+
+/// Numbers of the only member of an archive that [`pack`] wrote.
+fn unpack<T: npy::Element>(path: &Path, spec: &ArraySpec) -> Result<Vec<T>> {
+    let member = format!("{}.npy", spec.name);
+    // The header of a plain array has 128 bytes.
+    let most = spec.bytes() as u64 + (1 << 16);
+    let read = || -> zip::result::ZipResult<Vec<u8>> {
+        let mut archive = ZipArchive::new(BufReader::new(File::open(path)?))?;
+        let mut bytes = Vec::new();
+        archive.by_name(&member)?.take(most).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    let bytes = read().map_err(|e| broken(path, e.to_string()))?;
+    let wrong =
+        || broken(path, format!("{member} is no array of type {} and shape {:?}", T::NAME, spec.shape));
+    // Magic, version 1.0, length of the header, header.
+    let Some((b"\x93NUMPY\x01\x00", rest)) = bytes.split_first_chunk::<8>() else { return Err(wrong()) };
+    let Some((length, rest)) = rest.split_first_chunk::<2>() else { return Err(wrong()) };
+    let Some((header, data)) = rest.split_at_checked(u16::from_le_bytes(*length).into()) else {
+        return Err(wrong());
+    };
+    let lengths: Vec<String> = spec.shape.iter().map(usize::to_string).collect();
+    let shape = match &lengths[..] {
+        [one] => format!("({one},)"),
+        several => format!("({})", several.join(", ")),
+    };
+    let header = String::from_utf8_lossy(header);
+    let plain =
+        [format!("'descr': '{}'", T::DESCR), "'fortran_order': False".into(), format!("'shape': {shape}")];
+    if data.len() != spec.bytes() || !plain.iter().all(|part| header.contains(part)) {
+        return Err(wrong());
+    }
+    let mut numbers = vec![T::zeroed(); spec.count()];
+    bytemuck::cast_slice_mut::<T, u8>(&mut numbers).copy_from_slice(data);
+    Ok(numbers)
 }
 
 fn write_table(path: &Path, frame: u64, table: &Table) -> std::io::Result<()> {
@@ -154,6 +226,15 @@ fn as_broken(path: &Path, e: Error) -> Error {
 }
 
 pub(super) fn read_array(spec: &ArraySpec, dir: &Path, frame: u64) -> Result<Data> {
+    if deflated(spec).is_some() {
+        let path = file_of(dir, frame, format!("{}.npz", spec.name))?;
+        return Ok(match spec.kind {
+            ArrayKind::C32 => Data::C32(unpack(&path, spec)?),
+            ArrayKind::F32 => Data::F32(unpack(&path, spec)?),
+            ArrayKind::U8 => Data::U8(unpack(&path, spec)?),
+            ArrayKind::I32 => Data::I32(unpack(&path, spec)?),
+        });
+    }
     let path = file_of(dir, frame, format!("{}.npy", spec.name))?;
     fn read<T: npy::Element>(path: &Path, shape: &[usize]) -> Result<Vec<T>> {
         let array = npy::read::<T>(path).map_err(|e| as_broken(path, e))?;

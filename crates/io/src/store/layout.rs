@@ -11,7 +11,8 @@ use std::path::Path;
 /// Name of the file that states what a folder stores.
 pub const LAYOUT: &str = "layout.json";
 /// Version of [`LAYOUT`]; a change that an older reader would misread raises it.
-const VERSION: u32 = 1;
+/// Version 2 has compressed arrays in the format `frames`.
+const VERSION: u32 = 2;
 /// Name of the first column of every stored table.
 pub const FRAME: &str = "frame";
 /// Name of the offsets of frames among the rows of a table in an HDF5 shard.
@@ -103,6 +104,9 @@ pub struct ArraySpec {
     /// What it holds, in words.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub about: String,
+    /// Compression of the array in the format `frames`, in place of that of the dataset: the frame's file is then `NAME.npz`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compression: Option<Compression>,
 }
 
 impl ArraySpec {
@@ -339,6 +343,15 @@ impl DatasetLayout {
             if array.dims.len() != array.shape.len() {
                 return Err(of("as many names of axes as axes are needed")
                     .value(format!("{:?} for shape {shape}", array.dims))
+                    .into());
+            }
+            if let Some(compression) = array.compression
+                && !(self.format == Format::Frames
+                    && matches!(compression, Compression::None | Compression::Deflate(1..=9)))
+            {
+                return Err(of("the array cannot be compressed so")
+                    .value(compression)
+                    .allowed("deflate:1 to deflate:9 in the format frames")
                     .into());
             }
             let bytes = array.shape.iter().try_fold(array.kind.bytes(), |n, d| n.checked_mul(*d));

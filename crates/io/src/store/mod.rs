@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `zarr` | Zarr v3 arrays `NAME`, `[frame, …]`: one chunk a frame, one file a shard | `tables/NAME/part-000000.parquet` a shard |
 //! | `hdf5` | `data/part-000000.h5` a shard, datasets `/NAME`, `[frame, …]`, chunks of a frame | groups `/tables/NAME`, a dataset a column |
-//! | `frames` | `frame_000000/NAME.npy` | `frame_000000/NAME.csv` |
+//! | `frames` | `frame_000000/NAME.npy`, compressed ones `NAME.npz` | `frame_000000/NAME.csv` |
 //!
 //! `layout.json` describes what is stored in all of them. Numbers are little-endian. Complex numbers are
 //! complex64, in HDF5 a compound of `r` and `i`. Every table begins with the column `frame` (int64).
@@ -80,7 +80,7 @@ impl DatasetLayout {
             Format::Zarr => Box::new(zarr::Writer::new(self, dir, shard)?),
             #[cfg(feature = "hdf5")]
             Format::Hdf5 => Box::new(hdf5::Writer::new(self, dir, shard)?),
-            Format::Frames => Box::new(frames::Writer::new(dir)),
+            Format::Frames => Box::new(frames::Writer::new(self, dir)),
             #[cfg(not(all(feature = "zarr", feature = "hdf5")))]
             _ => return Err(Error::Failed(format!("no format {} in this build", self.format.name()))),
         };

@@ -98,6 +98,7 @@ impl Array {
             shape: shape.clone(),
             kind: data.kind(),
             unit: unit.clone(),
+            compression: None,
             about: String::new(),
         }
     }

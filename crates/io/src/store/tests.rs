@@ -307,7 +307,7 @@ fn a_folder_of_another_layout_is_not_touched() {
     let path = t.path().join(LAYOUT);
     let text = fs::read_to_string(&path).unwrap();
     for (from, to, expected) in [
-        ("\"store\": 1", "\"store\": 2", "later version"),
+        ("\"store\": 2", "\"store\": 3", "later version"),
         ("\"frames\": 4", "\"frames\": -4", "damaged"),
         ("\"frames\": 4", "\"frames\": 0", "frames = 0"),
         ("\"format\"", "\"fromat\"", "damaged"),
@@ -539,6 +539,7 @@ fn any_dataset() -> impl Strategy<Value = (DatasetLayout, Vec<Record>)> {
             .into_iter()
             .enumerate()
             .map(|(i, (kind, shape))| ArraySpec {
+                compression: None,
                 name: format!("array_{i}"),
                 dims: (0..shape.len()).map(|d| format!("d{d}")).collect(),
                 shape,

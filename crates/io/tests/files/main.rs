@@ -2,4 +2,5 @@
 
 mod batches;
 mod interop;
+mod old_dataset;
 mod sensor_fit;
