@@ -214,6 +214,7 @@ fn cyclists_are_more_than_their_cranks() {
 #[test]
 fn a_vehicle_scatters_as_a_point_and_keeps_its_body() {
     use catseye::base::frames::Pose;
+    use catseye::base::held::Held;
     use catseye::geom::{Facets, RigidScene};
     use catseye::road::build::build;
     use catseye::road::mask::{CellClass, Grid, mask};
@@ -221,7 +222,6 @@ fn a_vehicle_scatters_as_a_point_and_keeps_its_body() {
     use catseye::road::truth::actor_truth;
     use catseye::scene::Scene;
     use catseye::scene::gltf::{self, ImportOptions};
-    use std::borrow::Cow;
     use std::path::Path;
     let made = |text: &str| build(&parse(Path::new("a.toml"), text).unwrap()).unwrap().0;
     let text = |kind: &str, rcs: &str| {
