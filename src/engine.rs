@@ -259,6 +259,14 @@ impl Engine {
         }
     }
 
+    /// Time since the engine was opened in which its device had work, s; None for the cpu engine.
+    pub fn device_busy_s(&self) -> Option<f64> {
+        match self {
+            Engine::Cpu(_) => None,
+            Engine::Gpu(gpu) => Some(gpu.busy_seconds()),
+        }
+    }
+
     /// The same engine, which from now on counts and times the kernels of its device. The cpu engine has none.
     pub fn with_profiling(self) -> Engine {
         match self {

@@ -87,6 +87,7 @@ pub fn dataset(
                 }
             },
             pictures: &draw_frame,
+            say: &|_| (),
         };
         produce(&engine, &recipe, &out, &options)
     })?;

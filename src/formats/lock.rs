@@ -20,6 +20,20 @@ impl Lock {
     /// Returns `BadInput` with the holder's process and command while another process has it, and if the folder cannot
     /// be written to.
     pub fn take(of: &Path, path: PathBuf) -> Result<Lock> {
+        match Lock::attempt(of, path)? {
+            Ok(lock) => Ok(lock),
+            Err(holder) => Err(BadInput::new(format!("is being written by {holder}"))
+                .file(of)
+                .remedy("wait for its end, or give another name for the output")
+                .into()),
+        }
+    }
+
+    /// [`Lock::take`] that gives the holder's process and command while another one has the lock.
+    ///
+    /// # Errors
+    /// Returns an error if the folder cannot be written to.
+    pub fn attempt(of: &Path, path: PathBuf) -> Result<std::result::Result<Lock, String>> {
         let io = |e| Error::io(of, e);
         loop {
             let mut file = File::options()
@@ -34,11 +48,10 @@ impl Lock {
                 Err(TryLockError::WouldBlock) => {
                     let mut holder = String::new();
                     let _ = file.read_to_string(&mut holder);
-                    let holder = if holder.is_empty() { "another process".to_string() } else { holder };
-                    return Err(BadInput::new(format!("is being written by {holder}"))
-                        .file(of)
-                        .remedy("wait for its end, or give another name for the output")
-                        .into());
+                    return Ok(Err(match holder.is_empty() {
+                        true => "another process".to_string(),
+                        false => holder,
+                    }));
                 }
                 // A file system without locks: as without this.
                 Err(TryLockError::Error(e)) if e.kind() == std::io::ErrorKind::Unsupported => {}
@@ -52,7 +65,7 @@ impl Lock {
             let command: Vec<String> =
                 std::env::args_os().take(4).map(|a| a.to_string_lossy().into_owned()).collect();
             write!(file, "process {} ({})", std::process::id(), command.join(" ")).map_err(io)?;
-            return Ok(Lock { path, _file: file });
+            return Ok(Ok(Lock { path, _file: file }));
         }
     }
 }

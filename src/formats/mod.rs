@@ -3,7 +3,7 @@
 pub mod column;
 pub mod csv;
 pub mod input;
-mod lock;
+pub mod lock;
 pub mod npy;
 #[cfg(feature = "parquet")]
 pub mod parquet_table;

@@ -86,6 +86,17 @@ pub fn write<T: Element>(path: impl AsRef<Path>, shape: &[usize], data: &[T]) ->
     w.finish()
 }
 
+/// The bytes of a whole array's file: its header and its data.
+///
+/// # Errors
+/// Returns an error if the number of elements is not that of the shape.
+pub fn parts<'a, T: Element>(shape: &[usize], data: &'a [T]) -> Result<(Vec<u8>, &'a [u8])> {
+    if element_count(shape) != Some(data.len()) {
+        return Err(Error::Failed(format!("{} elements for an array of shape {shape:?}", data.len())));
+    }
+    Ok((header_bytes::<T>(shape), bytemuck::cast_slice(data)))
+}
+
 /// Writes an array piece by piece, for cubes that do not fit into memory.
 pub struct Writer<T> {
     path: PathBuf,

@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 /// Submissions after which an idle buffer is given up.
 const OLDEST: u64 = 64;
@@ -73,9 +74,46 @@ pub(super) struct Counters {
     pub buffer_bytes: AtomicU64,
     pub bind_groups: AtomicU64,
     pub query_sets: AtomicU64,
+    under_way: Mutex<UnderWay>,
+}
+
+/// Submissions that are under way.
+#[derive(Default)]
+struct UnderWay {
+    count: u32,
+    since: Option<Instant>,
+    busy_ns: u64,
+}
+
+/// A submission that is under way until this is dropped.
+pub(super) struct Busy<'a>(&'a Counters);
+
+impl Drop for Busy<'_> {
+    fn drop(&mut self) {
+        let mut all = lock(&self.0.under_way);
+        all.count -= 1;
+        if all.count == 0
+            && let Some(since) = all.since.take()
+        {
+            all.busy_ns += since.elapsed().as_nanos() as u64;
+        }
+    }
 }
 
 impl Counters {
+    /// Time in which at least one submission was under way, ns, without those that still are.
+    pub fn busy_ns(&self) -> u64 {
+        lock(&self.under_way).busy_ns
+    }
+
+    /// Notes that a submission begins.
+    pub fn begin(&self) -> Busy<'_> {
+        let mut all = lock(&self.under_way);
+        all.count += 1;
+        all.since.get_or_insert_with(Instant::now);
+        Busy(self)
+    }
+
     pub fn add(counter: &AtomicU64, n: u64) {
         counter.fetch_add(n, Ordering::Relaxed);
     }

@@ -278,6 +278,11 @@ impl Gpu {
         self.arena.counters.now()
     }
 
+    /// Time in which the device had at least one submission to work on, s.
+    pub fn busy_seconds(&self) -> f64 {
+        1e-9 * self.arena.counters.busy_ns() as f64
+    }
+
     /// Bytes that one storage binding may hold. A stage with more data works in chunks.
     pub fn max_binding_bytes(&self) -> u64 {
         self.binding_limit

@@ -513,6 +513,7 @@ impl<'a> Recorder<'a> {
         Counters::add(&counters.submits, 1);
         Counters::add(&counters.dispatches, dispatches);
 
+        let busy = counters.begin();
         let start = Instant::now();
         let index = gpu.scoped(&kernels, || gpu.queue.submit([commands]))?;
         gpu.lose_if_asked();
@@ -544,6 +545,7 @@ impl<'a> Recorder<'a> {
             gpu.device.poll(wgpu::PollType::Wait { submission_index: Some(index), timeout: None })
         }));
         let seconds = start.elapsed().as_secs_f64();
+        drop(busy);
         gpu.check_sink(&kernels)?;
         match waited {
             Ok(Ok(_)) => {}

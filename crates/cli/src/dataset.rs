@@ -5,8 +5,9 @@ use super::frames::draw_frame;
 use super::global::{Global, print, print_json};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage;
+use catseye_io::estimate::{Estimate, estimate};
 use catseye_io::kept_dataset::KeptDataset;
-use catseye_io::produce::{Estimate, Options, Phase, Progress, Report, estimate, produce};
+use catseye_io::produce::{Options, Phase, Progress, Report, produce};
 use catseye_io::recipe::Recipe;
 use clap::Args;
 use std::ops::Range;
@@ -49,7 +50,14 @@ impl Dataset {
     pub fn run(&self, global: &Global) -> Result<()> {
         let recipe = Recipe::load(&self.recipe, global.seed)?;
         if self.dry_run {
-            return foretell(&estimate(&global.engine()?, &recipe)?, global);
+            let engine = global.engine()?;
+            let bar = global.bar("steps of the estimate", 0, Kept::Itself);
+            let made = estimate(&engine, &recipe, &|done, all| {
+                bar.set_length(all);
+                bar.set_position(done);
+            })?;
+            drop(bar);
+            return foretell(&made, global);
         }
         let output = self
             .output
@@ -100,6 +108,7 @@ impl Dataset {
                 cancel: bar::cancel(),
                 progress: &progress,
                 pictures: &draw_frame,
+                say: &|line| bar.suspend(|| global.say(line)),
             },
         )?;
         drop(bar);
@@ -159,19 +168,44 @@ fn write_scene(recipe: &Recipe, scene: u32, out: &Path, global: &Global) -> Resu
 fn foretell(e: &Estimate, global: &Global) -> Result<()> {
     let mib = |b: u64| b as f64 / (1 << 20) as f64;
     global.answer(e, || {
-        format!(
-            "{} frames of {} scenes in {} shards\n\
-             {:.2} MiB a frame with its tables ({:.2} MiB of arrays before compression), {:.1} MiB in all with the datasheet's pictures\n\
-             {:.2} s a frame on this machine, {:.0} s in all",
-            e.frames,
-            e.scenes,
-            e.shards,
-            mib(e.bytes_a_frame),
-            mib(e.array_bytes_a_frame),
-            mib(e.bytes),
-            e.seconds_a_frame,
-            e.seconds_a_frame * e.frames as f64
-        )
+        let stages: Vec<String> = e
+            .stages
+            .list()
+            .into_iter()
+            .filter(|(name, s)| *name != "scenes" && *s >= 5e-5)
+            .map(|(name, s)| format!("{name} {s:.4}"))
+            .collect();
+        let mut lines = vec![
+            format!("{} frames of {} scenes in {} shards", e.frames, e.scenes, e.shards),
+            format!(
+                "{:.2} MiB a frame with its tables ({:.2} MiB of arrays before compression), {:.1} MiB in all with the datasheet's pictures",
+                mib(e.bytes_a_frame),
+                mib(e.array_bytes_a_frame),
+                mib(e.bytes),
+            ),
+            format!(
+                "{:.4} core-seconds a frame ({}) and {:.3} a scene, from {} frames",
+                e.core_seconds_a_frame,
+                stages.join(", "),
+                e.core_seconds_a_scene,
+                e.frames_tried
+            ),
+        ];
+        for c in e.classes.iter().filter(|c| c.core_s >= 5e-5) {
+            lines.push(format!(
+                "    {}: {:.4} core-seconds a frame to refine and trace, {:.1} objects of {:.0} triangles in all",
+                if c.class.is_empty() { "(no class)" } else { &c.class },
+                c.core_s,
+                c.objects,
+                c.triangles
+            ));
+        }
+        lines.push(format!("about {:.0} MiB of memory for the arrays of a worker", mib(e.worker_bytes)));
+        lines.push(format!(
+            "{:.4} s a frame on the {} processors of this machine, {:.0} s in all",
+            e.seconds_a_frame, e.processors, e.seconds
+        ));
+        lines.join("\n")
     })
 }
 
@@ -187,6 +221,10 @@ fn summary(report: &Report, global: &Global) -> Result<()> {
             "{} shards of the earlier recipe are the same in this one and were kept",
             report.shards_kept
         ));
+    }
+    if report.shards_of_others > 0 {
+        global
+            .say(&format!("{} shards were made by another run in the same folder", report.shards_of_others));
     }
     if report.shards_repaired > 0 {
         global.say(&format!("{} shards had lost files and were made again", report.shards_repaired));
@@ -205,6 +243,9 @@ fn summary(report: &Report, global: &Global) -> Result<()> {
         report.shards,
         report.bytes as f64 / t.frames.max(1) as f64
     ))?;
+    if report.frames_made > 0 {
+        global.say(&report.usage.line());
+    }
     match report.complete {
         true => print(&format!("wrote {}", report.folder.display())),
         false => print("the dataset is ended by the run that makes its last shard"),

@@ -11,9 +11,10 @@ use super::recipe::Recipe;
 use super::store::DatasetLayout;
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Interval at which a waiting worker checks whether the work was stopped.
 const CHECK_INTERVAL: Duration = Duration::from_millis(50);
@@ -82,6 +83,15 @@ struct State<T, S> {
     closed: bool,
 }
 
+/// Time for which workers waited, ns.
+#[derive(Debug, Default)]
+pub struct Waited {
+    /// For scenes that others were just preparing.
+    pub for_scenes_ns: AtomicU64,
+    /// For frames to be written, of which as many were made as there is room for.
+    pub for_writers_ns: AtomicU64,
+}
+
 /// What comes of asking for work.
 pub enum Next<T, S> {
     /// Frames to make, all of one shard, each claim of one scene; with the shard's queue where this begins it.
@@ -99,6 +109,8 @@ pub struct Board<'a, T, S> {
     workers: u64,
     /// Largest number of frames that may be begun and not yet written.
     room: u64,
+    /// Whether a shard is to be begun here, asked just before; not where somebody else has it.
+    begins: Box<dyn Fn(u64) -> bool + Send + Sync + 'a>,
     state: Mutex<State<T, S>>,
     moved: Condvar,
 }
@@ -112,6 +124,7 @@ impl<'a, T, S> Board<'a, T, S> {
         shards: &[u64],
         workers: usize,
         room: u64,
+        begins: Box<dyn Fn(u64) -> bool + Send + Sync + 'a>,
     ) -> Board<'a, T, S> {
         let state = State {
             fresh: shards.iter().copied().collect(),
@@ -126,6 +139,7 @@ impl<'a, T, S> Board<'a, T, S> {
             missing: shards.iter().copied().collect(),
             workers: workers.max(1) as u64,
             room: room.max(1),
+            begins,
             state: Mutex::new(state),
             moved: Condvar::new(),
         }
@@ -164,12 +178,13 @@ impl<'a, T, S> Board<'a, T, S> {
     }
 
     /// Claims up to `most` frames, and no more than a worker's share of those left in the shard, for a worker that was at shard `own`
-    /// before. Waits while nothing can be begun; None when nothing is left or the work was `stopped`.
+    /// before. Waits while nothing can be begun, and adds the time to `waited`; None when nothing is left or the work was `stopped`.
     pub fn claim(
         &self,
         own: Option<u64>,
         most: u64,
         stopped: &dyn Fn() -> bool,
+        waited: &Waited,
     ) -> Option<(Vec<Claim<T, S>>, Option<Queue<T>>)> {
         let mut state = self.state();
         loop {
@@ -180,8 +195,11 @@ impl<'a, T, S> Board<'a, T, S> {
                 Next::Work(claims, queue) => return Some((claims, queue)),
                 Next::End => return None,
                 Next::Wait => {
-                    let waited = self.moved.wait_timeout(state, CHECK_INTERVAL);
-                    state = waited.unwrap_or_else(|e| e.into_inner()).0;
+                    let (start, is_full) = (Instant::now(), state.begun >= self.room);
+                    let woken = self.moved.wait_timeout(state, CHECK_INTERVAL);
+                    state = woken.unwrap_or_else(|e| e.into_inner()).0;
+                    let for_what = if is_full { &waited.for_writers_ns } else { &waited.for_scenes_ns };
+                    for_what.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
                 }
             }
         }
@@ -204,10 +222,12 @@ impl<'a, T, S> Board<'a, T, S> {
             }
         }
         // A shard whose first scene is just being prepared for another one gives nothing yet.
-        if let Some(shard) = state.fresh.front().copied()
-            && state.begun < self.room
+        while state.begun < self.room
+            && let Some(shard) = state.fresh.pop_front()
         {
-            state.fresh.pop_front();
+            if !(self.begins)(shard) {
+                continue;
+            }
             let (to, from) = channel();
             let waiting = self.scenes_of(shard);
             let frames = self.layout.frames_of(shard);
@@ -386,7 +406,8 @@ mod tests {
         mut durations: impl FnMut(bool) -> f64,
     ) -> Run {
         let shards: Vec<u64> = (0..layout.shards()).collect();
-        let board: Board<'_, u64, f64> = Board::new(recipe, layout, &shards, workers, room);
+        let board: Board<'_, u64, f64> =
+            Board::new(recipe, layout, &shards, workers, room, Box::new(|_| true));
         let mut queues: Vec<Queue<u64>> = Vec::new();
         let (mut work_s, mut chain_s) = (0.0, 0.0f64);
         let mut now_s = 0.0;
@@ -539,7 +560,7 @@ mod tests {
     fn frames_wait_to_be_written_as_far_as_there_is_room() {
         let recipe = recipe(1, 12);
         let layout = layout(&recipe, 12);
-        let board: Board<'_, u32, ()> = Board::new(&recipe, &layout, &[0], 2, 4);
+        let board: Board<'_, u32, ()> = Board::new(&recipe, &layout, &[0], 2, 4, Box::new(|_| true));
         let Next::Work(mut first, Some(mut queue)) = board.claim_now(None, 1) else { panic!("no work") };
         let first = first.pop().unwrap();
         assert!(first.prepared.is_none() && first.frames == (0..1));

@@ -3,7 +3,7 @@
 
 use super::drawn_scene::DrawnScene;
 use super::kept_radar::{KeptRadar, RadarsOfScenes};
-use super::recipe::{Recipe, SplitRule};
+use super::recipe::{Recipe, SplitRule, VERSION};
 use super::store::{DatasetLayout, ShardFile};
 use super::tally::Tally;
 use catseye::base::control::Control;
@@ -18,9 +18,6 @@ use std::sync::Arc;
 
 /// Name of the file that states what a dataset is made from.
 pub const DATASET: &str = "dataset.json";
-/// Version of the format of datasets. Version 1 contains no radars, and its scenes are split by their rank among all. A reader of a later
-/// version reads earlier ones; a dataset is continued by the version that began it.
-pub const VERSION: u32 = 2;
 /// Name of the folder of the markers.
 pub const SHARDS: &str = "shards";
 

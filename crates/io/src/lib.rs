@@ -12,6 +12,7 @@ pub mod diff;
 pub mod draw;
 pub mod drawn_scene;
 pub mod echo_file;
+pub mod estimate;
 pub mod files;
 pub mod follow;
 #[cfg(feature = "hdf5")]
@@ -35,4 +36,5 @@ pub mod ti_cfg;
 mod ti_commands;
 pub mod traffic;
 pub mod turntable;
+pub mod usage;
 pub mod verify;

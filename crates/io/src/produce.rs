@@ -6,21 +6,23 @@
 use super::board::{Board, Claim, Queue};
 use super::cards::CROISSANT;
 use super::dataset::{
-    DATASET, DatasetFile, Device, Marker, SHARDS, VERSION, drawn_scene, frames_of, prepared, write_json,
+    DATASET, DatasetFile, Device, Marker, SHARDS, drawn_scene, frames_of, prepared, write_json,
 };
 use super::datasheet;
 use super::drawn_scene::DrawnScene;
 use super::hold::Hold;
 use super::kept_radar::{KeptRadar, RadarsOfScenes};
-use super::recipe::Recipe;
+use super::recipe::{Recipe, VERSION};
 use super::rows;
 use super::run::{Pictures, batch_of};
-use super::store::{DatasetLayout, Format, LAYOUT, Record};
+use super::store::{DatasetLayout, LAYOUT, Record};
 use super::tally::Tally;
+use super::usage::{Meter, Part, Usage};
 use catseye::base::control::Control;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::machine;
 use catseye::engine::Engine;
+use catseye::formats::lock::Lock;
 use catseye::formats::stage::{self, MANIFEST};
 use catseye::simulate::{Frame, Prepared, Wanted, frames, remarks};
 use rayon::ThreadPool;
@@ -33,7 +35,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread::Scope;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Options of [`produce`].
 pub struct Options<'a> {
@@ -55,6 +57,8 @@ pub struct Options<'a> {
     pub progress: &'a (dyn Fn(Progress) + Sync),
     /// Function that draws the pictures of a frame.
     pub pictures: Pictures<'a>,
+    /// Function that is told in one line what the user should know while the run goes on.
+    pub say: &'a (dyn Fn(&str) + Sync),
 }
 
 /// Phase of a run.
@@ -95,6 +99,8 @@ pub struct Report {
     pub shards_kept: u64,
     /// Number of shards that had a marker without their files and were made again.
     pub shards_repaired: u64,
+    /// Number of shards that another run made in the same folder while this one was at work.
+    pub shards_of_others: u64,
     /// Number of frames that this run made.
     pub frames_made: u64,
     /// Whether manifest and datasheet are written.
@@ -107,9 +113,12 @@ pub struct Report {
     pub tally: Tally,
     /// Size of the dataset, bytes.
     pub bytes: u64,
+    /// How the run used its machine.
+    pub usage: Usage,
 }
 
-/// Makes what is missing of the dataset in `out`.
+/// Makes what is missing of the dataset in `out`. Several runs of the same recipe may work in one folder: each shard is made by the first
+/// that comes to it, and the others wait at their end until it is complete, or make it themselves where its maker gave it up.
 ///
 /// # Errors
 /// Returns an error for a folder of something else, or of another recipe or device; for shards that do not
@@ -208,35 +217,69 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         !of_another && out.join(Marker::name(*s)).exists()
     };
     let repaired = missing.iter().filter(|s| is_broken(s)).count() as u64;
-    for shard in &missing {
-        // A marker that does not hold says nothing while its shard is made again.
-        remove(&out.join(Marker::name(*shard)))?;
-    }
     let cores = rayon::current_num_threads();
-    let default = if matches!(engine, Engine::Cpu(_)) { cores } else { 1 };
-    let jobs = options.jobs.unwrap_or(default).max(1);
+    let jobs = options.jobs.unwrap_or(default_jobs(engine, cores)).max(1);
     let count = |s: &u64| layout.frames_of(*s).end - layout.frames_of(*s).start;
-    let frames: u64 = missing.iter().map(count).sum();
-    let run = Run {
-        engine,
-        recipe,
-        out,
-        layout: &layout,
-        file: &file,
-        radars: &radars,
-        jobs,
-        batch: batch_of(engine, options.batch),
-        basis: &basis,
-        cancel: options.cancel,
-        progress: options.progress,
-        board: Board::new(recipe, &layout, &missing, jobs, waiting_frames(&layout)),
-        done: AtomicU64::new(0),
-        frames,
-        stop: AtomicBool::new(false),
-        failure: Mutex::new(None),
-    };
-    let failure = run.all()?;
-    let frames_made = run.done.load(Ordering::Relaxed);
+    let meter = Meter::start(engine);
+    let claims = ShardClaims { out, layout: &layout, identity: &identity, state: Mutex::default() };
+    let (done, frames) = (AtomicU64::new(0), missing.iter().map(count).sum::<u64>());
+    let mut left = missing.clone();
+    let mut failure = None;
+    let mut of_others = 0;
+    let mut announced = false;
+    while !left.is_empty() && failure.is_none() {
+        let run = Run {
+            engine,
+            recipe,
+            out,
+            layout: &layout,
+            file: &file,
+            radars: &radars,
+            jobs,
+            batch: batch_of(engine, options.batch),
+            basis: &basis,
+            cancel: options.cancel,
+            progress: options.progress,
+            board: Board::new(
+                recipe,
+                &layout,
+                &left,
+                jobs,
+                waiting_frames(&layout),
+                Box::new(|shard| claims.claim(shard)),
+            ),
+            done: &done,
+            frames,
+            stop: AtomicBool::new(false),
+            failure: Mutex::new(None),
+            meter: &meter,
+            claims: &claims,
+        };
+        failure = run.all()?;
+        drop(run);
+        let Claimed { elsewhere, complete, failed, .. } = claims.take();
+        failure = failure.or(failed);
+        of_others += complete;
+        left = elsewhere.keys().copied().collect();
+        if let (Some((shard, holder)), false) = (elsewhere.first_key_value(), announced) {
+            announced = true;
+            (options.say)(&format!(
+                "{holder} makes shard {shard} of the same folder: this run waits until it is complete"
+            ));
+        }
+        // Until one of them is complete or given up.
+        while failure.is_none()
+            && !left.is_empty()
+            && !options.cancel.load(Ordering::Relaxed)
+            && left.iter().all(|shard| claims.is_made_elsewhere(*shard))
+        {
+            std::thread::sleep(OTHERS_INTERVAL);
+        }
+        if options.cancel.load(Ordering::Relaxed) {
+            break;
+        }
+    }
+    let frames_made = done.load(Ordering::Relaxed);
 
     let markers: Vec<Option<Marker>> =
         all.clone().map(|s| Marker::read(out, s).filter(|m| m.holds(out, s, &layout, &identity))).collect();
@@ -257,11 +300,27 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     let markers: Option<Vec<Marker>> = if cancelled { None } else { markers.into_iter().collect() };
     if let Some(markers) = &markers {
         let made = datasheet::Made { recipe, file: &file, layout: &layout, markers, tally: &tally, bytes };
+        let start = Instant::now();
+        // One of several runs at a time: each writes the same.
+        let lock = loop {
+            match Lock::attempt(out, out.join(DATASHEET_LOCK))? {
+                Ok(lock) => break lock,
+                Err(_) => std::thread::sleep(OTHERS_INTERVAL),
+            }
+        };
         datasheet::write(engine, &made, out, options.pictures)?;
+        drop(lock);
+        meter.add(Part::Datasheet, start.elapsed().as_secs_f64());
         // The last one who leaves clears up after all.
         if hold.alone() == Some(true) {
             datasheet::tidy(out, true)?;
         }
+    }
+    if markers.is_none() && !cancelled && options.shards.is_none() {
+        return Err(Error::Failed(format!(
+            "{there} of {} shards are complete, and another run or hand has changed the folder: run the same command again",
+            all.end
+        )));
     }
     Ok(Report {
         folder: out.to_path_buf(),
@@ -271,104 +330,30 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         shards_resumed: wanted.end - wanted.start - missing.len() as u64,
         shards_kept: kept,
         shards_repaired: repaired,
+        shards_of_others: of_others,
         frames_made,
         complete: markers.is_some(),
         cancelled,
         remarks,
         tally,
         bytes,
+        usage: meter.usage(engine, jobs),
     })
 }
 
-/// Estimate of a dataset's size and time from some of its frames.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct Estimate {
-    /// Number of scenes of the recipe.
-    pub scenes: u32,
-    /// Number of frames of the dataset.
-    pub frames: u64,
-    /// Number of shards of the dataset.
-    pub shards: u64,
-    /// Number of frames that were made for this: the first ones of scenes spread over the recipe.
-    pub frames_tried: u32,
-    /// Time on all cores for one frame, including the building of its scene, s.
-    pub seconds_a_frame: f64,
-    /// Size of a frame's arrays before compression, bytes.
-    pub array_bytes_a_frame: u64,
-    /// Size of a frame as it is stored, with its tables and their files, bytes.
-    pub bytes_a_frame: u64,
-    /// Approximate size of the datasheet with its pictures and of the checksums, bytes.
-    pub datasheet_bytes: u64,
-    /// Size of the whole dataset, bytes.
-    pub bytes: u64,
-}
+/// Interval at which a run looks whether others have ended what they make in its folder.
+const OTHERS_INTERVAL: Duration = Duration::from_millis(100);
+/// Name of the lock of whoever describes the dataset.
+const DATASHEET_LOCK: &str = ".datasheet.partial-lock";
 
-/// Largest number of frames that an estimate makes.
-const TRIED: u32 = 8;
-
-/// A folder that is removed when this is dropped.
-struct Scratch(PathBuf);
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
+/// Number of workers where none is given: one for each processor on the CPU and one on a software driver, which computes on the same
+/// processors. On a GPU one for two processors, up to eight: while some wait for the device, others prepare frames and hand them on.
+fn default_jobs(engine: &Engine, cores: usize) -> usize {
+    match engine {
+        Engine::Cpu(_) => cores,
+        Engine::Gpu(gpu) if gpu.is_hardware() => (cores / 2).clamp(1, 8),
+        Engine::Gpu(_) => 1,
     }
-}
-
-/// Makes the first frame of some scenes, writes them to the temporary folder as the dataset would, and
-/// measures time and size.
-///
-/// # Errors
-/// Returns an error if the format is not built in, if a scene cannot be drawn or built, and the errors of
-/// simulating and writing a frame.
-pub fn estimate(engine: &Engine, recipe: &Recipe) -> Result<Estimate> {
-    recipe.check_built()?;
-    let tried = TRIED.min(recipe.scenes);
-    let begun = Instant::now();
-    let radars = AtomicU64::new(0);
-    let make = |k: u32| -> Result<Record> {
-        let scene = (u64::from(k) * u64::from(recipe.scenes) / u64::from(tried)) as u32;
-        let site = drawn_scene(recipe, scene)?;
-        let prepared = prepared(recipe, &site)?;
-        let frames = frames_of(engine, &site, &prepared, 0, Control::default())?;
-        radars.store(frames.len() as u64, Ordering::Relaxed);
-        rows::record(recipe, &site, u64::from(k), frames)
-    };
-    let records: Vec<Record> = (0..tried).into_par_iter().map(make).collect::<Result<_>>()?;
-    let seconds_a_frame = begun.elapsed().as_secs_f64() / f64::from(tried);
-    let layout = DatasetLayout {
-        frames: u64::from(tried),
-        frames_per_shard: recipe.frames_per_shard.min(u64::from(tried)),
-        ..layout_of(recipe, &drawn_scene(recipe, 0)?, &records[0])
-    };
-    let scratch = Scratch(std::env::temp_dir().join(format!("catseye-dry-run-{}", std::process::id())));
-    layout.create(&scratch.0)?;
-    let mut left = records.into_iter();
-    let (mut bytes, mut files) = (0, 0);
-    for shard in 0..layout.shards() {
-        let mut next = |_| left.next().ok_or_else(|| Error::Failed("a frame is missing".into()));
-        let written = layout.write_shard(&scratch.0, shard, &mut next)?;
-        bytes += written.iter().map(|f| f.bytes).sum::<u64>();
-        files += written.len() as u64;
-    }
-    let files = match recipe.format {
-        Format::Frames => files * recipe.frames() / u64::from(tried),
-        Format::Zarr | Format::Hdf5 => files * recipe.frames().div_ceil(recipe.frames_per_shard),
-    };
-    let radars = radars.load(Ordering::Relaxed) as usize;
-    let datasheet_bytes = datasheet::expected_bytes(recipe, radars, files);
-    let bytes_a_frame = bytes / u64::from(tried);
-    Ok(Estimate {
-        scenes: recipe.scenes,
-        frames: recipe.frames(),
-        shards: recipe.frames().div_ceil(recipe.frames_per_shard),
-        frames_tried: tried,
-        seconds_a_frame,
-        array_bytes_a_frame: layout.array_bytes() as u64,
-        bytes_a_frame,
-        datasheet_bytes,
-        bytes: bytes_a_frame * recipe.frames() + datasheet_bytes,
-    })
 }
 
 /// Content of the output folder.
@@ -594,7 +579,7 @@ fn layout(engine: &Engine, recipe: &Recipe, begun: Option<&Path>) -> Result<Data
 }
 
 /// The layout of a dataset whose frames hold the same as this one.
-fn layout_of(recipe: &Recipe, site: &DrawnScene, record: &Record) -> DatasetLayout {
+pub(super) fn layout_of(recipe: &Recipe, site: &DrawnScene, record: &Record) -> DatasetLayout {
     DatasetLayout {
         format: recipe.format,
         compression: recipe.compression,
@@ -610,6 +595,80 @@ fn remove(path: &Path) -> Result<()> {
     match fs::remove_file(path) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::io(path, e)),
         _ => Ok(()),
+    }
+}
+
+/// Which shards this run makes, in a folder in which others may be at work.
+struct ShardClaims<'a> {
+    out: &'a Path,
+    layout: &'a DatasetLayout,
+    identity: &'a str,
+    state: Mutex<Claimed>,
+}
+
+#[derive(Default)]
+struct Claimed {
+    /// The locks of the shards that this run makes.
+    held: BTreeMap<u64, Lock>,
+    /// Shards that another run makes, with its process and command.
+    elsewhere: BTreeMap<u64, String>,
+    /// Number of shards that another run had made when this one came to them.
+    complete: u64,
+    /// Why a shard could not be begun.
+    failed: Option<Error>,
+}
+
+impl ShardClaims<'_> {
+    fn state(&self) -> MutexGuard<'_, Claimed> {
+        self.state.lock().unwrap_or_else(|e| e.into_inner())
+    }
+
+    fn lock(&self, shard: u64) -> Result<std::result::Result<Lock, String>> {
+        Lock::attempt(self.out, self.out.join(SHARDS).join(format!(".{shard:06}.partial-lock")))
+    }
+
+    fn is_complete(&self, shard: u64) -> bool {
+        Marker::read(self.out, shard).is_some_and(|m| m.holds(self.out, shard, self.layout, self.identity))
+    }
+
+    /// Whether this run makes a shard: it is not complete, and nobody else is at it.
+    fn claim(&self, shard: u64) -> bool {
+        let made = self.lock(shard).and_then(|lock| {
+            let Ok(lock) = lock else { return Ok(lock) };
+            if self.is_complete(shard) {
+                self.state().complete += 1;
+                return Ok(Err(String::new()));
+            }
+            // A marker that does not hold says nothing while its shard is made again.
+            remove(&self.out.join(Marker::name(shard)))?;
+            Ok(Ok(lock))
+        });
+        let mut state = self.state();
+        match made {
+            Ok(Ok(lock)) => {
+                state.held.insert(shard, lock);
+                return true;
+            }
+            Ok(Err(holder)) if holder.is_empty() => {}
+            Ok(Err(holder)) => drop(state.elsewhere.insert(shard, holder)),
+            Err(e) => drop(state.failed.get_or_insert(e)),
+        }
+        false
+    }
+
+    /// Gives up a shard that is complete.
+    fn release(&self, shard: u64) {
+        self.state().held.remove(&shard);
+    }
+
+    /// Whether another run is still at a shard.
+    fn is_made_elsewhere(&self, shard: u64) -> bool {
+        !self.is_complete(shard) && matches!(self.lock(shard), Ok(Err(_)))
+    }
+
+    /// What was claimed so far; the shards that are not complete are given up.
+    fn take(&self) -> Claimed {
+        std::mem::take(&mut self.state())
     }
 }
 
@@ -631,11 +690,11 @@ impl<'a> ReadyScene<'a> {
 }
 
 /// Frames of a scene that a worker has claimed.
-type Claimed<'a> = Claim<Item, ReadyScene<'a>>;
+type FrameClaim<'a> = Claim<Item, ReadyScene<'a>>;
 
 /// A claimed frame of the dataset.
 struct Slot<'c, 'a> {
-    claim: &'c Claimed<'a>,
+    claim: &'c FrameClaim<'a>,
     site: &'c DrawnScene,
     /// Number of the frame in its scene, and in the dataset.
     index: u32,
@@ -684,10 +743,12 @@ struct Run<'a> {
     cancel: &'a AtomicBool,
     progress: &'a (dyn Fn(Progress) + Sync),
     board: Board<'a, Item, ReadyScene<'a>>,
-    done: AtomicU64,
+    done: &'a AtomicU64,
     frames: u64,
     stop: AtomicBool,
     failure: Mutex<Option<Error>>,
+    meter: &'a Meter,
+    claims: &'a ShardClaims<'a>,
 }
 
 impl<'a> Run<'a> {
@@ -737,7 +798,9 @@ impl<'a> Run<'a> {
     /// Makes frames until none is left, and starts the writers of the shards that they open.
     fn compute<'scope>(&'scope self, scope: &'scope Scope<'scope, '_>) {
         let mut own = None;
-        while let Some((claims, begun)) = self.board.claim(own, self.batch as u64, &|| self.stopped()) {
+        while let Some((claims, begun)) =
+            self.board.claim(own, self.batch as u64, &|| self.stopped(), &self.meter.waited)
+        {
             if let Some(queue) = begun {
                 own = Some(queue.shard());
                 self.begin(scope, move || self.write_shard(queue).unwrap_or_else(|e| self.fail(e)));
@@ -754,11 +817,12 @@ impl<'a> Run<'a> {
     }
 
     /// Makes the claimed frames as long as they are wanted, and sends them in their order.
-    fn frames(&self, claims: &[Claimed<'a>]) -> Result<()> {
+    fn frames(&self, claims: &[FrameClaim<'a>]) -> Result<()> {
         let mut new: Vec<u32> = claims.iter().filter(|c| c.prepared.is_none()).map(|c| c.scene).collect();
         new.dedup();
         let make_ready = |scene: &u32| -> Result<(u32, Arc<ReadyScene<'a>>)> {
-            let ready = Arc::new(ReadyScene::new(self.recipe, *scene)?);
+            let made = self.meter.timed(Part::Scenes, || ReadyScene::new(self.recipe, *scene));
+            let ready = Arc::new(made?);
             self.board.ready(*scene, &ready);
             Ok((*scene, ready))
         };
@@ -788,6 +852,7 @@ impl<'a> Run<'a> {
             let radars = slots.iter().take(self.batch).map(|s| s.radars).sum::<usize>() - held.len();
             let (made, failure) = until_error(frames(self.engine, &wanted[done..done + radars], control));
             done += made.len();
+            made.iter().for_each(|frame| self.meter.add_frame(frame));
             held.extend(made);
             let mut whole: Vec<(Slot<'_, 'a>, Vec<Frame>)> = Vec::new();
             while slots.front().is_some_and(|s| s.radars <= held.len())
@@ -797,7 +862,7 @@ impl<'a> Run<'a> {
                 whole.push((slot, radars));
             }
             let items = whole.into_par_iter().map(|(slot, radars)| {
-                let item = self.item(&slot, radars);
+                let item = self.meter.timed(Part::Records, || self.item(&slot, radars));
                 (slot.claim, slot.index, item)
             });
             for (claim, index, item) in items.collect::<Vec<_>>() {
@@ -818,8 +883,12 @@ impl<'a> Run<'a> {
     fn write_shard(&self, mut queue: Queue<Item>) -> Result<()> {
         let shard = queue.shard();
         let mut tally = Tally::default();
+        // What is not waiting for the next frame.
+        let (start, mut waited_s) = (Instant::now(), 0.0);
         let files = self.layout.write_shard(self.out, shard, &mut |_| {
+            let asked = Instant::now();
             let frame = queue.take(&self.board);
+            waited_s += asked.elapsed().as_secs_f64();
             let (record, mut counts) = frame.ok_or_else(|| Error::Failed("the run was stopped".into()))??;
             counts.note_rows(&record.tables);
             tally.add(&counts);
@@ -840,6 +909,9 @@ impl<'a> Run<'a> {
             drawn_from,
             radars,
         };
-        write_json(self.out, &Marker::name(shard), &marker)
+        write_json(self.out, &Marker::name(shard), &marker)?;
+        self.claims.release(shard);
+        self.meter.add(Part::Writing, start.elapsed().as_secs_f64() - waited_s);
+        Ok(())
     }
 }

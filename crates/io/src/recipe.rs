@@ -1,7 +1,6 @@
 //! The recipe TOML: a road scene and a scenario in which any value may be a distribution, the number of
 //! scenes drawn from them, and what is kept. Each scene is two plain texts that the ordinary readers parse.
 
-use super::dataset::VERSION;
 use super::draw::{Changes, Draws, Node, Origin, Tree, word};
 use super::echo_file::KeptEchoes;
 use super::kept_radar::{KeptRadar, RadarsOfScenes};
@@ -24,6 +23,9 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Version of the format of datasets. Version 1 contains no radars, and its scenes are split by their rank among all. A reader of a later
+/// version reads earlier ones; a dataset is continued by the version that began it.
+pub const VERSION: u32 = 2;
 /// Number of times that a vehicle that overlaps another is drawn again before it is left out.
 pub const REDRAWS: u32 = 30;
 const MOST_SCENES: u32 = 10_000_000;

@@ -67,6 +67,44 @@ fn markers(out: &Path) -> usize {
     fs::read_dir(out.join("shards")).map_or(0, count)
 }
 
+/// Runs of one recipe in one folder, as when a cluster's scheduler tries again, share the shards; all end with 0, `verify` passes, and the
+/// bytes are those of a run alone. One that is killed leaves its shards to the others.
+#[test]
+fn several_runs_in_one_folder_share_its_shards() {
+    let dir = place();
+    let at = |name: &str| dir.path().join(name);
+    make(dir.path(), "alone", &[]);
+    for (attempt, victims) in [0, 0, 1, 0, 1].into_iter().enumerate() {
+        let out = format!("together-{attempt}");
+        let args = ["dataset", "r.toml", "-o", &out, "--device", "cpu", "--jobs", "1", "--json"];
+        let mut children: Vec<Child> = (0..3).map(|_| start(dir.path(), &args)).collect();
+        let mut made = 0;
+        for (i, child) in children.iter_mut().enumerate() {
+            if i < victims {
+                let begun = Instant::now();
+                while markers(&at(&out)) < 2 && begun.elapsed() < Duration::from_secs(60) {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                child.kill().unwrap();
+                child.wait().unwrap();
+            }
+        }
+        for child in children.into_iter().skip(victims) {
+            let done = child.wait_with_output().unwrap();
+            let said = text(&done.stderr);
+            assert_eq!(done.status.code(), Some(0), "{said}");
+            assert!(!said.contains("os error"), "{said}");
+            let report: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+            assert_eq!(report["complete"], true);
+            made += report["frames_made"].as_u64().unwrap();
+        }
+        assert!(victims > 0 || made == u64::from(3 * SCENES), "{made} frames were made");
+        let verified = catseye(dir.path(), &["verify", &out]);
+        assert_eq!(verified.status.code(), Some(0), "{}", text(&verified.stderr));
+        same(&at("alone"), &at(&out));
+    }
+}
+
 #[test]
 fn bytes_do_not_depend_on_kills_workers_and_shares() {
     let dir = place();
@@ -120,7 +158,7 @@ fn start(dir: &Path, args: &[&str]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_catseye"))
         .current_dir(dir)
         .args(args)
-        .stdout(Stdio::null())
+        .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap()

@@ -2,9 +2,9 @@
 
 use super::record::Record;
 use catseye::base::error::{BadInput, Error, Result};
-use catseye::formats::stage::{sha256_of_file, sync_folder};
+use catseye::formats::stage::{sha256_of_file, sha256_of_parts, sync_folder};
 use std::fs::File;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 /// A file of a shard in the dataset.
@@ -33,6 +33,18 @@ pub fn describe(path: &Path, relative: String) -> Result<ShardFile> {
     file.sync_all().map_err(|e| Error::io(path, e))?;
     let bytes = file.metadata().map_err(|e| Error::io(path, e))?.len();
     Ok(ShardFile { path: relative, bytes, sha256 })
+}
+
+/// Writes a file of these parts, which is then safe on the disk, with its length and checksum: nothing is read back.
+pub fn write_parts(path: &Path, relative: String, parts: &[&[u8]]) -> Result<ShardFile> {
+    let io = |e| Error::io(path, e);
+    let mut file = File::create(path).map_err(io)?;
+    for part in parts {
+        file.write_all(part).map_err(io)?;
+    }
+    let sha256 = sha256_of_parts(parts);
+    file.sync_all().map_err(io)?;
+    Ok(ShardFile { path: relative, bytes: parts.iter().map(|p| p.len() as u64).sum(), sha256 })
 }
 
 /// Makes the name of `path` in its folder durable on the disk.

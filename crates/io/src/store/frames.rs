@@ -1,7 +1,7 @@
 //! One folder per frame: `frame_000000/NAME.npy` for arrays, `NAME.npz` for those that are compressed (one member `NAME.npy`), `NAME.csv` for tables, and `frame.json` with the
 //! length and SHA-256 of each, since these formats have no checksums of their own.
 
-use super::files::{ShardFile, ShardWriter, broken, describe, missing, sync_name};
+use super::files::{ShardFile, ShardWriter, broken, describe, missing, sync_name, write_parts};
 use super::layout::{ArrayKind, ArraySpec, ColumnKind, Compression, DatasetLayout, FRAME, TableSpec};
 use super::record::{Column, Data, Record, Table};
 use crate::files::frame_name;
@@ -69,20 +69,22 @@ impl ShardWriter for Writer<'_> {
         let temporary = Unfinished(temporary);
         let mut files = Vec::new();
         for array in &record.arrays {
-            let mut file = format!("{}.npy", array.name);
-            let path = temporary.0.join(&file);
-            match &array.data {
-                Data::C32(v) => npy::write(&path, &array.shape, v),
-                Data::F32(v) => npy::write(&path, &array.shape, v),
-                Data::U8(v) => npy::write(&path, &array.shape, v),
-                Data::I32(v) => npy::write(&path, &array.shape, v),
+            let file = format!("{}.npy", array.name);
+            let (head, body) = match &array.data {
+                Data::C32(v) => npy::parts(&array.shape, v),
+                Data::F32(v) => npy::parts(&array.shape, v),
+                Data::U8(v) => npy::parts(&array.shape, v),
+                Data::I32(v) => npy::parts(&array.shape, v),
             }?;
-            if let Some(level) = deflated(self.layout.array(&array.name)?) {
-                let packed = format!("{}.npz", array.name);
-                pack(&path, &file, &temporary.0.join(&packed), level)?;
-                file = packed;
-            }
-            files.push(describe(&temporary.0.join(&file), file)?);
+            files.push(match deflated(self.layout.array(&array.name)?) {
+                Some(level) => {
+                    let packed = format!("{}.npz", array.name);
+                    let path = temporary.0.join(&packed);
+                    pack(&[&head, body], &file, &path, level)?;
+                    describe(&path, packed)?
+                }
+                None => write_parts(&temporary.0.join(&file), file, &[&head, body])?,
+            });
         }
         for table in &record.tables {
             let file = format!("{}.csv", table.name);
@@ -117,24 +119,24 @@ fn deflated(spec: &ArraySpec) -> Option<u32> {
     }
 }
 
-/// Moves the file `npy` into the archive `npz`, as its only member of this name. Its time is that of all archives, so that the bytes depend on the
+/// Writes an array's file of these parts into the archive `npz`, as its only member of this name. Its time is that of all archives, so that the bytes depend on the
 /// array alone.
-fn pack(npy: &Path, member: &str, npz: &Path, level: u32) -> Result<()> {
+fn pack(parts: &[&[u8]], member: &str, npz: &Path, level: u32) -> Result<()> {
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .compression_level(Some(level.into()))
         .last_modified_time(DateTime::default())
         .unix_permissions(0o644);
-    let bytes = fs::read(npy).map_err(|e| Error::io(npy, e))?;
     let write = || -> zip::result::ZipResult<()> {
         let mut archive = ZipWriter::new(BufWriter::new(File::create(npz)?));
         archive.start_file(member, options)?;
-        archive.write_all(&bytes)?;
+        for part in parts {
+            archive.write_all(part)?;
+        }
         archive.finish()?.flush()?;
         Ok(())
     };
-    write().map_err(|e| Error::io(npz, e.into()))?;
-    fs::remove_file(npy).map_err(|e| Error::io(npy, e))
+    write().map_err(|e| Error::io(npz, e.into()))
 }
 
 /// Numbers of the only member of an archive that [`pack`] wrote.

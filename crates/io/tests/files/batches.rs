@@ -72,6 +72,7 @@ fn tried(
         cancel,
         progress: &|p| progress(p.done),
         pictures: &|_, _, _, _, _| Ok(()),
+        say: &|_| (),
     };
     produce(engine, recipe, out, &options)
 }

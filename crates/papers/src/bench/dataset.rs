@@ -1,4 +1,4 @@
-//! W10 and W11: many frames of drawn scenes written to shards, as `catseye dataset` does.
+//! W10, W11 and W14: many frames of drawn scenes written to shards, as `catseye dataset` does.
 
 use super::agreement::{self, Limits};
 use super::frame::Frame;
@@ -15,6 +15,9 @@ use std::sync::atomic::AtomicBool;
 const SMALL_ROAD: &str = include_str!("../../../../scenes/recipes/small_road.toml");
 const SMALL_RADAR: (&str, &str) =
     ("small_radar.toml", include_str!("../../../../scenes/recipes/small_radar.toml"));
+const POINTS: &str = include_str!("../../../../scenes/recipes/points.toml");
+const POINTS_RADAR: (&str, &str) =
+    ("points_radar.toml", include_str!("../../../../scenes/recipes/points_radar.toml"));
 /// Name of a recipe in its temporary folder.
 const RECIPE: &str = "recipe.toml";
 
@@ -57,7 +60,7 @@ fn run(
     mut sheet: Sheet<'_>,
 ) -> Result<Outcome> {
     let workload = sheet.outcome.workload.to_lowercase();
-    let scratch = Scratch::with(&workload, &[(RECIPE, &resized(text, size)?), SMALL_RADAR])?;
+    let scratch = Scratch::with(&workload, &[(RECIPE, &resized(text, size)?), SMALL_RADAR, POINTS_RADAR])?;
     let recipe = Recipe::load(&scratch.path().join(RECIPE), Some(settings.seed))?;
     let cancel = AtomicBool::new(false);
     let mut runs = 0;
@@ -73,6 +76,7 @@ fn run(
             cancel: &cancel,
             progress: &|_| (),
             pictures: &|_, _, _, _, _| Ok(()),
+            say: &|_| (),
         };
         produce(engine, &recipe, &scratch.path().join(format!("data-{runs}")), &options)
     })?;
@@ -87,6 +91,15 @@ fn run(
         sheet.accuracy("core_seconds_a_frame", core_s / frames as f64);
     }
     sheet.accuracy("complete", report.complete);
+    let usage = &report.usage;
+    sheet.count("workers", usage.workers);
+    if let Some(share) = usage.processor_utilisation {
+        sheet.accuracy("processor_utilisation", share);
+    }
+    if let Some(share) = usage.device_utilisation {
+        sheet.accuracy("device_utilisation", share);
+    }
+    sheet.note(&format!("limited by {}", usage.limited_by));
     let site = dataset::drawn_scene(&recipe, 0)?;
     let frame = Frame::of(&site.scenario, std::sync::Arc::unwrap_or_clone(site.scene))?;
     let geometry = frame.geometry(&*frame.refined(frame.options.accuracy_db)?)?;
@@ -108,16 +121,24 @@ pub(super) fn w11(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Res
     run(template("recipe")?, &Size { scenes, frames_per_scene: 4 }, engine, settings, sheet)
 }
 
+pub(super) fn w14(engine: &Engine, settings: &Settings, sheet: Sheet<'_>) -> Result<Outcome> {
+    let scenes = if settings.quick { 10 } else { 100 };
+    run(POINTS, &Size { scenes, frames_per_scene: 10 }, engine, settings, sheet)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn recipes_are_resized_and_nothing_else_is_changed() {
-        for text in [SMALL_ROAD, template("recipe").unwrap()] {
+        for text in [SMALL_ROAD, POINTS, template("recipe").unwrap()] {
             let size = Size { scenes: 3, frames_per_scene: 2 };
-            let scratch =
-                Scratch::with("resized", &[(RECIPE, &resized(text, &size).unwrap()), SMALL_RADAR]).unwrap();
+            let scratch = Scratch::with(
+                "resized",
+                &[(RECIPE, &resized(text, &size).unwrap()), SMALL_RADAR, POINTS_RADAR],
+            )
+            .unwrap();
             let recipe = Recipe::load(&scratch.path().join(RECIPE), Some(1)).unwrap();
             assert_eq!((recipe.scenes, recipe.frames_per_scene, recipe.seed), (3, 2, 1));
             assert_eq!(recipe.format, catseye_io::store::Format::Frames);

@@ -4,7 +4,8 @@
 //! one that is larger than buffers are. W5: a sequence of frames. W6: closest hits on a million triangles.
 //! W7, W8, W9, W12, W13: one frame of a road with bends, of a terrain, of a street with cars, with 192
 //! virtual channels, and of a recipe for a small radar. W8-curve: time of W8's frame over its number of
-//! triangles. W10, W11: datasets of small frames and of curved cars.
+//! triangles. W10, W11, W14: datasets of small frames, of curved cars
+//! and of points.
 
 mod agreement;
 pub mod cross_section;
@@ -106,6 +107,7 @@ fn workload(name: &str) -> Option<Work> {
         "W11" => dataset::w11,
         "W12" => scenario::w12,
         "W13" => scenario::w13,
+        "W14" => dataset::w14,
         _ => return None,
     })
 }

@@ -1,6 +1,6 @@
 //! W6: closest hits on a terrain of a million triangles, compared with f64.
 
-use super::sheet::{Outcome, RUNS, Settings, Sheet, Stage, cpu_seconds, median};
+use super::sheet::{Outcome, RUNS, Settings, Sheet, Stage, median};
 use catseye::base::error::Result;
 use catseye::base::frames::Pose;
 use catseye::base::rng::philox4x32_10;
@@ -11,6 +11,7 @@ use catseye::geom::upload::GeometryArrays;
 use catseye::road::terrain::{W6_CELL_M, W6_QUADS, W6_RELIEF_M, w6 as terrain};
 use catseye::scene::{Scene, material};
 use catseye::trace::closest::{self, Find, Hit, NO_PATCH, NO_TRIANGLE, Ray, Tree};
+use catseye_io::usage::cpu_seconds;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;

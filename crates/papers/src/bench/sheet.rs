@@ -3,12 +3,13 @@
 use catseye::base::error::Result;
 use catseye::engine::{Engine, EngineReport};
 use catseye::gpu::{GpuCounts, Profile};
+use catseye_io::usage::cpu_seconds;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::time::Instant;
 
 /// Name and content of each workload.
-pub const WORKLOADS: [(&str, &str); 16] = [
+pub const WORKLOADS: [(&str, &str); 17] = [
     ("W1", "trihedral 0.1 m, 77 GHz, azimuth -45..0 deg in 0.1 deg at elevation 35.2644 deg"),
     ("W2", "type 1 reflector 160 x 4 mm, elevation 0..5 deg in 0.1 deg x azimuth -40..40 deg in 0.5 deg"),
     ("W3-static", "one frame of the road with rails, posts, markers and cars, all at rest"),
@@ -25,6 +26,7 @@ pub const WORKLOADS: [(&str, &str); 16] = [
     ("W11", "a dataset of 40 frames in 10 scenes of the recipe that `catseye init recipe` writes"),
     ("W12", "the frame of W7 with 12 x 16 antennas: 192 virtual channels, 256 chirps, 512 samples"),
     ("W13", "one frame of the recipe awr1843_street: cars, cyclists and people for a small radar"),
+    ("W14", "a dataset of 1,000 frames of 128 moving points, 12 x 128 x 256, that keeps the samples alone"),
 ];
 
 /// Settings of a run.
@@ -220,18 +222,6 @@ pub(super) fn peak_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find(|l| l.starts_with("VmHWM:"))?;
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|k| k << 10)
-}
-
-/// CPU time of all threads of this process so far, s; None where the system does not report it.
-pub(super) fn cpu_seconds() -> Option<f64> {
-    #[cfg(unix)]
-    {
-        use rustix::time::{ClockId, clock_gettime};
-        let now = clock_gettime(ClockId::ProcessCPUTime);
-        Some(now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64)
-    }
-    #[cfg(not(unix))]
-    None
 }
 
 /// Median of the values, the upper one of two; NaN for none.
