@@ -1,6 +1,7 @@
 //! The only place that chooses between the engines: every stage of the chain once, on whichever was
 //! opened.
 
+mod auto;
 mod chain;
 pub mod devices;
 pub mod memory;
@@ -12,6 +13,7 @@ pub mod sweep;
 mod tracing;
 
 pub use crate::trace::tracing::Tracing;
+pub use auto::Purpose;
 pub use chain::{FrameInput, MadeFrame};
 pub use stage::{Extent, Stage, StageCounts};
 pub use tracing::Look;

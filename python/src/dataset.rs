@@ -88,6 +88,7 @@ pub fn dataset(
             },
             pictures: &draw_frame,
             say: &|_| (),
+            rule: None,
         };
         produce(&engine, &recipe, &out, &options)
     })?;

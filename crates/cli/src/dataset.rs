@@ -4,6 +4,7 @@ use super::bar::{self, Kept};
 use super::frames::draw_frame;
 use super::global::{Global, print, print_json};
 use catseye::base::error::{BadInput, Error, Result};
+use catseye::engine::Purpose;
 use catseye::formats::stage;
 use catseye_io::estimate::{Estimate, estimate};
 use catseye_io::kept_dataset::KeptDataset;
@@ -50,7 +51,7 @@ impl Dataset {
     pub fn run(&self, global: &Global) -> Result<()> {
         let recipe = Recipe::load(&self.recipe, global.seed)?;
         if self.dry_run {
-            let engine = global.engine()?;
+            let (engine, _) = global.engine_for(Purpose::Frames)?;
             let bar = global.bar("steps of the estimate", 0, Kept::Itself);
             let made = estimate(&engine, &recipe, &|done, all| {
                 bar.set_length(all);
@@ -81,7 +82,7 @@ impl Dataset {
             None => recipe,
         };
         let shards = self.shards.as_deref().map(shard_range).transpose()?;
-        let engine = global.engine()?;
+        let (engine, rule) = global.engine_for(Purpose::Frames)?;
         let bar = global.bar("scenes checked", 0, Kept::Itself);
         let frames = AtomicBool::new(false);
         let progress = |p: Progress| {
@@ -108,6 +109,7 @@ impl Dataset {
                 cancel: bar::cancel(),
                 progress: &progress,
                 pictures: &draw_frame,
+                rule,
                 say: &|line| bar.suspend(|| global.say(line)),
             },
         )?;

@@ -6,6 +6,7 @@ use super::global::{Global, print};
 use super::simulate::{summary, tell};
 use catseye::base::error::{Error, Result};
 use catseye::base::units::dbsm_from_amplitude;
+use catseye::engine::Purpose;
 use catseye::formats::stage::StagedFile;
 use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
 use catseye::road::demo::MARKER;
@@ -37,7 +38,7 @@ impl Demo {
         if let Some(seed) = global.seed {
             scenario.seed = seed;
         }
-        let engine = global.engine()?;
+        let (engine, rule) = global.engine_for(Purpose::Frames)?;
         let bar = global.bar("frames", scenario.frames.count.into(), Kept::All);
         let report = run(
             &engine,
@@ -50,6 +51,7 @@ impl Demo {
                 batch: None,
                 from: None,
                 convergence: false,
+                rule,
                 source: Some(SCENARIO.into()),
                 pictures: &|scenario, scene, frame, truth, dir| {
                     draw_frame(scenario, scene, frame, truth, dir)?;

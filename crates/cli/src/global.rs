@@ -2,7 +2,7 @@
 
 use super::bar::{Bar, Kept};
 use catseye::base::error::{Error, Result};
-use catseye::engine::{Engine, Precision, Tracing};
+use catseye::engine::{Engine, Precision, Purpose, Tracing};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -47,12 +47,22 @@ pub fn choice<T: Copy + Send + Sync>(
 
 impl Global {
     pub fn engine(&self) -> Result<Engine> {
-        let mut engine = Engine::open(&self.device, self.precision)?;
+        Ok(self.engine_for(Purpose::General)?.0)
+    }
+
+    /// The engine for some work, with the rule by which `auto` chose it where there was a choice.
+    pub fn engine_for(&self, purpose: Purpose) -> Result<(Engine, Option<&'static str>)> {
+        // Who says where beams are traced wants the engine that can.
+        let purpose = if self.trace == Some(Tracing::Device) { Purpose::General } else { purpose };
+        let (mut engine, rule) = Engine::open_for(&self.device, self.precision, purpose)?;
         if let Some(trace) = self.trace {
             engine = engine.with_tracing(trace)?;
         }
         self.say(&format!("engine: {}", engine.describe()));
-        Ok(engine)
+        if let Some(rule) = rule {
+            self.say(rule);
+        }
+        Ok((engine, rule))
     }
 
     /// A message for people, on stderr.

@@ -3,6 +3,7 @@
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
 use catseye::base::error::{BadInput, Result};
+use catseye::engine::Purpose;
 use catseye_papers::trial::report::number;
 use catseye_papers::trial::{Method, Row, RunOptions, compare, run};
 use clap::Args;
@@ -65,7 +66,7 @@ impl Lane {
                 .remedy("give one, or compare")
                 .into());
         }
-        let engine = global.engine()?;
+        let (engine, _) = global.engine_for(Purpose::Frames)?;
         let bar = global.bar("preparing the methods", 0, Kept::Parts);
         let options = RunOptions {
             force: global.force,

@@ -5,7 +5,7 @@ use super::bar::{Bar, Kept, cancel};
 use super::global::{Global, print, print_json};
 use super::local_http::{Answer, Request, serve as serve_http};
 use catseye::base::error::{BadInput, Error, Result};
-use catseye::engine::Engine;
+use catseye::engine::{Engine, Purpose};
 use catseye::scene::scenario::{self, Scenario};
 use catseye::scene::toml_file::read_text;
 use catseye_io::run::{RunOptions, run};
@@ -61,7 +61,7 @@ pub fn serve(
     let live = Live {
         scenario,
         frames,
-        engine: global.engine()?,
+        engine: global.engine_for(Purpose::Frames)?.0,
         seed: global.seed,
         folder: Mutex::new(tempfile::tempdir().map_err(|e| Error::io(std::env::temp_dir(), e))?),
     };
@@ -138,6 +138,7 @@ impl Live<'_> {
                 convergence: false,
                 batch: None,
                 from: None,
+                rule: None,
                 source: None,
                 pictures: &|_, _, _, _, _| Ok(()),
                 progress: &|_, _| {},

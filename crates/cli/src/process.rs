@@ -7,7 +7,7 @@ use super::global::Global;
 use catseye::adc::Cube;
 use catseye::base::error::{BadInput, Result};
 use catseye::detect::Bodies;
-use catseye::engine::{AnyCube, Engine, Precision};
+use catseye::engine::{AnyCube, Engine, Precision, Purpose};
 use catseye::formats::stage::{self, StagedDir};
 use catseye::scene::radar::Radar;
 use catseye::simulate::{Stages, detect, located};
@@ -62,7 +62,7 @@ impl Process {
         let (mut source, radar) = self.input.open(&self.cube, self.radar.as_deref())?;
         let own = self.velocity_mps(&radar)?;
         let staged = StagedDir::new(&self.output, global.force, "process")?;
-        let engine = global.engine()?;
+        let (engine, rule) = global.engine_for(Purpose::Cubes)?;
         let absolute_levels = source.has_levels();
         if !absolute_levels {
             global.say(match source.ti_radar() {
@@ -94,6 +94,7 @@ impl Process {
         Manifest {
             catseye: env!("CARGO_PKG_VERSION"),
             engine: engine.report(),
+            engine_rule: rule,
             trace: None,
             echoes_from: None,
             seed: 0,

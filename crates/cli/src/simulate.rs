@@ -7,7 +7,7 @@ use catseye::base::convention::MAX_BOUNCES;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::machine;
 use catseye::base::units::{db_from_power, power_from_db};
-use catseye::engine::memory::FrameMemory;
+use catseye::engine::{Purpose, memory::FrameMemory};
 use catseye::formats::stage::distinct;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar;
@@ -109,7 +109,7 @@ pub fn simulate(
     work: &Work,
     global: &Global,
 ) -> Result<RunReport> {
-    let engine = global.engine()?;
+    let (engine, rule) = global.engine_for(Purpose::Frames)?;
     let bar = global.bar("frames", scenario.frames.count as u64, Kept::All);
     let report = run(
         &engine,
@@ -121,6 +121,7 @@ pub fn simulate(
             convergence: work.convergence,
             batch: work.batch,
             from: work.from.as_ref(),
+            rule,
             source,
             pictures: &draw_frame,
             progress: &|done, found| {
@@ -259,7 +260,7 @@ struct DryRun {
 fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     let site = Site::new(scenario)?;
     let (scenario, scene) = (&site.scenario, &site.scene);
-    let (engine, prepared) = (global.engine()?, Prepared::new(scenario, scene)?);
+    let (engine, prepared) = (global.engine_for(Purpose::Frames)?.0, Prepared::new(scenario, scene)?);
     let available_bytes = machine::available_bytes();
     let remarks = prepared.remarks()?;
     tell(&remarks, global);

@@ -44,6 +44,8 @@ pub struct Made<'a> {
     pub tally: &'a Tally,
     /// Size of all shards, bytes.
     pub bytes: u64,
+    /// Rule by which `auto` chose the engine, where it had a choice.
+    pub rule: Option<&'static str>,
 }
 
 /// Content of the `manifest.json` of a dataset.
@@ -60,6 +62,9 @@ pub struct DatasetManifest {
     pub seed: u64,
     /// Devices that made shards, in the order of the shards.
     pub devices: Vec<Device>,
+    /// Rule by which `auto` chose the engine of the run that ended the dataset, where it had a choice.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub engine_rule: Option<String>,
     /// Number of frames.
     pub frames: u64,
     /// Number of shards.
@@ -125,6 +130,7 @@ pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_
         recipe: made.file.recipe.clone(),
         seed: made.file.seed,
         devices,
+        engine_rule: made.rule.map(str::to_string),
         frames: made.layout.frames,
         shards: made.layout.shards(),
         checksums,

@@ -322,6 +322,9 @@ pub struct Manifest {
     pub catseye: &'static str,
     /// Engine that made it.
     pub engine: EngineReport,
+    /// Rule by which `auto` chose it, where it had a choice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub engine_rule: Option<&'static str>,
     /// Where the beams of its frames were followed; None where nothing was traced.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trace: Option<RunTrace>,

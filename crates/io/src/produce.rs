@@ -57,6 +57,8 @@ pub struct Options<'a> {
     pub progress: &'a (dyn Fn(Progress) + Sync),
     /// Function that draws the pictures of a frame.
     pub pictures: Pictures<'a>,
+    /// Rule by which `auto` chose the engine, where it had a choice.
+    pub rule: Option<&'static str>,
     /// Function that is told in one line what the user should know while the run goes on.
     pub say: &'a (dyn Fn(&str) + Sync),
 }
@@ -299,7 +301,15 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     let cancelled = options.cancel.load(Ordering::Relaxed);
     let markers: Option<Vec<Marker>> = if cancelled { None } else { markers.into_iter().collect() };
     if let Some(markers) = &markers {
-        let made = datasheet::Made { recipe, file: &file, layout: &layout, markers, tally: &tally, bytes };
+        let made = datasheet::Made {
+            recipe,
+            file: &file,
+            layout: &layout,
+            markers,
+            tally: &tally,
+            bytes,
+            rule: options.rule,
+        };
         let start = Instant::now();
         // One of several runs at a time: each writes the same.
         let lock = loop {

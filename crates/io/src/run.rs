@@ -43,6 +43,8 @@ pub struct RunOptions<'a> {
     pub batch: Option<usize>,
     /// Run whose echoes the frames are made of; None traces them.
     pub from: Option<&'a KeptRun>,
+    /// Rule by which `auto` chose the engine, where it had a choice.
+    pub rule: Option<&'static str>,
     /// Text of the scenario file, kept in the manifest.
     pub source: Option<String>,
     /// Function that draws the pictures of a frame into its folder.
@@ -218,6 +220,7 @@ pub fn run(engine: &Engine, scenario: &Scenario, out: &Path, options: &RunOption
     Manifest {
         catseye: env!("CARGO_PKG_VERSION"),
         engine: engine.report(),
+        engine_rule: options.rule,
         trace: Some(RunTrace::of(engine.tracing(), &records)),
         echoes_from: options.from.map(|from| from.source.clone()),
         seed: scenario.seed,
@@ -341,6 +344,7 @@ mod tests {
                 convergence: false,
                 batch: None,
                 from: None,
+                rule: None,
                 source: None,
                 pictures: &|_, _, frame, _, _| match (stop, frame.index) {
                     (true, 1) => Err(Error::Failed("stopped".into())),

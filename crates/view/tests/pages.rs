@@ -26,6 +26,7 @@ fn simulated(folder: &Path, text: &str) -> PathBuf {
         convergence: false,
         batch: None,
         from: None,
+        rule: None,
         source: Some(text.into()),
         pictures: &|_, _, _, _, _| Ok(()),
         progress: &|_, _| (),

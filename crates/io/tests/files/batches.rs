@@ -73,6 +73,7 @@ fn tried(
         progress: &|p| progress(p.done),
         pictures: &|_, _, _, _, _| Ok(()),
         say: &|_| (),
+        rule: None,
     };
     produce(engine, recipe, out, &options)
 }
@@ -193,6 +194,7 @@ fn runs_do_not_depend_on_the_batch() {
             convergence: false,
             batch: Some(batch),
             from: None,
+            rule: None,
             source: None,
             pictures: &|_, _, frame, _, _| match (stop, frame.index) {
                 (true, 3) => Err(Error::Failed("stopped".into())),

@@ -77,6 +77,7 @@ fn run(
             progress: &|_| (),
             pictures: &|_, _, _, _, _| Ok(()),
             say: &|_| (),
+            rule: None,
         };
         produce(engine, &recipe, &scratch.path().join(format!("data-{runs}")), &options)
     })?;
