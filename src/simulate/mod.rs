@@ -256,6 +256,8 @@ pub struct Prepared<'a> {
     radars: Vec<RadarView<'a>>,
     /// What frames are made for.
     products: Products,
+    /// Whether frames tell what one bounce more would bring also where they follow no more anyway.
+    tells_cut: bool,
     /// Where echoes come from that are not traced.
     recall: Option<Recall<'a>>,
     digests: OnceLock<Digests>,
@@ -314,6 +316,12 @@ impl<'a> Prepared<'a> {
         Prepared { products, ..self }
     }
 
+    /// Where the scenario gives the number of bounces, frames do not tell what one more would bring (`Echoes::cut_power_w`), whose estimate
+    /// asks every beam that the limit ends.
+    pub fn without_cut_power(self) -> Prepared<'a> {
+        Prepared { tells_cut: false, ..self }
+    }
+
     /// Frames come without their samples: a gpu engine then leaves them on the device.
     pub fn without_cubes(self) -> Prepared<'a> {
         let products = self.products.without(Product::Samples);
@@ -350,7 +358,8 @@ impl<'a> Prepared<'a> {
             false => Products::ALL.without(Product::Echoes),
         };
         let radars = scenario.radars[radars].iter().map(seen).collect::<Result<_>>()?;
-        Ok(Prepared { scenario, scene, first, products, recall: None, digests: OnceLock::new(), radars })
+        let (recall, digests) = (None, OnceLock::new());
+        Ok(Prepared { scenario, scene, first, products, tells_cut: true, recall, digests, radars })
     }
 
     /// Frame `index` of radar number `which`.
@@ -489,7 +498,11 @@ impl<'a> Prepared<'a> {
             then.translation_m - (pose.translation_m + velocity_mps * dt)
         };
         let radar_sway_m = [sway(-reach_s), sway(reach_s)];
-        let options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
+        let mut options = TraceOptions { radar_sway_m, ..trace_options(scenario, which, index)? };
+        let is_fixed = options.most_bounces <= options.bounces;
+        if is_fixed && !self.tells_cut && !self.products.has(Product::Echoes) {
+            options.least_cut = None;
+        }
         Ok(Posed { which, index, radar, time_s, pose, velocity_mps, geometry, options, geometry_s })
     }
 

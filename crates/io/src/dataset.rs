@@ -262,7 +262,8 @@ pub fn ready<'a>(recipe: &'a Recipe, site: &DrawnScene) -> Result<Prepared<'a>> 
 /// # Errors
 /// Returns the errors of [`Prepared::new`].
 pub fn prepared<'a>(recipe: &'a Recipe, site: &DrawnScene) -> Result<Prepared<'a>> {
-    Ok(ready(recipe, site)?.making(recipe.keep.products()))
+    // No table of a dataset has the power that the limit of bounces cuts off.
+    Ok(ready(recipe, site)?.making(recipe.keep.products()).without_cut_power())
 }
 
 /// Simulates a frame of all radars.

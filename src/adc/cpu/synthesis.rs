@@ -377,9 +377,9 @@ impl Vectorised for Recurrence<'_> {
                 // Loops where they stand: `map` of an array and operators of complex numbers may be compiled as calls for each sample.
                 let mut of = [0.0f64; 4];
                 for (sum, lanes) in of.iter_mut().zip(a) {
-                    for x in lanes {
-                        *sum += *x as f64;
-                    }
+                    // Halves are added to halves: vectors, and no chain of eight additions.
+                    let four = lanes!(4, l => lanes[l] as f64 + lanes[l + 4] as f64);
+                    *sum = (four[0] + four[2]) + (four[1] + four[3]);
                 }
                 let [xc, ys, yc, xs] = of;
                 if let Some(after) = sum.get_mut(half + k) {
