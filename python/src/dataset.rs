@@ -71,7 +71,7 @@ pub fn dataset(
         None => Ok(recipe),
     };
     let recipe = py.detach(|| kept(Recipe::load(&recipe, seed)?)).or_raise(py)?;
-    let engine = engine::resolve(py, engine, trace)?;
+    let engine = engine::resolve_for_frames(py, engine, trace)?;
     let report = run_to(py, progress, Afterwards::Awaited, move |watch| {
         let options = produce::Options {
             jobs,
@@ -178,7 +178,12 @@ impl Store {
             }
         };
         let radars = others.get(&scene).unwrap_or(usual);
-        let found = radars.iter().find(|r| r.name == name).ok_or_else(|| {
+        // Of drawn radars each scene's may have a name of its own.
+        let only = match (&usual[..], &radars[..]) {
+            ([one], [other]) if one.name == name => Some(other),
+            _ => None,
+        };
+        let found = only.or_else(|| radars.iter().find(|r| r.name == name)).ok_or_else(|| {
             let names: Vec<&str> = radars.iter().map(|r| r.name.as_str()).collect();
             let bad = BadInput::new("the dataset has no radar of this name").file(&self.folder);
             bad.key("radar").value(name).allowed(names.join(", "))

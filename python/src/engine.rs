@@ -4,7 +4,7 @@ use crate::arrays::plain;
 use crate::errors::{Failed, refuse};
 use crate::work;
 use catseye::base::error::{BadInput, Result};
-use catseye::engine::{Engine as Opened, Precision, Tracing};
+use catseye::engine::{Engine as Opened, Precision, Purpose, Tracing};
 use pyo3::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -114,8 +114,12 @@ impl Engine {
 
 /// Opens an engine that follows beams in the place of this word, or in its own where none is given.
 fn open(device: &str, precision: Precision, trace: Option<&str>) -> Result<Opened> {
+    open_for(device, precision, trace, Purpose::General)
+}
+
+fn open_for(device: &str, precision: Precision, trace: Option<&str>, purpose: Purpose) -> Result<Opened> {
     let place = trace.map(Tracing::parse).transpose()?;
-    let engine = Opened::open(device, precision)?;
+    let (engine, _) = Opened::open_for(device, precision, purpose)?;
     match place {
         Some(place) => engine.with_tracing(place),
         None => Ok(engine),
@@ -129,7 +133,26 @@ pub fn resolve(
     argument: Option<&Bound<'_, PyAny>>,
     trace: Option<&str>,
 ) -> PyResult<Arc<Opened>> {
-    type Known = HashMap<(u32, String, Option<String>), Arc<Opened>>;
+    resolve_for(py, argument, trace, Purpose::General)
+}
+
+/// [`resolve`] for frames of scenes, for which "auto" has a rule of its own.
+pub fn resolve_for_frames(
+    py: Python<'_>,
+    argument: Option<&Bound<'_, PyAny>>,
+    trace: Option<&str>,
+) -> PyResult<Arc<Opened>> {
+    let purpose = if trace == Some("device") { Purpose::General } else { Purpose::Frames };
+    resolve_for(py, argument, trace, purpose)
+}
+
+fn resolve_for(
+    py: Python<'_>,
+    argument: Option<&Bound<'_, PyAny>>,
+    trace: Option<&str>,
+    purpose: Purpose,
+) -> PyResult<Arc<Opened>> {
+    type Known = HashMap<(u32, String, Option<String>, bool), Arc<Opened>>;
     static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
     let device = match argument {
         None => "auto".to_string(),
@@ -151,14 +174,15 @@ pub fn resolve(
         },
     };
     let place = trace.map(String::from);
-    let key = (std::process::id(), device.clone(), place.clone());
+    let key = (std::process::id(), device.clone(), place.clone(), purpose == Purpose::Frames);
     let known = |f: &mut dyn FnMut(&mut Known) -> Option<Arc<Opened>>| {
         f(KNOWN.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default())
     };
     if let Some(engine) = known(&mut |k| k.get(&key).cloned()) {
         return Ok(engine);
     }
-    let engine = Arc::new(work::run(py, None, move |_| open(&device, Precision::F32, place.as_deref()))?);
+    let engine =
+        Arc::new(work::run(py, None, move |_| open_for(&device, Precision::F32, place.as_deref(), purpose))?);
     known(&mut |k| k.insert(key.clone(), engine.clone()));
     Ok(engine)
 }

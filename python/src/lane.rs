@@ -42,7 +42,7 @@ pub fn lane(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Py<PyAny>> {
     let method = Method::named(method).or_raise(py)?;
-    let engine = engine::resolve(py, engine, trace)?;
+    let engine = engine::resolve_for_frames(py, engine, trace)?;
     let report = run_to(py, progress, Afterwards::LeftAlone, move |watch| {
         let options = RunOptions {
             force,
@@ -76,7 +76,7 @@ pub fn lane_compare(
     force: bool,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Py<PyAny>> {
-    let engine = engine::resolve(py, engine, trace)?;
+    let engine = engine::resolve_for_frames(py, engine, trace)?;
     let report = run_to(py, progress, Afterwards::LeftAlone, move |watch| {
         let options = RunOptions {
             force,

@@ -13,7 +13,7 @@ use catseye::road::labels::RoadTruth;
 use catseye::road::site::Site;
 use catseye::scene::radar::Radar as Described;
 use catseye::scene::scenario;
-use catseye::simulate::{Frame as Made, remarks, simulate_recalling, simulate_with};
+use catseye::simulate::{Frame as Made, Prepared, remarks};
 use catseye::trace::Echoes;
 use catseye_io::files::Truth;
 use catseye_io::kept_run::KeptRun;
@@ -21,7 +21,7 @@ use catseye_io::manifest::Axes;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// What stands in the scene, who drives, which radar looks: `Scenario(path)` reads a TOML file, `Scenario.parse` the text of one.
 ///
@@ -103,6 +103,8 @@ pub struct Frames {
     next: usize,
     /// Where echoes come from that are not traced.
     kept: Option<Arc<KeptRun>>,
+    /// The scene with what its frames share, made with the first of them.
+    prepared: Arc<OnceLock<Prepared<'static>>>,
     /// What the scene's meshes have that may show in the frames, one line each; each was also given to `warnings.warn`.
     #[pyo3(get)]
     remarks: Vec<String>,
@@ -134,18 +136,29 @@ impl Frames {
                 road,
             )
         };
-        let kept = slf.try_borrow()?.kept.clone();
+        let (kept, prepared) = {
+            let this = slf.try_borrow()?;
+            (this.kept.clone(), this.prepared.clone())
+        };
         let radar = scenario.radars[which].clone();
         let (made, truth) = work::run(py, None, move |watch| {
-            let at = (which, index);
-            let frame = match &kept {
-                None => simulate_with(&engine, &scenario, &scene, at, watch.control())?,
-                Some(kept) => {
-                    let recall =
-                        |which: usize, index| kept.trace(&scenario, &scenario.radars[which].name, index);
-                    simulate_recalling(&engine, &scenario, &scene, at, Box::new(recall), watch.control())?
+            let prepared = match prepared.get() {
+                Some(known) => known,
+                None => {
+                    let new = Prepared::shared(&scenario, &scene)?;
+                    let new = match kept {
+                        None => new,
+                        Some(kept) => {
+                            let scenario = scenario.clone();
+                            new.recalling(Box::new(move |which, index| {
+                                kept.trace(&scenario, &scenario.radars[which].name, index)
+                            }))
+                        }
+                    };
+                    prepared.get_or_init(|| new)
                 }
             };
+            let frame = prepared.frame(&engine, which, index, watch.control())?;
             let truth = Truth::new(&scenario, &scene, &frame, labels.as_deref());
             let truth = serde_json::to_string(&truth).map_err(|e| Error::Failed(format!("truth: {e}")))?;
             Ok((frame, truth))
@@ -405,7 +418,7 @@ pub fn simulate(
             }
         },
     };
-    let engine = engine::resolve(py, engine, trace)?;
+    let engine = engine::resolve_for_frames(py, engine, trace)?;
     let (scenario, scene, labels) = match scene {
         Some(s) => {
             let Ok(scenario) = scenario::Scenario::clone(&scenario).without_roads() else {
@@ -448,5 +461,16 @@ pub fn simulate(
     }
     let road = labels.as_deref().map(|t| crate::arrays::plain(py, t)).transpose()?;
     let wanted = indices.into_iter().flat_map(|i| which.iter().map(move |w| (i, *w))).collect();
-    Ok(Frames { engine, scenario, scene, labels, road, wanted, next: 0, kept, remarks })
+    Ok(Frames {
+        engine,
+        scenario,
+        scene,
+        labels,
+        road,
+        wanted,
+        next: 0,
+        kept,
+        prepared: Arc::default(),
+        remarks,
+    })
 }

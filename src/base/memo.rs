@@ -5,11 +5,17 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Number of values that a memo keeps; the one that was made first goes first.
-const KEPT: usize = 16;
+const KEPT: usize = 8;
 
 /// The values of the last few keys. What `get` gives does not depend on what is kept.
 pub struct Memo<K, V> {
     kept: Mutex<VecDeque<(K, Arc<V>)>>,
+}
+
+impl<K: PartialEq + Clone, V> Default for Memo<K, V> {
+    fn default() -> Self {
+        Memo::new()
+    }
 }
 
 impl<K: PartialEq + Clone, V> Memo<K, V> {

@@ -1,6 +1,6 @@
 //! The adapters of this machine, which one `auto` takes, and their compiled pipelines.
 
-use super::{Engine, all_kernels};
+use super::{Engine, Purpose, all_kernels};
 use crate::base::error::{Error, Result};
 use crate::gpu::{AdapterReport, Gpu, Want, adapters};
 use std::path::{Path, PathBuf};
@@ -21,6 +21,8 @@ pub struct Device {
 pub struct Listing {
     /// "gpu" or "cpu".
     pub auto: String,
+    /// The same for frames of scenes ([`Purpose::Frames`](super::Purpose)).
+    pub auto_frames: String,
     /// Threads that the cpu engine would use.
     pub cpu_threads: usize,
     /// Adapters in the order in which `auto` prefers them.
@@ -30,7 +32,9 @@ pub struct Listing {
 /// Opens every adapter once.
 pub fn listing() -> Listing {
     let found = adapters();
-    let auto = if found.iter().any(|a| a.is_hardware) { "gpu" } else { "cpu" };
+    let has_gpu = found.iter().any(|a| a.is_hardware);
+    let of = |purpose: Purpose| if has_gpu && purpose.rule().0 { "gpu" } else { "cpu" };
+    let (auto, auto_frames) = (of(Purpose::General).into(), of(Purpose::Frames).into());
     let adapters = found
         .into_iter()
         .map(|adapter| Device {
@@ -41,7 +45,7 @@ pub fn listing() -> Listing {
             adapter,
         })
         .collect();
-    Listing { auto: auto.into(), cpu_threads: rayon::current_num_threads(), adapters }
+    Listing { auto, auto_frames, cpu_threads: rayon::current_num_threads(), adapters }
 }
 
 /// All kernels compiled for one adapter.

@@ -224,21 +224,6 @@ pub fn simulate_with(
     Prepared::of(scenario, scene, which..which + 1)?.frame(engine, which, index, control)
 }
 
-/// [`simulate_with`] of echoes that were traced before, which `recall` gives; nothing is traced.
-///
-/// # Errors
-/// Returns the errors of [`simulate_with`] and of `recall`, and an error where the scenario's radar cannot listen to these echoes.
-pub fn simulate_recalling<'a>(
-    engine: &Engine,
-    scenario: &'a SitedScenario,
-    scene: &'a Scene,
-    (which, index): (usize, u32),
-    recall: Recall<'a>,
-    control: Control<'_>,
-) -> Result<Frame> {
-    Prepared::of(scenario, scene, which..which + 1)?.recalling(recall).frame(engine, which, index, control)
-}
-
 /// [`Prepared::remarks`] as radar number `which` sees the scene.
 ///
 /// # Errors

@@ -43,7 +43,10 @@ impl Devices {
         if listing.adapters.is_empty() {
             print("no Vulkan, Metal or DirectX adapter was found")?;
         }
-        print(&format!("auto takes: {}", listing.auto))
+        print(&match listing.auto == listing.auto_frames {
+            true => format!("auto takes: {}", listing.auto),
+            false => format!("auto takes: {}; for frames of scenes: {}", listing.auto, listing.auto_frames),
+        })
     }
 }
 

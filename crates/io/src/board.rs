@@ -67,6 +67,8 @@ impl<T> Open<T> {
 
 /// A scene of which frames are claimed.
 struct Known<S> {
+    /// Whether somebody prepares it, or has.
+    begun: bool,
     /// None while it is being prepared.
     prepared: Option<Arc<S>>,
     /// Number of its frames that nobody has claimed.
@@ -76,6 +78,8 @@ struct Known<S> {
 struct State<T, S> {
     /// Shards that nobody has begun.
     fresh: VecDeque<u64>,
+    /// The shards that are made here.
+    missing: BTreeSet<u64>,
     open: BTreeMap<u64, Open<T>>,
     scenes: HashMap<u32, Known<S>>,
     /// Number of frames that are claimed and not yet written.
@@ -105,7 +109,6 @@ pub enum Next<T, S> {
 pub struct Board<'a, T, S> {
     recipe: &'a Recipe,
     layout: &'a DatasetLayout,
-    missing: BTreeSet<u64>,
     workers: u64,
     /// Largest number of frames that may be begun and not yet written.
     room: u64,
@@ -128,6 +131,7 @@ impl<'a, T, S> Board<'a, T, S> {
     ) -> Board<'a, T, S> {
         let state = State {
             fresh: shards.iter().copied().collect(),
+            missing: shards.iter().copied().collect(),
             open: BTreeMap::new(),
             scenes: HashMap::new(),
             begun: 0,
@@ -136,7 +140,6 @@ impl<'a, T, S> Board<'a, T, S> {
         Board {
             recipe,
             layout,
-            missing: shards.iter().copied().collect(),
             workers: workers.max(1) as u64,
             room: room.max(1),
             begins,
@@ -163,13 +166,13 @@ impl<'a, T, S> Board<'a, T, S> {
         list
     }
 
-    /// Number of frames of a scene that are to be made, in all shards.
-    fn frames_of_scene(&self, scene: u32) -> u64 {
+    /// Number of frames of a scene that are to be made, in all of these shards.
+    fn frames_of_scene(&self, missing: &BTreeSet<u64>, scene: u32) -> u64 {
         let of_scene = u64::from(self.recipe.frames_per_scene);
         let all = u64::from(scene) * of_scene..(u64::from(scene) + 1) * of_scene;
         let shards = self.layout.shard_of(all.start)..=self.layout.shard_of(all.end - 1);
         shards
-            .filter(|shard| self.missing.contains(shard))
+            .filter(|shard| missing.contains(shard))
             .map(|shard| {
                 let own = self.layout.frames_of(shard);
                 own.end.min(all.end).saturating_sub(own.start.max(all.start))
@@ -221,11 +224,18 @@ impl<'a, T, S> Board<'a, T, S> {
                 return Next::Work(claims, None);
             }
         }
-        // A shard whose first scene is just being prepared for another one gives nothing yet.
+        // A shard whose first scene is just being prepared for another one gives nothing yet, and is not opened before.
+        let is_ready = |shard: &u64| {
+            let (scene, _) = self.recipe.place(self.layout.frames_of(*shard).start);
+            state.scenes.get(&scene).is_none_or(|known| known.prepared.is_some())
+        };
+        let mut candidates: VecDeque<u64> = state.fresh.iter().copied().filter(is_ready).collect();
         while state.begun < self.room
-            && let Some(shard) = state.fresh.pop_front()
+            && let Some(shard) = candidates.pop_front()
         {
+            state.fresh.retain(|s| *s != shard);
             if !(self.begins)(shard) {
+                self.leave(state, shard);
                 continue;
             }
             let (to, from) = channel();
@@ -250,9 +260,22 @@ impl<'a, T, S> Board<'a, T, S> {
         }
     }
 
+    /// Leaves a shard to others: its scenes wait for none of its frames.
+    fn leave(&self, state: &mut State<T, S>, shard: u64) {
+        state.missing.remove(&shard);
+        for (scene, frames) in self.scenes_of(shard) {
+            if let Some(known) = state.scenes.get_mut(&scene) {
+                known.left = known.left.saturating_sub(frames.len() as u64);
+                if known.left == 0 && known.prepared.is_some() {
+                    state.scenes.remove(&scene);
+                }
+            }
+        }
+    }
+
     /// The next frames of a shard that can be begun.
     fn claims_of(&self, state: &mut State<T, S>, shard: u64, most: u64) -> Vec<Claim<T, S>> {
-        let State { open, scenes, begun, .. } = state;
+        let State { open, scenes, begun, missing, .. } = state;
         let Some(open) = open.get_mut(&shard) else { return Vec::new() };
         let share = open.frames_waiting().div_ceil(self.workers);
         // The frame that a writer waits for has room always.
@@ -261,8 +284,8 @@ impl<'a, T, S> Board<'a, T, S> {
         };
         let is_awaited =
             open.waiting.front().is_some_and(|(scene, frames)| number(*scene, frames.start) == open.next);
-        let room = self.room.saturating_sub(*begun).max(u64::from(is_awaited));
-        let mut left = most.max(1).min(share).min(room);
+        let free = self.room.saturating_sub(*begun);
+        let mut left = most.max(1).min(share).min(free.max(u64::from(is_awaited)));
         let mut claims = Vec::new();
         // Scenes that this call begins; their further frames come with it.
         let mut own: Vec<u32> = Vec::new();
@@ -270,15 +293,21 @@ impl<'a, T, S> Board<'a, T, S> {
         while left > 0 && i < open.waiting.len() {
             let (scene, waiting) = &mut open.waiting[i];
             let scene = *scene;
-            let known = scenes
-                .entry(scene)
-                .or_insert_with(|| Known { prepared: None, left: self.frames_of_scene(scene) });
-            let is_new = known.left == self.frames_of_scene(scene) && known.prepared.is_none();
-            if known.prepared.is_none() && !is_new && !own.contains(&scene) {
+            let known = scenes.entry(scene).or_insert_with(|| Known {
+                begun: false,
+                prepared: None,
+                left: self.frames_of_scene(missing, scene),
+            });
+            if known.begun && known.prepared.is_none() && !own.contains(&scene) {
+                if free == 0 {
+                    // The room beyond is that of the frame that the writer waits for, and of no other.
+                    break;
+                }
                 i += 1;
                 continue;
             }
-            if is_new {
+            if !known.begun {
+                known.begun = true;
                 own.push(scene);
             }
             let n = left.min(waiting.len() as u64);

@@ -10,7 +10,7 @@ use super::store::{DatasetLayout, Format, Record};
 use super::usage::{Meter, Part, StageSeconds};
 use catseye::base::control::Control;
 use catseye::base::error::{Error, Result};
-use catseye::engine::Engine;
+use catseye::engine::{Engine, Stage};
 use catseye::scene::{Scene, Shape};
 use catseye::simulate::Prepared;
 use catseye::simulate::products::{Product, Products};
@@ -102,7 +102,8 @@ fn on_one_thread<T: Send>(work: impl FnOnce() -> Result<T> + Send) -> Result<T> 
 pub fn estimate(engine: &Engine, recipe: &Recipe, progress: &(dyn Fn(u64, u64) + Sync)) -> Result<Estimate> {
     recipe.check_built()?;
     let tried = TRIED.min(recipe.scenes);
-    let classed = CLASSED.min(tried);
+    let is_traced = recipe.keep.products().reaches(Stage::Trace) && recipe.kept.is_none();
+    let classed = if is_traced { CLASSED.min(tried) } else { 0 };
     let steps = u64::from(tried + classed);
     let (radars, done, peak) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
     let step = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, steps);
@@ -189,7 +190,7 @@ pub fn estimate(engine: &Engine, recipe: &Recipe, progress: &(dyn Fn(u64, u64) +
 fn trace_seconds(engine: &Engine, site: &DrawnScene, scene: &Scene) -> Result<f64> {
     let start = Instant::now();
     let traced = Products::default().with(Product::Returns);
-    let prepared = Prepared::new(&site.scenario, scene)?.making(traced);
+    let prepared = Prepared::new(&site.scenario, scene)?.making(traced).without_cut_power();
     frames_of(engine, site, &prepared, 0, Control::default())?;
     Ok(start.elapsed().as_secs_f64())
 }

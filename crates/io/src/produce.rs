@@ -203,6 +203,14 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         }
     }
     let hold = Hold::share(out);
+    // Another run may have begun something else here since this one looked.
+    let found = DatasetFile::read(out)?;
+    if found.recipe != file.recipe || (found.device != file.device && !options.mixed_devices) {
+        return Err(BadInput::new("another run has begun another dataset in it")
+            .file(out)
+            .remedy("give another folder, or the same recipe, seed and device")
+            .into());
+    }
     layout.create(out)?;
     let shards = out.join(SHARDS);
     fs::create_dir_all(&shards).map_err(|e| Error::io(&shards, e))?;
@@ -312,13 +320,23 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         };
         let start = Instant::now();
         // One of several runs at a time: each writes the same.
+        let mut waited = false;
         let lock = loop {
             match Lock::attempt(out, out.join(DATASHEET_LOCK))? {
                 Ok(lock) => break lock,
+                Err(_) if options.cancel.load(Ordering::Relaxed) => {
+                    return Err(Error::Interrupted(
+                        "another run describes the dataset; the same command goes on".into(),
+                    ));
+                }
                 Err(_) => std::thread::sleep(OTHERS_INTERVAL),
             }
+            waited = true;
         };
-        datasheet::write(engine, &made, out, options.pictures)?;
+        // Whoever was waited for has described the same shards.
+        if !(waited && out.join(MANIFEST).exists()) {
+            datasheet::write(engine, &made, out, options.pictures)?;
+        }
         drop(lock);
         meter.add(Part::Datasheet, start.elapsed().as_secs_f64());
         // The last one who leaves clears up after all.
@@ -738,6 +756,17 @@ fn waiting_frames(layout: &DatasetLayout) -> u64 {
     bytes / (layout.array_bytes() as u64 + TABLES_BYTES)
 }
 
+/// Ends all claims if a worker panics, so that no writer waits for its frames.
+struct CloseOnPanic<'b, 'a>(&'b Board<'a, Item, ReadyScene<'a>>);
+
+impl Drop for CloseOnPanic<'_, '_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.close();
+        }
+    }
+}
+
 struct Run<'a> {
     engine: &'a Engine,
     recipe: &'a Recipe,
@@ -807,6 +836,7 @@ impl<'a> Run<'a> {
 
     /// Makes frames until none is left, and starts the writers of the shards that they open.
     fn compute<'scope>(&'scope self, scope: &'scope Scope<'scope, '_>) {
+        let _guard = CloseOnPanic(&self.board);
         let mut own = None;
         while let Some((claims, begun)) =
             self.board.claim(own, self.batch as u64, &|| self.stopped(), &self.meter.waited)

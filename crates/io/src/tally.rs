@@ -85,6 +85,10 @@ impl Tally {
                     *t.snr_db.entry(bin(p.snr_db, SNR_BIN_DB)).or_default() += 1;
                 }
                 *t.range_m.entry(bin(p.range_m, RANGE_BIN_M)).or_default() += 1;
+                // Points that only fill grids have no labels.
+                if f.ran.of(Stage::Labels) == 0 {
+                    continue;
+                }
                 let class = t.classes.entry(p.class.clone()).or_default();
                 class.points += 1;
                 class.ghosts += u64::from(p.ghost);
