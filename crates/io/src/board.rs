@@ -96,6 +96,9 @@ pub struct Waited {
     pub for_writers_ns: AtomicU64,
 }
 
+/// Frames to make, and the queue of their shard where they are its first.
+pub type Work<T, S> = (Vec<Claim<T, S>>, Option<Queue<T>>);
+
 /// What comes of asking for work.
 pub enum Next<T, S> {
     /// Frames to make, all of one shard, each claim of one scene; with the shard's queue where this begins it.
@@ -188,7 +191,7 @@ impl<'a, T, S> Board<'a, T, S> {
         most: u64,
         stopped: &dyn Fn() -> bool,
         waited: &Waited,
-    ) -> Option<(Vec<Claim<T, S>>, Option<Queue<T>>)> {
+    ) -> Option<Work<T, S>> {
         let mut state = self.state();
         loop {
             if stopped() {

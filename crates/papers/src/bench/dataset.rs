@@ -100,7 +100,7 @@ fn run(
     if let Some(share) = usage.device_utilisation {
         sheet.accuracy("device_utilisation", share);
     }
-    sheet.note(&format!("limited by {}", usage.limited_by));
+    sheet.note(format!("limited by {}", usage.limited_by));
     let site = dataset::drawn_scene(&recipe, 0)?;
     let frame = Frame::of(&site.scenario, std::sync::Arc::unwrap_or_clone(site.scene))?;
     let geometry = frame.geometry(&*frame.refined(frame.options.accuracy_db)?)?;
