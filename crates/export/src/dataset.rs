@@ -1,7 +1,7 @@
 //! The frames of one scene of a dataset (`catseye dataset`) as sweeps for the exporters of [`crate`], from the dataset's tables and arrays in
 //! any format.
 
-use crate::sweeps::{Extras, Sweeps};
+use crate::sweeps::{Extras, MeasuredColumns, PointLabel, Sweeps};
 use crate::{
     LaneArea, LidarCloud, LidarPlace, MaskedGrid, PowerImage, Sweep, SweepBox, SweepLane, SweepPoint,
 };
@@ -327,33 +327,17 @@ impl Scene {
         let (whose, class, objects) = (rows.text("radar")?, rows.text("class")?, rows.ids("object_id")?);
         let places = rows.places()?;
         let numbers = |name: &str| rows.numbers(name);
-        let (range, rate) = (numbers("range_m")?, numbers("range_rate_mps")?);
-        let (azimuth, elevation) = (numbers("azimuth_deg")?, numbers("elevation_deg")?);
-        let (power, snr, rcs) = (numbers("power_dbm")?, numbers("snr_db")?, numbers("rcs_dbsm")?);
-        let (range_std, rate_std) = (numbers("range_std_m")?, numbers("range_rate_std_mps")?);
-        let (azimuth_std, elevation_std) = (numbers("azimuth_std_deg")?, numbers("elevation_std_deg")?);
+        let measured = MeasuredColumns::read(numbers)?;
         let (ghost, side_lobe) = (numbers("ghost")?, numbers("side_lobe")?);
-        let known = |deg: f64| Some(deg.to_radians()).filter(|s| s.is_finite());
         let point = |i: usize| {
             let owner = of.get(&objects[i]).and_then(|at| boxes.get(*at));
-            SweepPoint {
-                position_m: places[i],
-                range_m: range[i],
-                azimuth_rad: azimuth[i].to_radians(),
-                elevation_rad: elevation[i].to_radians(),
-                range_rate_mps: rate[i],
-                rcs_dbsm: rcs[i],
-                snr_db: snr[i],
-                power_dbm: power[i],
-                range_std_m: range_std[i],
-                azimuth_std_rad: known(azimuth_std[i]),
-                elevation_std_rad: known(elevation_std[i]),
-                range_rate_std_mps: rate_std[i],
+            let label = PointLabel {
                 object_id: owner.map_or(objects[i], |b| b.id),
                 class: owner.map_or_else(|| class[i].clone(), |b| b.class.clone()),
                 ghost: ghost[i] != 0.0 || side_lobe[i] != 0.0,
                 moving: owner.map(|b| b.moving),
-            }
+            };
+            measured.point(i, places[i], label)
         };
         Ok((0..whose.len()).filter(|i| whose[*i] == radar).map(point).collect())
     }

@@ -453,6 +453,73 @@ fn lidar_cloud(path: &Path, in_vehicle: Pose<Sensor, Vehicle>) -> Result<LidarCl
     Ok(LidarCloud { in_vehicle, points: (0..table.len()).map(point).collect::<Result<_>>()? })
 }
 
+/// Columns of what a radar measures of points, as tables and files of points have them.
+pub(crate) struct MeasuredColumns {
+    range_m: Vec<f64>,
+    range_rate_mps: Vec<f64>,
+    azimuth_deg: Vec<f64>,
+    elevation_deg: Vec<f64>,
+    power_dbm: Vec<f64>,
+    snr_db: Vec<f64>,
+    rcs_dbsm: Vec<f64>,
+    range_std_m: Vec<f64>,
+    range_rate_std_mps: Vec<f64>,
+    azimuth_std_deg: Vec<f64>,
+    elevation_std_deg: Vec<f64>,
+}
+
+/// What is known of a point beside its measurement.
+pub(crate) struct PointLabel {
+    pub object_id: u32,
+    pub class: String,
+    pub ghost: bool,
+    pub moving: Option<bool>,
+}
+
+impl MeasuredColumns {
+    /// Reads the columns by their names.
+    pub fn read(numbers: impl Fn(&str) -> Result<Vec<f64>>) -> Result<MeasuredColumns> {
+        Ok(MeasuredColumns {
+            range_m: numbers("range_m")?,
+            range_rate_mps: numbers("range_rate_mps")?,
+            azimuth_deg: numbers("azimuth_deg")?,
+            elevation_deg: numbers("elevation_deg")?,
+            power_dbm: numbers("power_dbm")?,
+            snr_db: numbers("snr_db")?,
+            rcs_dbsm: numbers("rcs_dbsm")?,
+            range_std_m: numbers("range_std_m")?,
+            range_rate_std_mps: numbers("range_rate_std_mps")?,
+            azimuth_std_deg: numbers("azimuth_std_deg")?,
+            elevation_std_deg: numbers("elevation_std_deg")?,
+        })
+    }
+
+    /// The point of row `i`.
+    pub fn point(&self, i: usize, position_m: DVec3, label: PointLabel) -> SweepPoint {
+        // No number: the array does not measure the angle.
+        let known = |deg: f64| Some(deg.to_radians()).filter(|s| s.is_finite());
+        let PointLabel { object_id, class, ghost, moving } = label;
+        SweepPoint {
+            position_m,
+            range_m: self.range_m[i],
+            azimuth_rad: self.azimuth_deg[i].to_radians(),
+            elevation_rad: self.elevation_deg[i].to_radians(),
+            range_rate_mps: self.range_rate_mps[i],
+            rcs_dbsm: self.rcs_dbsm[i],
+            snr_db: self.snr_db[i],
+            power_dbm: self.power_dbm[i],
+            range_std_m: self.range_std_m[i],
+            azimuth_std_rad: known(self.azimuth_std_deg[i]),
+            elevation_std_rad: known(self.elevation_std_deg[i]),
+            range_rate_std_mps: self.range_rate_std_mps[i],
+            object_id,
+            class,
+            ghost,
+            moving,
+        }
+    }
+}
+
 /// Points carry the id of the box that their object is a part of.
 fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
     if !path.is_file() {
@@ -466,11 +533,7 @@ fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
     let table = Table::read(path)?;
     let numbers = |name: &str| table.numbers(name);
     let (x, y, z) = (numbers("x_m")?, numbers("y_m")?, numbers("z_m")?);
-    let (range, rate) = (numbers("range_m")?, numbers("range_rate_mps")?);
-    let (azimuth, elevation) = (numbers("azimuth_deg")?, numbers("elevation_deg")?);
-    let (power, snr, rcs) = (numbers("power_dbm")?, numbers("snr_db")?, numbers("rcs_dbsm")?);
-    let (range_std, rate_std) = (numbers("range_std_m")?, numbers("range_rate_std_mps")?);
-    let (azimuth_std, elevation_std) = (numbers("azimuth_std_deg")?, numbers("elevation_std_deg")?);
+    let measured = MeasuredColumns::read(numbers)?;
     let (id, class) = (numbers("object_id")?, table.text("class")?);
     // Runs of older versions do not say either.
     let flag = |name: &str| match table.has(name) {
@@ -478,8 +541,6 @@ fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
         false => Ok::<_, Error>(vec![false; table.len()]),
     };
     let (ghost, side_lobe) = (flag("ghost")?, flag("side_lobe")?);
-    // An empty cell: the array does not tell the angle.
-    let known = |deg: f64| Some(deg.to_radians()).filter(|s| s.is_finite());
     (0..table.len())
         .map(|i| {
             let object = id[i];
@@ -494,24 +555,13 @@ fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
             }
             let object = object as u32;
             let owner = whole.get(&object);
-            Ok(SweepPoint {
-                position_m: DVec3::new(x[i], y[i], z[i]),
-                range_m: range[i],
-                azimuth_rad: azimuth[i].to_radians(),
-                elevation_rad: elevation[i].to_radians(),
-                range_rate_mps: rate[i],
-                rcs_dbsm: rcs[i],
-                snr_db: snr[i],
-                power_dbm: power[i],
-                range_std_m: range_std[i],
-                azimuth_std_rad: known(azimuth_std[i]),
-                elevation_std_rad: known(elevation_std[i]),
-                range_rate_std_mps: rate_std[i],
+            let label = PointLabel {
                 object_id: owner.map_or(object, |b| b.id),
                 class: owner.map_or_else(|| class[i].to_string(), |b| b.class.clone()),
                 ghost: ghost[i] || side_lobe[i],
                 moving: owner.map(|b| b.velocity_mps != [0.0; 3]),
-            })
+            };
+            Ok(measured.point(i, DVec3::new(x[i], y[i], z[i]), label))
         })
         .collect()
 }
