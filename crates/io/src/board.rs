@@ -438,7 +438,7 @@ mod tests {
         mut durations: impl FnMut(bool) -> f64,
     ) -> Run {
         let shards: Vec<u64> = (0..layout.shards()).collect();
-        let board: Board<'_, u64, f64> =
+        let board: Board<'_, u64, ()> =
             Board::new(recipe, layout, &shards, workers, room, Box::new(|_| true));
         let mut queues: Vec<Queue<u64>> = Vec::new();
         let (mut work_s, mut chain_s) = (0.0, 0.0f64);
@@ -447,7 +447,7 @@ mod tests {
         struct Busy {
             until_s: f64,
             prepares: bool,
-            claims: VecDeque<Claim<u64, f64>>,
+            claims: VecDeque<Claim<u64, ()>>,
             shard: u64,
         }
         let mut busy: Vec<Option<Busy>> = (0..workers).map(|_| None).collect();
@@ -458,16 +458,12 @@ mod tests {
                 if let Next::Work(claims, queue) = board.claim_now(own[worker], most) {
                     queues.extend(queue);
                     let Some(first) = claims.first() else { continue };
-                    let (shard, mut claimed_s) = (first.shard, 0.0);
+                    let shard = first.shard;
                     own[worker] = Some(shard);
                     // Scenes first, then their frames: one event for each half.
                     let new: BTreeSet<u32> =
                         claims.iter().filter(|c| c.prepared.is_none()).map(|c| c.scene).collect();
-                    for scene in &new {
-                        let s = durations(true);
-                        claimed_s += s;
-                        let _ = scene;
-                    }
+                    let claimed_s: f64 = new.iter().map(|_| durations(true)).sum();
                     work_s += claimed_s;
                     let until_s = now_s + claimed_s;
                     *slot = Some(Busy { until_s, prepares: true, claims: claims.into(), shard });
@@ -487,7 +483,7 @@ mod tests {
                     let mut frames_s = 0.0;
                     for claim in &b.claims {
                         if claim.prepared.is_none() {
-                            board.ready(claim.scene, &Arc::new(0.0));
+                            board.ready(claim.scene, &Arc::new(()));
                         }
                         frames_s += claim.frames.clone().map(|_| durations(false)).sum::<f64>();
                     }

@@ -1243,4 +1243,40 @@ mod tests {
         let kept = std::fs::read_to_string(&path).unwrap_or_default();
         assert!(kept == text, "{name} is out of date: run this test with CATSEYE_WRITE_SCHEMA=1");
     }
+
+    /// Each of the 255 choices of `[keep]` asks for the products of its keys, and for the stages that they need.
+    #[test]
+    fn what_is_kept_decides_what_is_made() {
+        use catseye::engine::Stage;
+        use catseye::simulate::products::Product;
+        for chosen in 1u32..256 {
+            let on = |bit: u32| chosen >> bit & 1 == 1;
+            let keep = Keep {
+                adc: on(0),
+                range_doppler: on(1),
+                points: on(2),
+                returns: on(3),
+                echoes: on(4),
+                truth: on(5),
+                masks: on(6),
+                lidar: on(7),
+            };
+            let products = keep.products();
+            let wanted = [
+                (Product::Samples, Some(Stage::Synthesis)),
+                (Product::Map, Some(Stage::Transform)),
+                (Product::Points, Some(Stage::Labels)),
+                (Product::Returns, Some(Stage::Trace)),
+                (Product::Echoes, Some(Stage::Trace)),
+                (Product::Truth, Some(Stage::Trace)),
+                (Product::Masks, Some(Stage::Angles)),
+                (Product::Lidar, None),
+            ];
+            for (bit, (product, _)) in (0..).zip(wanted) {
+                assert_eq!(products.has(product), on(bit), "{product:?} of {chosen:#b}");
+            }
+            let last = (0..).zip(wanted).filter(|(bit, _)| on(*bit)).filter_map(|(_, (_, last))| last).max();
+            assert_eq!(products.last_stage(), last, "{chosen:#b}");
+        }
+    }
 }
