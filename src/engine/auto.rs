@@ -18,8 +18,8 @@ pub enum Purpose {
 impl Purpose {
     /// The rule of `auto` on a machine with a hardware GPU: whether the GPU is taken, and why.
     ///
-    /// Measured once, on 16 processors beside an H100 and an H200 (November 2026): sweeps of cross sections, ray casts and transforms of
-    /// cubes of some megasamples are several times faster on the GPU. Frames are not: 1,000 frames of 128 points take 6.1 s there and 2.9 s on the
+    /// Measured once, on 16 processors beside an H100 and an H200 (November 2026): sweeps of cross sections (W2), ray casts (W6) and transforms of
+    /// cubes of some megasamples (W4) are faster on the GPU. Frames are not: 1,000 frames of 128 points take 6.1 s there and 2.9 s on the
     /// processors, 640 of small_road 16.2 and 4.9 s, 40 of the template recipe 20.0 and 16.8 s; of single frames W3 and W7 take 1.3 to
     /// 1.6 times as long on the GPU, while W9 and W13 take 0.8 to 0.9 times as long.
     pub fn rule(self) -> (bool, &'static str) {

@@ -414,7 +414,7 @@ impl<'a> Prepared<'a> {
 
     fn heard(&self, engine: &Engine, which: usize, index: u32, budget: Budget) -> Result<Heard> {
         if !self.products.reaches(Stage::Trace) {
-            return Ok(self.unheard(which, index));
+            return Ok(self.untraced(which, index));
         }
         if let Some(recall) = &self.recall {
             let clock = Clock::start();
@@ -519,7 +519,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// A frame for products that follow from the scene alone: the radar's pose, and no echoes.
-    fn unheard(&self, which: usize, index: u32) -> Heard {
+    fn untraced(&self, which: usize, index: u32) -> Heard {
         let time_s = self.scenario.frames.time_s(index);
         let (pose, velocity_mps) = radar_pose(&self.scenario.radars[which], &self.scenario.ego, time_s);
         Heard {

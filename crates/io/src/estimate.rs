@@ -94,7 +94,7 @@ fn on_one_thread<T: Send>(work: impl FnOnce() -> Result<T> + Send) -> Result<T> 
 }
 
 /// Makes the first frame of some scenes, writes them to the temporary folder as the dataset would, and measures time and size; and traces
-/// some of them without the objects of each class. `progress` is told how many steps of how many are done.
+/// some of them without the objects of each class. `progress` is called with the number of steps that are done, and of all.
 ///
 /// # Errors
 /// Returns an error if the format is not built in, if a scene cannot be drawn or built, and the errors of

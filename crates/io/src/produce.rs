@@ -59,7 +59,7 @@ pub struct Options<'a> {
     pub pictures: Pictures<'a>,
     /// Rule by which `auto` chose the engine, where it had a choice.
     pub rule: Option<&'static str>,
-    /// Function that is told in one line what the user should know while the run goes on.
+    /// Function that is called with one line for the user while the run goes on.
     pub say: &'a (dyn Fn(&str) + Sync),
 }
 
@@ -326,7 +326,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
                 Ok(lock) => break lock,
                 Err(_) if options.cancel.load(Ordering::Relaxed) => {
                     return Err(Error::Interrupted(
-                        "another run describes the dataset; the same command goes on".into(),
+                        "all shards are complete and another run writes the datasheet; the same command checks it".into(),
                     ));
                 }
                 Err(_) => std::thread::sleep(OTHERS_INTERVAL),
@@ -346,7 +346,8 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     }
     if markers.is_none() && !cancelled && options.shards.is_none() {
         return Err(Error::Failed(format!(
-            "{there} of {} shards are complete, and another run or hand has changed the folder: run the same command again",
+            "{}: {there} of {} shards are complete, and another run has changed the folder: run the same command again",
+            out.display(),
             all.end
         )));
     }
