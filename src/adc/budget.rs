@@ -1,12 +1,12 @@
 //! Which echoes of a frame may be left out: the weakest, as long as all of them together cannot show (CONVENTIONS eq. 67).
 
 use super::synthesis::{Levels, passes};
+use crate::base::tasks::in_parts;
 use crate::base::units::wavenumber;
-use crate::geom::hash::FastMap;
+use crate::geom::hash::firsts;
 use crate::scene::radar::Radar;
-use crate::trace::{Echo, Echoes, MAX_BOUNCES, strength};
+use crate::trace::{Echo, Echoes, strength};
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 /// What may be left out of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,7 +35,8 @@ pub fn trim(radar: &Radar, echoes: &mut Echoes, budget: Budget) {
     let ramps: Vec<Radar> = (0..radar.waveform.parts()).map(|i| radar.part(i)).collect();
     let heard = |r: &Echo| ramps.iter().any(|ramp| passes(ramp, r));
     let power = |r: &Echo| levels.amplitude(r).norm_sqr();
-    let powers: Vec<Option<f64>> = echoes.list.par_iter().map(|r| heard(r).then(|| power(r))).collect();
+    let one = |r: &Echo| heard(r).then(|| power(r));
+    let powers: Vec<Option<f64>> = in_parts(&echoes.list, one);
     // What an echo is measured by, and from where on it stays.
     let (least, full) = match budget {
         Budget::Nothing => return,
@@ -72,30 +73,40 @@ pub fn unpolarised_w(radar: &Radar, echoes: &[Echo]) -> f64 {
 fn summed_w(radar: &Radar, echoes: &[Echo], amplitude: impl Fn(&Echo) -> Complex64 + Sync) -> f64 {
     let (k, cell_m) = (wavenumber(radar.carrier_hz), radar.range_bin_m());
     let one = |r: &Echo| passes(radar, r).then(|| amplitude(r) * Complex64::cis(-k * r.path_length_m));
-    let waves: Vec<Option<Complex64>> = echoes.par_iter().map(one).collect();
-    let mut sums: FastMap<([u32; MAX_BOUNCES], i64), usize> = FastMap::default();
-    let mut of_cells: Vec<Complex64> = Vec::new();
-    for (r, wave) in echoes.iter().zip(waves).filter_map(|(r, w)| Some((r, w?))) {
-        let cell = (r.range_m() / cell_m).round() as i64;
-        let i = *sums.entry((r.chain, cell)).or_insert(of_cells.len());
-        match of_cells.get_mut(i) {
-            Some(sum) => *sum += wave,
-            None => of_cells.push(wave),
-        }
+    let waves: Vec<Option<Complex64>> = in_parts(echoes, one);
+    let cell = |r: &Echo| (r.range_m() / cell_m).round() as i64;
+    let firsts = firsts(echoes.len(), |i| waves[i].map(|_| (echoes[i].chain, cell(&echoes[i]))));
+    let mut sums = vec![Complex64::ZERO; echoes.len()];
+    for (first, wave) in firsts.iter().zip(&waves).filter_map(|(first, w)| Some((*first, (*w)?))) {
+        sums[first as usize] += wave;
     }
-    of_cells.iter().map(Complex64::norm_sqr).sum()
+    sums.iter().map(Complex64::norm_sqr).sum()
 }
 
-/// The power below which all together stay below `sum`.
+/// The power below which all together stay below `sum`. Powers fall into classes by their first bits, so that only those of one class have
+/// to be sorted.
 fn below(powers: &[Option<f64>], sum: f64) -> f64 {
-    let mut sorted: Vec<f64> = powers.iter().flatten().copied().collect();
-    sorted.sort_unstable_by(f64::total_cmp);
+    const BITS: u32 = 15;
+    // Of a sign, which is 0, exponent and mantissa: numbers rise with their bits.
+    let class = |p: f64| (p.abs().to_bits() >> (63 - BITS)) as usize;
+    let mut of_class = vec![0.0; 1 << BITS];
+    powers.iter().flatten().for_each(|p| of_class[class(*p)] += p);
     let mut so_far = 0.0;
-    let first = sorted.iter().find(|p| {
-        so_far += **p;
-        so_far > sum
-    });
-    first.copied().unwrap_or(f64::INFINITY)
+    for (number, all) in of_class.into_iter().enumerate().filter(|(_, all)| *all != 0.0) {
+        if so_far + all <= sum {
+            so_far += all;
+            continue;
+        }
+        let mut sorted: Vec<f64> = powers.iter().flatten().copied().filter(|p| class(*p) == number).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        for p in sorted {
+            so_far += p;
+            if so_far > sum {
+                return p;
+            }
+        }
+    }
+    f64::INFINITY
 }
 
 #[cfg(test)]
@@ -140,6 +151,23 @@ mod tests {
         // A budget larger than everything leaves nothing but what the filter stops.
         let nothing = trimmed(Budget::Sum(1.0));
         assert_eq!((nothing.left_out, nothing.list.len()), (60, 1));
+    }
+
+    #[test]
+    fn the_last_power_of_a_budget_is_that_of_the_sorted_list() {
+        let powers: Vec<Option<f64>> =
+            (0..5000u32).map(|i| (i % 7 != 0).then(|| 1e-12 * f64::from(i * 7919 % 5003).powi(4))).collect();
+        let mut sorted: Vec<f64> = powers.iter().flatten().copied().collect();
+        sorted.sort_by(f64::total_cmp);
+        let all: f64 = sorted.iter().sum();
+        for share in [0.0, 1e-9, 1e-3, 0.37, 0.9, 1.1] {
+            let mut so_far = 0.0;
+            let plain = sorted.iter().find(|p| {
+                so_far += **p;
+                so_far > share * all
+            });
+            assert_eq!(below(&powers, share * all), plain.copied().unwrap_or(f64::INFINITY), "{share}");
+        }
     }
 
     #[test]

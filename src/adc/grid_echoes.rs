@@ -3,6 +3,7 @@
 
 use super::synthesis::{Plan, Polynomial, excess_change, excess_m};
 use crate::base::simd::{Vectorised, vectorised};
+use crate::base::tasks::Tasks;
 use crate::scene::radar::Antenna;
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
@@ -138,7 +139,7 @@ impl Paths {
             (used.0[way.tx], used.1[way.rx]) = (true, true);
         }
         Paths {
-            parts: indices.par_chunks(PART).map(|part| Part::new(plan, part, &used)).collect(),
+            parts: indices.par_chunks(PART).map_tasks(|part| Part::new(plan, part, &used)).collect(),
             count: indices.len(),
         }
     }
@@ -155,7 +156,7 @@ impl Paths {
         let (a0, a1, a2, a3) = (parts(&mut to.a0), parts(&mut to.a1), parts(&mut to.a2), parts(&mut to.a3));
         let (b0, b1, b2) = (parts(&mut to.b0), parts(&mut to.b1), parts(&mut to.b2));
         let amplitude: Vec<_> = to.amplitude.chunks_mut(count).flat_map(|c| c.chunks_mut(PART)).collect();
-        (amplitude, a0, a1, a2, a3, b0, b1, b2).into_par_iter().enumerate().for_each(
+        (amplitude, a0, a1, a2, a3, b0, b1, b2).into_par_iter().enumerate().for_each_tasks(
             |(task, (amplitude, a0, a1, a2, a3, b0, b1, b2))| {
                 let way = &plan.ways[channels.start + task / self.parts.len()];
                 let part = &self.parts[task % self.parts.len()];

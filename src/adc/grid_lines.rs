@@ -2,6 +2,7 @@
 
 use super::DeviceCube;
 use super::gridding::GridLayout;
+use crate::base::tasks::Tasks;
 use crate::gpu::{Access, Buffer, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
 use crate::scene::radar::Sampling;
@@ -50,7 +51,7 @@ pub static KERNEL: Kernel = Kernel {
 pub fn steps(layout: &GridLayout) -> Vec<[f32; 4]> {
     let finish = layout.finish();
     let mut steps = vec![[0.0; 4]; layout.block * layout.samples];
-    steps.par_chunks_mut(layout.samples).enumerate().for_each(|(i, row)| {
+    steps.par_chunks_mut(layout.samples).enumerate().for_each_tasks(|(i, row)| {
         for (n, to) in row.iter_mut().enumerate() {
             let (turns, shared, magnitude) = finish.at(i, n);
             let z = Complex64::cis(TAU * turns);

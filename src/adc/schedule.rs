@@ -9,6 +9,7 @@ use super::grid_echoes::origin;
 use super::gridding::{self, Bells, Costs, GridLayout, Line, Warp, transform_ns};
 use super::methods::{Gridded, Method};
 use super::synthesis::{PhasePolynomial, Plan, Set};
+use crate::base::tasks::{Tasks, in_parts};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -75,7 +76,7 @@ impl Schedule {
             let terms: Vec<Term> = some
                 .par_iter()
                 .zip(plan.echo_powers_w(some))
-                .map(|(i, power_w)| {
+                .map_tasks(|(i, power_w)| {
                     let (polynomial, last) = (term(i, 0), term(i, 1));
                     let array_a1 = plan.spread_over_array(&plan.echoes[*i as usize]);
                     Term { polynomial, last_a1: [last.a1, last.a2, last.a3], array_a1, power_w }
@@ -283,7 +284,7 @@ fn fit_weighted(terms: &[Term], weight: impl Fn(&Term) -> f64 + Sync) -> Warp {
     // Parts are added in their order, whatever thread they come from.
     let sums: Vec<([f64; 3], [[f64; 2]; 3])> = terms
         .par_chunks(PART)
-        .map(|part| {
+        .map_tasks(|part| {
             let (mut o, mut by_column) = ([0.0; 3], [[0.0; 2]; 3]);
             for t in part {
                 let (w, x, y) = (weight(t), t.polynomial.a1 - x0, columns(t));
@@ -323,10 +324,10 @@ pub fn groups(shape: &Shape, terms: &[Term], allowed: f64, costs: &Costs) -> Vec
     }
     let (half, n) = (0.5 * chirps as f64, 0.5 * samples as f64);
     let warp = fit(terms, half, n);
-    let residuals: Vec<Residual> = terms.par_iter().map(|t| Residual::of(t, &warp, half, n)).collect();
+    let residuals: Vec<Residual> = in_parts(terms, |t| Residual::of(t, &warp, half, n));
     let steps = steps(chirps);
     let limit = limit(&residuals, &steps, allowed);
-    let step: Vec<u8> = residuals.par_iter().map(|r| r.step(&steps, limit) as u8).collect();
+    let step: Vec<u8> = in_parts(&residuals, |r| r.step(&steps, limit) as u8);
 
     let mut counts = vec![0usize; steps.len() + 1];
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; steps.len()];

@@ -13,6 +13,7 @@ use super::noise::Noise;
 use super::{Cube, CubePiece, DeviceCube};
 use crate::base::error::{Error, Result};
 use crate::base::frames::angles_from_direction;
+use crate::base::tasks::{PART, Tasks, in_parts};
 use crate::base::units::{C0, power_from_db, w_from_dbm};
 use crate::gpu::{Access, Gpu, Kernel, Recorder, Threads, Tolerance};
 use crate::gpu_struct;
@@ -254,13 +255,20 @@ impl<'a> Plan<'a> {
         if echoes.len() > u32::MAX as usize {
             return Err(Error::Failed(format!("{} echoes in one frame; the limit is 2^32", echoes.len())));
         }
-        if let Some((i, r)) = echoes.iter().enumerate().find(|(_, r)| !is_finite(r)) {
-            return Err(Error::Failed(format!("echo {i} is not finite: {r:?}")));
+        // Whether each is finite, and whether it is heard.
+        let known = in_parts(echoes, |r| (is_finite(r), passes(radar, r)));
+        if let Some(i) = known.iter().position(|(is_finite, _)| !is_finite) {
+            return Err(Error::Failed(format!("echo {i} is not finite: {:?}", echoes[i])));
         }
         let levels = Levels::new(radar);
         let kinds = levels.pairs.len();
-        let amplitudes: Vec<Complex64> =
-            echoes.par_iter().flat_map_iter(|r| levels.amplitudes(r).map(|a| a.conj())).collect();
+        let mut amplitudes = vec![Complex64::ZERO; kinds * echoes.len()];
+        let parts = amplitudes.par_chunks_mut((kinds * PART).max(1)).zip(echoes.par_chunks(PART));
+        parts.for_each_tasks(|(to, echoes)| {
+            for (to, r) in to.chunks_exact_mut(kinds.max(1)).zip(echoes) {
+                to.iter_mut().zip(levels.amplitudes(r)).for_each(|(to, a)| *to = a.conj());
+            }
+        });
         let ways = ways(radar, &levels.kind);
         let coded = ways.iter().any(|w| w.code_turns != 0.0);
         let mut plan = Plan {
@@ -279,8 +287,8 @@ impl<'a> Plan<'a> {
             kinds,
             power: Vec::new(),
         };
-        for (i, r) in echoes.iter().enumerate() {
-            if !passes(radar, r) {
+        for (i, (r, (_, is_heard))) in echoes.iter().zip(known).enumerate() {
+            if !is_heard {
                 plan.front_end.dropped += 1;
                 plan.front_end.dropped_power_w +=
                     plan.ways.first().map_or(0.0, |w| plan.amplitudes[i * kinds + w.kind].norm_sqr());
@@ -429,7 +437,7 @@ impl<'a> Plan<'a> {
         let n_rx = self.radar.rx.len();
         let mut sum = Cube::zeros(cube.chirps, channels, cube.samples);
         let rows = cube.data.par_chunks(cube.channels * cube.samples);
-        sum.data.par_chunks_mut(channels * cube.samples).zip(rows).for_each(|(sum, rows)| {
+        sum.data.par_chunks_mut(channels * cube.samples).zip(rows).for_each_tasks(|(sum, rows)| {
             for (way, row) in self.ways.iter().zip(rows.chunks_exact(cube.samples)) {
                 let at = (way.slot * n_rx + way.rx) * cube.samples;
                 sum[at..at + cube.samples].iter_mut().zip(row).for_each(|(s, z)| {
@@ -836,11 +844,11 @@ impl Plan<'_> {
     fn dispatch(&self, recorder: &mut Recorder, cube: &DeviceCube, set: Set, echoes: &[u32], first: bool) {
         let mut list = vec![DeviceEcho::default(); self.channels * echoes.len()];
         if !echoes.is_empty() {
-            list.par_chunks_mut(echoes.len()).enumerate().for_each(|(channel, list)| {
+            list.par_chunks_mut(echoes.len()).enumerate().for_each_tasks(|(channel, list)| {
                 list.par_iter_mut()
                     .zip(echoes)
                     .with_min_len(1024)
-                    .for_each(|(echo, i)| *echo = self.echo(*i, channel));
+                    .for_each_tasks(|(echo, i)| *echo = self.echo(*i, channel));
             });
         }
         let buffer = recorder.upload("echoes", &list);

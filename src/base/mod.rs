@@ -11,4 +11,5 @@ pub mod matrix;
 pub mod memo;
 pub mod rng;
 pub mod simd;
+pub mod tasks;
 pub mod units;

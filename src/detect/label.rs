@@ -7,6 +7,7 @@ use crate::adc::front_end::Chain;
 use crate::adc::synthesis::{Levels, passes};
 use crate::base::error::Result;
 use crate::base::frames::{Pose, Sensor, Target, World, angles_from_direction, direction_from_angles};
+use crate::base::tasks::Tasks;
 use crate::base::units::{C0, w_from_dbm, wavenumber};
 use crate::road::actors::{actor_boxes, is_ground};
 use crate::scene::Scene;
@@ -255,7 +256,7 @@ impl<'a> Labeller<'a> {
             .list
             .par_iter()
             .filter(|r| passes(radar, r))
-            .map(|r| LabelEcho {
+            .map_tasks(|r| LabelEcho {
                 place: EchoPlace {
                     range_m: r.range_m(),
                     range_rate_mps: r.range_rate_mps(),
@@ -337,7 +338,7 @@ fn filters(chain: &Chain, delay_s: f64) -> Complex64 {
 /// Returns an error if a window of the radar's settings cannot be computed.
 pub fn label(radar: &Radar, points: &mut [Point], echoes: &Echoes, bodies: &Bodies) -> Result<()> {
     let labeller = Labeller::new(radar, echoes, bodies)?;
-    points.par_iter_mut().for_each(|p| {
+    points.par_iter_mut().for_each_tasks(|p| {
         let label = labeller.label(p);
         p.object_id = label.object_id;
         p.class = match label.cause {

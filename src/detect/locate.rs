@@ -12,6 +12,7 @@ use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
 use crate::base::error::{Error, Result};
 use crate::base::frames::direction_from_angles;
 use crate::base::memo::Memo;
+use crate::base::tasks::Tasks;
 use crate::base::units::{db_from_power, wavenumber};
 use crate::dsp::doa_beamform::{BeamCells, Beamformer, Grid};
 use crate::dsp::doa_calibration::Calibration;
@@ -430,7 +431,7 @@ pub(super) fn decoded(
         .zip(&noise)
         .zip(&found.cells)
         .enumerate()
-        .map(|(i, (((rate, snapshot), noise), cell))| {
+        .map_tasks(|(i, (((rate, snapshot), noise), cell))| {
             let known = known.get(i).copied().flatten();
             let as_known = |k: Known| (k.range_rate_mps, k.state, k.modulo_mps);
             let (rate, state, modulo_mps) = match (known, folds) {
@@ -594,7 +595,7 @@ pub fn points(
 /// # Errors
 /// Each frame has the errors of [`points`] for itself.
 pub fn points_of_frames(engine: &Engine, mut frames: Vec<FrameMaps<'_>>) -> Vec<Result<Vec<Point>>> {
-    let begun: Vec<Result<Ramps>> = frames.par_iter_mut().map(Ramps::new).collect();
+    let begun: Vec<Result<Ramps>> = frames.par_iter_mut().map_tasks(Ramps::new).collect();
     let searches: Vec<&Search> = begun.iter().flatten().flat_map(|r| r.searches.iter().flatten()).collect();
     let mut looked = looked_at_all(engine, &searches).into_iter();
     let located = frames.iter().zip(begun).map(|(frame, begun)| {

@@ -3,6 +3,7 @@
 
 use crate::adc::Cube;
 use crate::base::error::{BadInput, Result};
+use crate::base::tasks::Tasks;
 use crate::dsp::doa_beamform::{Beamformer, Grid};
 use crate::dsp::multiplex::decode;
 use crate::dsp::{Cell, Real, Snapshots};
@@ -82,7 +83,7 @@ fn block(radar: &Radar, spectrum: &AnySpectrum, cells: std::ops::Range<usize>) -
     let [rows, _, columns] = spectrum.shape();
     let own: Vec<Vec<Complex64>> = cells
         .into_par_iter()
-        .map(|i| {
+        .map_tasks(|i| {
             let cell = Cell { doppler: (i / columns) as u32, range: (i % columns) as u32 };
             let rate = ((i / columns) as f64 - (rows / 2) as f64) * radar.velocity_bin_mps();
             let rate = if rows < 2 { 0.0 } else { rate };
@@ -202,7 +203,7 @@ pub fn chirp_amplitudes(
     }
     let own: Vec<Vec<Complex64>> = (0..chirps.len() * shape[2])
         .into_par_iter()
-        .map(|i| {
+        .map_tasks(|i| {
             let (chirp, range) = (chirps[i / shape[2]], i % shape[2]);
             let snapshot = match ranges {
                 AnyCube::F32(c) => column(c, chirp, range),

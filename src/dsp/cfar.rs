@@ -5,6 +5,7 @@ use super::cfar_factor::Factor;
 use super::cfar_window::{Column, Halves, Reach, Window, halves, kind_number, reach, upload_columns};
 use super::{Cell, PowerMap, Real, cfar_ca, cfar_go_so, cfar_noise, cfar_os};
 use crate::base::error::{BadInput, Error, Result};
+use crate::base::tasks::Tasks;
 use crate::gpu::{AnyBuffer, Buffer, Recorder, Threads};
 use crate::scene::radar::{Cfar, CfarKind};
 use rayon::prelude::*;
@@ -84,7 +85,7 @@ pub fn columns(cfar: &Cfar, channels: usize, doppler_bins: usize, range_bins: us
     distinct.sort_unstable();
     distinct.dedup();
     let columns: Vec<Column> =
-        distinct.par_iter().map(|p| column(cfar, channels, full, *p)).collect::<Result<_>>()?;
+        distinct.par_iter().map_tasks(|p| column(cfar, channels, full, *p)).collect::<Result<_>>()?;
     let known: HashMap<[usize; 2], Column> = distinct.into_iter().zip(columns).collect();
     Ok(parts.iter().map(|p| known[p]).collect())
 }

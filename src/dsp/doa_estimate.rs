@@ -20,6 +20,7 @@ use super::doa_spectrum::{Forms, Steering, form};
 use super::doa_view::View;
 use super::{Real, doa_capon};
 use crate::base::error::{BadInput, Result};
+use crate::base::tasks::Tasks;
 use crate::base::units::power_from_db;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -300,7 +301,7 @@ impl Estimator {
             .data
             .par_chunks_exact(values)
             .enumerate()
-            .map(|(cell, x)| self.prepare(view, x, cells.snapshots, noise(cell)))
+            .map_tasks(|(cell, x)| self.prepare(view, x, cells.snapshots, noise(cell)))
             .collect()
     }
 
@@ -356,7 +357,7 @@ impl Estimator {
             .into_par_iter()
             .zip(parts)
             .enumerate()
-            .map(|(cell, (p, q))| {
+            .map_tasks(|(cell, (p, q))| {
                 let x = &cells.data[cell * values..(cell + 1) * values];
                 let found = match (p, q) {
                     (Prepared::Form { factor, count }, Some(q)) => self.peaks(view, &factor, count, &q),

@@ -10,6 +10,7 @@ use super::coarser::coarser;
 pub use super::smooth::{Limit, MOST_FACETS};
 use super::smooth::{Surface, is_curved};
 use crate::base::error::{BadInput, Error, Result};
+use crate::base::tasks::Tasks;
 use crate::scene::{Mesh, Scene, Shape};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -69,7 +70,8 @@ fn scene_of(scene: &Scene, made: impl Fn(&Mesh) -> Result<Option<Mesh>> + Sync) 
         Ok(mesh) => Ok(mesh.map(|m| (i, m))),
         Err(e) => Err(named(i, e)),
     };
-    let made: Vec<Result<Option<(usize, Mesh)>>> = scene.meshes.par_iter().enumerate().map(one).collect();
+    let made: Vec<Result<Option<(usize, Mesh)>>> =
+        scene.meshes.par_iter().enumerate().map_tasks(one).collect();
     let mut new = Vec::new();
     for mesh in made {
         new.extend(mesh?);

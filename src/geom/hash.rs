@@ -1,8 +1,10 @@
 //! Maps keyed by indices and by the bits of places. Keys come from meshes, not from strangers, so their hash
 //! may be quick.
 
+use crate::base::tasks::Tasks;
+use rayon::prelude::*;
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::{BuildHasher, BuildHasherDefault, Hash, Hasher};
 
 /// A map with that hash.
 pub type FastMap<K, V> = HashMap<K, V, BuildHasherDefault<Mixer>>;
@@ -44,9 +46,50 @@ impl Hasher for Mixer {
     }
 }
 
+/// What [`firsts`] gives of an item without a key.
+pub const NO_KEY: u32 = u32::MAX;
+/// Items of which one task finds the keys.
+const PART: usize = 1024;
+/// Bits of a hash by which items are dealt to tasks.
+const DEAL_BITS: u32 = 4;
+
+/// Of each of `count` items the first one with the same key, or [`NO_KEY`]. The answer does not depend on the number of threads.
+pub fn firsts<K: Hash + Eq + Send + Sync>(count: usize, key: impl Fn(usize) -> Option<K> + Sync) -> Vec<u32> {
+    let build = BuildHasherDefault::<Mixer>::default();
+    let parts = |p: usize| {
+        (p * PART..count.min((p + 1) * PART)).map(&key).map(|k| k.map(|k| (build.hash_one(&k), k))).collect()
+    };
+    let keys: Vec<Vec<Option<(u64, K)>>> =
+        (0..count.div_ceil(PART)).into_par_iter().map_tasks(parts).collect();
+    // A map takes the low bits.
+    let dealt_to = |hash: u64| hash >> (64 - DEAL_BITS);
+    let found = |task: u64| -> Vec<[u32; 2]> {
+        let mut known: FastMap<&K, u32> = FastMap::default();
+        let own = keys.iter().flatten().enumerate().filter_map(|(i, k)| {
+            k.as_ref().filter(|(hash, _)| dealt_to(*hash) == task).map(|(_, k)| (i as u32, k))
+        });
+        own.map(|(i, k)| [i, *known.entry(k).or_insert(i)]).collect()
+    };
+    let mut first = vec![NO_KEY; count];
+    for dealt in (0..1 << DEAL_BITS).into_par_iter().map_tasks(found).collect::<Vec<_>>() {
+        dealt.into_iter().for_each(|[i, of]| first[i as usize] = of);
+    }
+    first
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn firsts_are_those_of_a_plain_search() {
+        for count in [0, 1, 7, PART, 5 * PART + 3] {
+            let key = |i: usize| (i % 11 != 3).then(|| [(i * i % 97) as i64, -((i / 1000) as i64)]);
+            let plain =
+                |i: usize| key(i).map_or(NO_KEY, |k| (0..=i).find(|j| key(*j) == Some(k)).unwrap() as u32);
+            assert_eq!(firsts(count, key), (0..count).map(plain).collect::<Vec<_>>(), "{count}");
+        }
+    }
     use std::hash::{BuildHasher, Hash};
 
     /// Places of a grid differ in few bits, most of them the high ones.

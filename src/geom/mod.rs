@@ -25,15 +25,16 @@ use crate::base::error::{BadInput, Error, Result};
 use crate::base::frames::{Pose, Target, World, angles_from_direction, polarisation_basis};
 use crate::base::held::Held;
 use crate::base::matrix::Matrix2;
+use crate::base::tasks::Tasks;
 use crate::base::units::wavelength_m;
 use crate::em::layers::Backing;
-use crate::geom::hash::FastMap;
 use crate::scene::motion::Moving;
 use crate::scene::scatterer::{ScatteringTable, Stencil, turned};
 use crate::scene::{Material, Object, Scene, Shape};
 use bvh::Bvh;
 use faces::{FLAT, Faces};
 use glam::{DQuat, DVec3};
+use rayon::prelude::*;
 use rigid::{PlacedMesh, RigidMesh, Terms};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, OnceLock, PoisonError};
@@ -253,15 +254,35 @@ impl<'a> RigidScene<'a> {
         (found, self.placed.load(Ordering::Relaxed))
     }
 
+    /// Meshes as objects show them, each with the number of the object and that of the mesh.
+    fn placed(&self, wanted: &[(usize, usize, Pose<Target, World>)]) -> Result<Vec<Arc<PlacedMesh>>> {
+        // One after the other if several objects show it, so each is looked at first.
+        let mut new: Vec<usize> =
+            wanted.iter().map(|w| w.1).filter(|m| self.meshes[*m].get().is_none()).collect();
+        new.sort_unstable();
+        new.dedup();
+        new.into_par_iter().for_each_tasks(|mesh| {
+            self.rigid(mesh);
+        });
+        let one =
+            |(number, mesh, pose): &(usize, usize, Pose<Target, World>)| self.place(*number, *mesh, *pose);
+        let placed: Vec<Result<Arc<PlacedMesh>>> = wanted.par_iter().map_tasks(one).collect();
+        placed.into_iter().collect()
+    }
+
+    /// What belongs to a mesh wherever it stands. No tasks are handed out while others wait for it.
+    fn rigid(&self, mesh: usize) -> &Arc<RigidMesh> {
+        self.meshes[mesh]
+            .get_or_init(|| Arc::new(RigidMesh::new(&self.scene.meshes[mesh], self.terms.clone())))
+    }
+
     /// Mesh `mesh` as object number `number` shows it.
     fn place(&self, number: usize, mesh: usize, pose: Pose<Target, World>) -> Result<Arc<PlacedMesh>> {
         let last = || self.last[number].lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = last().as_ref().filter(|known| known.stands_at(&pose)) {
             return Ok(known.clone());
         }
-        let found = || Arc::new(RigidMesh::new(&self.scene.meshes[mesh], self.terms.clone()));
-        let rigid = self.meshes[mesh].get_or_init(found).clone();
-        let placed = PlacedMesh::new(rigid, pose)
+        let placed = PlacedMesh::new(self.rigid(mesh).clone(), pose)
             .ok_or_else(|| not_finite(&self.scene.objects[number], &self.scene.meshes[mesh], &pose))?;
         self.placed.fetch_add(1, Ordering::Relaxed);
         let placed = Arc::new(placed);
@@ -278,7 +299,7 @@ impl<'a> RigidScene<'a> {
     pub fn at(&self, time_s: f64, reach_s: f64) -> Result<Geometry> {
         let scene = &*self.scene;
         let freq_hz = self.freq_hz;
-        let (mut placed, mut bodies) = (Vec::new(), Vec::new());
+        let (mut wanted, mut bodies) = (Vec::new(), Vec::new());
         let (mut points, mut tables) = (Vec::new(), Vec::new());
         let mut meshes_there = std::collections::HashSet::new();
         for (number, object) in scene.objects.iter().enumerate().filter(|(_, o)| o.radar) {
@@ -326,10 +347,11 @@ impl<'a> RigidScene<'a> {
                         spin_rad_per_s: now.spin_rad_per_s,
                         shifts,
                     });
-                    placed.push(self.place(number, m, now.pose())?);
+                    wanted.push((number, m, now.pose()));
                 }
             }
         }
+        let placed = self.placed(&wanted)?;
         let meshes = || placed.iter().map(|p| &p.mesh);
         let triangle_count = meshes().map(|m| m.len()).sum();
         if triangle_count == 0 && points.is_empty() && tables.is_empty() {
@@ -431,13 +453,20 @@ impl Geometry {
 
     /// Finds the convex faces again, whether or not they or those of a mesh were found before.
     pub fn find_faces(&self) -> Faces {
-        let mut found: FastMap<usize, Faces> = FastMap::default();
-        let mut place = |p: &Arc<PlacedMesh>| {
-            let of_mesh = found.entry(Arc::as_ptr(&p.mesh) as usize).or_insert_with(|| p.mesh.find_faces());
-            of_mesh.placed(&p.pose)
-        };
-        let bodies: Vec<Faces> = self.placed.iter().map(&mut place).collect();
+        let meshes = self.meshes();
+        let found: Vec<Faces> = meshes.par_iter().map_tasks(|m| m.find_faces()).collect();
+        let of_mesh = |p: &PlacedMesh| meshes.partition_point(|m| Arc::as_ptr(m) < Arc::as_ptr(&p.mesh));
+        let bodies: Vec<Faces> =
+            self.placed.par_iter().map_tasks(|p| found[of_mesh(p)].placed(&p.pose)).collect();
         Faces::joined(&bodies.iter().collect::<Vec<_>>(), self.flat_m, self.bounding_sphere_m())
+    }
+
+    /// Each mesh of the bodies once, by its address.
+    fn meshes(&self) -> Vec<&Arc<RigidMesh>> {
+        let mut meshes: Vec<&Arc<RigidMesh>> = self.placed.iter().map(|p| &p.mesh).collect();
+        meshes.sort_unstable_by_key(|m| Arc::as_ptr(m));
+        meshes.dedup_by_key(|m| Arc::as_ptr(m));
+        meshes
     }
 
     fn join_faces(&self) -> Faces {
@@ -447,6 +476,16 @@ impl Geometry {
 
     /// The convex faces that beams meet, made when first asked for.
     pub fn faces(&self) -> &Faces {
+        if let Some(known) = self.faces.get() {
+            return known;
+        }
+        // Before the lock: a thread that holds it may not take up another task, which may ask for the same faces.
+        self.meshes().par_iter().for_each_tasks(|m| {
+            m.faces();
+        });
+        self.placed.par_iter().for_each_tasks(|p| {
+            p.faces();
+        });
         self.faces.get_or_init(|| self.join_faces())
     }
 

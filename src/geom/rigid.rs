@@ -210,6 +210,11 @@ impl RigidMesh {
         })
     }
 
+    /// The convex faces in the mesh's own frame, found when first asked for.
+    pub(super) fn faces(&self) -> &Faces {
+        self.faces.get_or_init(|| self.find_faces())
+    }
+
     /// The convex faces in the mesh's own frame, without looking whether they are known.
     pub(super) fn find_faces(&self) -> Faces {
         let triangles: Vec<Triangle> = self.triangles(&self.points, 0, 0).collect();
@@ -280,8 +285,7 @@ impl PlacedMesh {
 
     /// Its convex faces in the world, made when first asked for.
     pub(super) fn faces(&self) -> &Faces {
-        let of_mesh = || self.mesh.faces.get_or_init(|| self.mesh.find_faces());
-        self.faces.get_or_init(|| of_mesh().placed(&self.pose))
+        self.faces.get_or_init(|| self.mesh.faces().placed(&self.pose))
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::Aspect;
 use crate::base::frames::{direction_from_angles, polarisation_basis};
+use crate::base::tasks::Tasks;
 use crate::base::units::wavenumber;
 use crate::em::roughness::Lobe;
 use crate::geom::Geometry;
@@ -32,7 +33,7 @@ fn one(geometry: &Geometry, aspect: Aspect, lobe: Lobe, rays_per_wavelength: f64
     let cell_m2 = grid.step[0].cross(grid.step[1]).length();
     let rows: Vec<[f64; 2]> = (0..grid.count[1])
         .into_par_iter()
-        .map(|j| {
+        .map_tasks(|j| {
             let mut row = [0.0; 2];
             for i in 0..grid.count[0] {
                 let tube = grid.tube(i, j);

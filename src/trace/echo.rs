@@ -2,7 +2,9 @@
 
 use crate::base::convention::MAX_BOUNCES;
 use crate::base::matrix::Matrix2;
+use crate::base::tasks::{Tasks, in_parts};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// One echo, seen from the radar's phase centre, at the frame time. The received complex amplitude
@@ -81,10 +83,13 @@ pub fn strength(r: &Echo) -> f64 {
     r.path_gain.iter().flatten().map(|z| z.norm_sqr()).fold(0.0, f64::max).sqrt()
 }
 
-/// Drops the echoes below `floor` times the strongest, in amplitude.
-pub fn drop_weak(echoes: &mut Vec<Echo>, floor: f64) {
-    let strongest = echoes.iter().map(strength).fold(0.0, f64::max);
-    echoes.retain(|r| strength(r) > floor * strongest);
+/// Copies of the echoes that are not below `floor` times the strongest, in amplitude.
+pub fn strong(echoes: &[&Echo], floor: f64) -> Vec<Echo> {
+    let strengths = in_parts(echoes, |r| strength(r));
+    let strongest = strengths.iter().copied().fold(0.0, f64::max);
+    let kept = echoes.iter().zip(strengths).filter(|(_, s)| *s > floor * strongest);
+    // Their memory is touched by all threads.
+    kept.map(|(r, _)| *r).collect::<Vec<_>>().into_par_iter().map_tasks(Echo::clone).collect()
 }
 
 /// All echoes of one frame, in a fixed order (the same bytes whatever the number of threads).

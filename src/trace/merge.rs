@@ -5,7 +5,7 @@
 //! returns) has to look at the sum: a facet's share of a corner says nothing of what the corner returns.
 
 use super::Echo;
-use crate::geom::hash::FastMap;
+use crate::geom::hash::{FastMap, firsts};
 use glam::DVec3;
 use num_complex::Complex64;
 
@@ -33,31 +33,24 @@ fn key(r: &Echo, reach_s: f64) -> Key {
 /// to others and removed.
 pub fn merge(list: &mut Vec<Echo>, wavenumber: f64, reach_s: f64) -> u64 {
     let before = list.len();
-    let mut numbers: FastMap<Key, u32> = FastMap::with_capacity_and_hasher(before, Default::default());
+    let firsts = firsts(before, |i| Some(key(&list[i], reach_s)));
+    let is_first = |i: usize| firsts[i] as usize == i;
     // Index of the sum and how much came into it, for those that are sums.
     let mut shares: FastMap<u32, f64> = FastMap::default();
-    let mut kept = 0usize;
-    for i in 0..before {
-        let at = *numbers.entry(key(&list[i], reach_s)).or_insert(kept as u32) as usize;
-        if at == kept {
-            list.swap(kept, i);
-            kept += 1;
-            continue;
-        }
+    for i in (0..before).filter(|i| !is_first(*i)) {
         let (head, tail) = list.split_at_mut(i);
-        let (sum, one) = (&mut head[at], &tail[0]);
-        let share = shares.entry(at as u32).or_insert_with(|| super::strength(sum));
+        let (sum, one) = (&mut head[firsts[i] as usize], &tail[0]);
+        let share = shares.entry(firsts[i]).or_insert_with(|| super::strength(sum));
         *share += super::strength(one);
         let turn = Complex64::cis(-wavenumber * (one.path_length_m - sum.path_length_m));
         for (to, from) in sum.path_gain.as_flattened_mut().iter_mut().zip(one.path_gain.as_flattened()) {
             *to += from * turn;
         }
     }
-    list.truncate(kept);
-    let mut i = 0;
+    let mut numbers = 0..before;
     list.retain(|r| {
-        i += 1;
-        shares.get(&(i - 1)).is_none_or(|all| super::strength(r) > NOTHING * all)
+        let is_whole = |i| shares.get(&(i as u32)).is_none_or(|all| super::strength(r) > NOTHING * all);
+        numbers.next().is_some_and(|i| is_first(i) && is_whole(i))
     });
     (before - list.len()) as u64
 }

@@ -25,7 +25,7 @@ pub mod windows;
 
 use crate::base::convention::Convention;
 pub use crate::base::convention::MAX_BOUNCES;
-pub use echo::{Echo, Echoes, drop_weak, strength};
+pub use echo::{Echo, Echoes, strength, strong};
 use glam::DVec3;
 
 /// What to follow and what to keep.

@@ -13,6 +13,7 @@ use super::cpu::topology::Shared;
 use super::views::{PIECE, SLOTS, ViewArrays, ViewParams};
 use super::{scan, view_ahead, view_gather, view_hide, view_target};
 use crate::base::error::Result;
+use crate::base::tasks::Tasks;
 use crate::geom::faces::Faces;
 use crate::gpu::{AnyBuffer, Buffer, Done, Gpu, Kernel, Pending, Recorder, Threads};
 use rayon::prelude::*;
@@ -101,7 +102,7 @@ pub fn clip_windows(
 pub fn clip_all(gpu: &Gpu, all: &[Beams<'_>]) -> Result<Vec<Traced>> {
     let shared: Vec<Option<Shared<'_>>> = all
         .par_iter()
-        .map(|b| {
+        .map_tasks(|b| {
             let root = b.windows.first().filter(|_| !b.faces.faces.is_empty())?;
             Some(Shared::new(b.faces, root, b.options))
         })
@@ -187,7 +188,7 @@ fn together(gpu: &Gpu, scenes: &[Scene<'_>]) -> Able<Vec<Clipped>> {
     let mut beams: Vec<Vec<Onward>> = levels
         .par_iter_mut()
         .zip(of_scenes(found, &numbers, &firsts, None))
-        .map(|(levels, found)| levels.first(found))
+        .map_tasks(|(levels, found)| levels.first(found))
         .collect();
     for level in 1.. {
         for (beams, levels) in beams.iter_mut().zip(&levels) {
@@ -239,7 +240,7 @@ fn together(gpu: &Gpu, scenes: &[Scene<'_>]) -> Able<Vec<Clipped>> {
             .par_iter_mut()
             .zip(found)
             .zip(&beams)
-            .map(|((levels, found), beams)| levels.next(beams, found))
+            .map_tasks(|((levels, found), beams)| levels.next(beams, found))
             .collect();
     }
     Ok(Ok(levels.into_iter().map(Levels::finish).collect()))

@@ -3,6 +3,7 @@
 use super::bar::Kept;
 use super::global::{Global, print, print_json};
 use catseye::base::error::Result;
+use catseye::base::tasks::WorkAndSpan;
 use catseye::engine::devices::{Start, Starts};
 use catseye::gpu::{KernelUse, Profile};
 use catseye_papers::bench::{self, Outcome, Settings};
@@ -92,7 +93,8 @@ fn table(o: &Outcome) -> String {
     let mut lines = vec![format!("\n{}: {}", o.workload, o.title)];
     for s in &o.stages {
         let runs = if s.runs > 1 { format!("median of {}", s.runs) } else { "one run".into() };
-        lines.push(format!("  {:<28} {:>12.4} s{}   {runs}", s.name, s.seconds, cores(s.core_seconds)));
+        let (core_s, tasks) = (cores(s.core_seconds), work_and_span(s.tasks.as_ref()));
+        lines.push(format!("  {:<28} {:>12.4} s{core_s}   {runs}{tasks}", s.name, s.seconds));
         if let Some(d) = s.device.filter(|d| d.submits > 0) {
             let mb = |bytes: u64| bytes as f64 / 1e6;
             lines.push(format!(
@@ -107,7 +109,8 @@ fn table(o: &Outcome) -> String {
             ));
         }
     }
-    lines.push(format!("  {:<28} {:>12.4} s{}", "total", o.total_seconds, cores(o.core_seconds)));
+    let (core_s, tasks) = (cores(o.core_seconds), work_and_span(o.tasks.as_ref()));
+    lines.push(format!("  {:<28} {:>12.4} s{core_s}{tasks}", "total", o.total_seconds));
     for (name, value) in o.counts.iter().chain(&o.accuracy) {
         match value {
             Value::Object(rows) => {
@@ -194,6 +197,13 @@ fn slashed(words: impl Iterator<Item = String>) -> String {
 
 fn cores(seconds: Option<f64>) -> String {
     seconds.map_or(String::new(), |c| format!(" {c:>12.4} core-s"))
+}
+
+/// Work and span with the number of processors that they can keep busy.
+fn work_and_span(tasks: Option<&WorkAndSpan>) -> String {
+    tasks.map_or(String::new(), |t| {
+        format!("   work {:.4} s, span {:.4} s: {:.1} processors", t.work_s, t.span_s, t.parallelism())
+    })
 }
 
 fn short(value: &Value) -> String {

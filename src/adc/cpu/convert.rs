@@ -4,6 +4,7 @@ use super::precision::{narrow, wide};
 use super::synthesis::Precision;
 use crate::adc::Cube;
 use crate::adc::convert::{Convert, Quantiser};
+use crate::base::tasks::Tasks;
 use crate::scene::front_end::{QuantiserKind, SaturationKind};
 use catseye_math::Real;
 use num_complex::Complex64;
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 
 /// Maps every sample.
 pub fn apply<T: Precision + Real>(cube: &mut Cube<T>, convert: &Convert) {
-    cube.data.par_chunks_mut(4096).for_each(|samples| {
+    cube.data.par_chunks_mut(4096).for_each_tasks(|samples| {
         for z in samples {
             *z = narrow(sample(convert, wide(*z)));
         }

@@ -4,6 +4,7 @@ use super::grid_fft::{SILENCE, TILE, Tile};
 use super::synthesis::madd;
 use crate::adc::gridding::GridLayout;
 use crate::base::simd::Vectorised;
+use crate::base::tasks::Tasks;
 use crate::scene::radar::Sampling;
 use num_complex::{Complex, Complex32, Complex64};
 use rayon::prelude::*;
@@ -24,7 +25,7 @@ impl Table {
     pub fn new(layout: &GridLayout) -> Table {
         let tiles = layout.samples.div_ceil(TILE);
         let finish = layout.finish();
-        let made = (0..layout.block * tiles).into_par_iter().map(|at| {
+        let made = (0..layout.block * tiles).into_par_iter().map_tasks(|at| {
             let (i, tile) = (at / tiles, at % tiles);
             let (mut step, mut factor) = (SILENCE, SILENCE);
             for k in 0..TILE.min(layout.samples - tile * TILE) {

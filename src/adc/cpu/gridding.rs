@@ -15,6 +15,7 @@ use crate::adc::synthesis::{Plan, Set};
 use crate::base::control::Control;
 use crate::base::error::{Error, Result};
 use crate::base::simd::{self, vectorised};
+use crate::base::tasks::Tasks;
 use crate::scene::radar::Sampling;
 use num_complex::Complex32;
 use rayon::prelude::*;
@@ -82,7 +83,7 @@ pub fn synthesise_with(plan: &Plan, costs: &Costs, control: Control) -> Result<(
         synthesise_some::<f32>(plan, still_directly, &schedule.directly, quiet)?
     };
     if let Some((rows, _)) = &still {
-        cube.data.par_chunks_mut((channels * samples).max(1)).for_each(|chirp| add_slices(rows, chirp));
+        cube.data.par_chunks_mut((channels * samples).max(1)).for_each_tasks(|chirp| add_slices(rows, chirp));
         if let (true, Some(progress)) = (schedule.grids.is_empty(), control.progress) {
             progress(total, total);
         }
@@ -137,7 +138,7 @@ fn still_rows(
     for some in set.chunks(64 * STILL_PART) {
         let made: Vec<Vec<Complex32>> = some
             .par_chunks(STILL_PART)
-            .map(|indices| {
+            .map_tasks(|indices| {
                 let mut part = vec![Complex32::ZERO; channels * width];
                 for (channel, grid) in part.chunks_exact_mut(width).enumerate() {
                     if cancelled() {
@@ -156,7 +157,7 @@ fn still_rows(
     let table = Table::new(&layout);
     let fft = catseye_math::fft::inverse(layout.cells);
     let mut rows = vec![Complex32::ZERO; channels * samples];
-    rows.par_chunks_mut(samples).zip(grids.par_chunks_mut(width)).for_each(|(row, grid)| {
+    rows.par_chunks_mut(samples).zip(grids.par_chunks_mut(width)).for_each_tasks(|(row, grid)| {
         let mut scratch = Scratch::new(&layout, &fft);
         transform(&layout, &*fft, grid, &mut scratch);
         let out = Out { sampling: plan.sampling, add: false };
@@ -201,7 +202,7 @@ impl Work<'_> {
             }
         }
         let width = layout.cells + 2 * PAD;
-        tasks.into_par_iter().enumerate().for_each_init(
+        tasks.into_par_iter().enumerate().for_each_init_tasks(
             || (vec![Complex32::ZERO; layout.lines * width], Scratch::new(layout, &fft)),
             |(grid, scratch), (task, mut rows)| {
                 if cancelled() {

@@ -7,6 +7,7 @@ use crate::adc::front_end::Chain;
 use crate::adc::front_end::draws::{INTERFERENCE_STREAM, words};
 use crate::adc::interference::Arrival;
 use crate::base::error::{Error, Result};
+use crate::base::tasks::Tasks;
 use crate::base::units::C0;
 use catseye_math::Real;
 use num_complex::Complex64;
@@ -49,7 +50,7 @@ pub fn add<T: Precision + Real>(
     let sources: Vec<Source> = arrivals.iter().map(|a| Source::new(a, chain, seed, frame)).collect();
     let samples = cube.samples;
     let channels = cube.channels;
-    cube.data.par_chunks_mut(samples).enumerate().for_each(|(row, data)| {
+    cube.data.par_chunks_mut(samples).enumerate().for_each_tasks(|(row, data)| {
         let (loop_, channel) = (row / channels, row % channels);
         let ramp = (first_loop + loop_) * slots + channel / rx;
         for s in &sources {

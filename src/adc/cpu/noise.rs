@@ -6,6 +6,7 @@ use crate::adc::Cube;
 use crate::adc::noise::Noise;
 use crate::base::rng::philox4x32_10;
 use crate::base::simd::{Vectorised, lanes, vectorised};
+use crate::base::tasks::Tasks;
 use crate::scene::radar::Sampling;
 use num_complex::{Complex, Complex32, Complex64};
 use rayon::prelude::*;
@@ -33,7 +34,7 @@ impl Precision for f32 {
 /// Adds `noise` to every sample.
 pub fn add<T: Precision>(cube: &mut Cube<T>, noise: &Noise) {
     const BLOCK: usize = 4096;
-    cube.data.par_chunks_mut(BLOCK).enumerate().for_each(|(block, samples)| {
+    cube.data.par_chunks_mut(BLOCK).enumerate().for_each_tasks(|(block, samples)| {
         T::add_from(noise, (block * BLOCK) as u64, samples);
     });
 }

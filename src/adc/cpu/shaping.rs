@@ -2,6 +2,7 @@
 
 use crate::adc::Cube;
 use crate::adc::shaping::Shaping;
+use crate::base::tasks::Tasks;
 use crate::scene::radar::Sampling;
 use catseye_math::Real;
 use num_complex::{Complex, Complex64};
@@ -21,7 +22,7 @@ pub fn add<T: Real>(shaping: &Shaping, lines: &Cube<T>, order: u32, samples: &mu
         .data
         .par_chunks_mut(shaping.samples)
         .zip(lines.data.par_chunks(shaping.lines.count))
-        .for_each_init(buffers, |(row, scratch), (out, line)| {
+        .for_each_init_tasks(buffers, |(row, scratch), (out, line)| {
             row.fill(Complex::default());
             for (k, (l, w)) in line.iter().zip(&weights).enumerate() {
                 row[(shaping.first + k) % shaping.period] = *l * *w;

@@ -12,6 +12,7 @@ use crate::adc::synthesis::{Plan, Set};
 use crate::base::control::Control;
 use crate::base::error::{Error, Result};
 use crate::base::simd::{Vectorised, lanes, vectorised};
+use crate::base::tasks::Tasks;
 use crate::scene::radar::Sampling;
 use num_complex::{Complex, Complex64};
 use rayon::prelude::*;
@@ -84,10 +85,10 @@ pub fn synthesise_some<T: Precision>(
     for channel in 0..channels {
         let row = still_row::<T>(plan, still, channel, &cancelled);
         let tiles: Vec<Tile> =
-            moving.par_chunks(TILE).map(|indices| Tile::new(plan, indices, channel)).collect();
-        cube.data.par_chunks_mut(channels * samples).enumerate().for_each(|(chirp, loop_)| {
+            moving.par_chunks(TILE).map_tasks(|indices| Tile::new(plan, indices, channel)).collect();
+        cube.data.par_chunks_mut(channels * samples).enumerate().for_each_tasks(|(chirp, loop_)| {
             let out = &mut loop_[channel * samples..][..samples];
-            out.par_chunks_mut(SEGMENT).enumerate().for_each(|(i, out)| {
+            out.par_chunks_mut(SEGMENT).enumerate().for_each_tasks(|(i, out)| {
                 if cancelled() {
                     return;
                 }
@@ -131,7 +132,7 @@ fn still_row<T: Precision>(
     for some in still.chunks(64 * TILE) {
         let parts: Vec<Vec<Complex64>> = some
             .par_chunks(TILE)
-            .map(|indices| {
+            .map_tasks(|indices| {
                 let mut part = vec![Complex64::ZERO; plan.samples];
                 if !cancelled() {
                     let tile = Tile::new(plan, indices, channel);

@@ -1,6 +1,7 @@
 //! Cell-averaging CFAR (CONVENTIONS eq. 17).
 
 use super::cfar::ColumnSums;
+use crate::base::tasks::Tasks;
 use crate::dsp::cfar_window::Column;
 use crate::dsp::{PowerMap, Real};
 use crate::scene::radar::Cfar;
@@ -11,7 +12,7 @@ pub fn cfar_ca<T: Real>(map: &PowerMap<T>, cfar: &Cfar, columns: &[Column]) -> V
     let cols = map.range_bins;
     let reach = (cfar.guard[1] + cfar.train[1]) as isize;
     let mut mask = vec![false; map.data.len()];
-    mask.par_chunks_mut(cols).enumerate().with_min_len(8).for_each_init(
+    mask.par_chunks_mut(cols).enumerate().with_min_len(8).for_each_init_tasks(
         || (ColumnSums::default(), vec![0.0; cols]),
         |(down, sums), (d, mask)| {
             down.gather(map, cfar, d);

@@ -1,6 +1,7 @@
 //! The noise in single cells, from their training cells listed one by one (CONVENTIONS eq. 17, 85).
 
 use super::{cfar_go_so, cfar_os};
+use crate::base::tasks::Tasks;
 use crate::dsp::cfar_window::{Column, Halves, Reach, halves, reach};
 use crate::dsp::{Cell, PowerMap, Real};
 use crate::scene::radar::{Cfar, CfarKind};
@@ -12,7 +13,7 @@ pub fn noise<T: Real>(map: &PowerMap<T>, cfar: &Cfar, columns: &[Column], cells:
     cells
         .par_iter()
         .with_min_len(64)
-        .map_init(Vec::new, |training, cell| {
+        .map_init_tasks(Vec::new, |training, cell| {
             let column = &columns[cell.range as usize];
             training.clear();
             let before = gather(map, cfar, *cell, training);

@@ -2,6 +2,7 @@
 //! selection.
 
 use crate::base::simd::{Vectorised, vectorised};
+use crate::base::tasks::Tasks;
 use crate::dsp::cfar_window::{Column, Reach, reach};
 use crate::dsp::{PowerMap, Real};
 use crate::scene::radar::Cfar;
@@ -128,45 +129,48 @@ pub fn cfar_os<T: Real>(map: &PowerMap<T>, cfar: &Cfar, columns: &[Column]) -> V
         _ => Vec::new(),
     };
     let mut mask = vec![false; map.data.len()];
-    mask.par_chunks_mut(cols).enumerate().with_min_len(8).for_each_init(Vec::new, |window, (d, mask)| {
-        window.clear();
-        window.extend((0..=2 * half[0]).map(|i| {
-            let row = (d + rows + i - half[0]) % rows;
-            (row * cols, i.abs_diff(half[0]) <= cfar.guard[0])
-        }));
-        let power = &map.data[d * cols..][..cols];
-        if !whole.is_empty() {
-            let column = columns[whole.start];
-            vectorised(Row {
-                scaled: &scaled,
-                power,
-                mask,
-                rows: window,
-                columns: whole.clone(),
-                guard: cfar.guard[1],
-                half: half[1],
-                count: column.count,
-                rank: column.rank,
-            });
-        }
-        for r in (0..whole.start).chain(whole.end..cols) {
-            let Reach { outer, inner } = reach(cfar, r, cols);
-            let factor = T::of(columns[r].factor);
-            let count = |cells: &[T]| cells.iter().filter(|x| factor * **x < power[r]).count();
-            let below: usize = window
-                .iter()
-                .map(|(at, cut)| {
-                    let row = &map.data[*at..*at + cols];
-                    if *cut {
-                        count(&row[outer.0..inner.0]) + count(&row[inner.1 + 1..outer.1 + 1])
-                    } else {
-                        count(&row[outer.0..=outer.1])
-                    }
-                })
-                .sum();
-            mask[r] = below >= columns[r].rank as usize;
-        }
-    });
+    mask.par_chunks_mut(cols).enumerate().with_min_len(8).for_each_init_tasks(
+        Vec::new,
+        |window, (d, mask)| {
+            window.clear();
+            window.extend((0..=2 * half[0]).map(|i| {
+                let row = (d + rows + i - half[0]) % rows;
+                (row * cols, i.abs_diff(half[0]) <= cfar.guard[0])
+            }));
+            let power = &map.data[d * cols..][..cols];
+            if !whole.is_empty() {
+                let column = columns[whole.start];
+                vectorised(Row {
+                    scaled: &scaled,
+                    power,
+                    mask,
+                    rows: window,
+                    columns: whole.clone(),
+                    guard: cfar.guard[1],
+                    half: half[1],
+                    count: column.count,
+                    rank: column.rank,
+                });
+            }
+            for r in (0..whole.start).chain(whole.end..cols) {
+                let Reach { outer, inner } = reach(cfar, r, cols);
+                let factor = T::of(columns[r].factor);
+                let count = |cells: &[T]| cells.iter().filter(|x| factor * **x < power[r]).count();
+                let below: usize = window
+                    .iter()
+                    .map(|(at, cut)| {
+                        let row = &map.data[*at..*at + cols];
+                        if *cut {
+                            count(&row[outer.0..inner.0]) + count(&row[inner.1 + 1..outer.1 + 1])
+                        } else {
+                            count(&row[outer.0..=outer.1])
+                        }
+                    })
+                    .sum();
+                mask[r] = below >= columns[r].rank as usize;
+            }
+        },
+    );
     mask
 }
 

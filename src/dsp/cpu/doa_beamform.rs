@@ -1,5 +1,6 @@
 //! Bartlett beamformer (CONVENTIONS eq. 19).
 
+use crate::base::tasks::Tasks;
 use crate::dsp::doa_beamform::Beamformer;
 use crate::dsp::{Real, Snapshots};
 use num_complex::Complex;
@@ -30,7 +31,7 @@ fn beams<T: Real, Y: Clone + Default + Send>(
     let complex = |z: num_complex::Complex64| Complex::new(T::of(z.re), T::of(z.im));
     let steering: Vec<Complex<T>> = beam.steering().into_iter().map(complex).collect();
     let mut out = vec![Y::default(); beam.grid.len() * range_rates_mps.len()];
-    out.par_chunks_mut(beam.grid.len()).enumerate().for_each_init(Vec::new, |x, (cell, out)| {
+    out.par_chunks_mut(beam.grid.len()).enumerate().for_each_init_tasks(Vec::new, |x, (cell, out)| {
         x.clear();
         x.extend(
             snapshots

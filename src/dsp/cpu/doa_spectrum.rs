@@ -1,5 +1,6 @@
 //! Quadratic forms of many cells over a grid of directions (CONVENTIONS eq. 94).
 
+use crate::base::tasks::Tasks;
 use crate::dsp::Real;
 use crate::dsp::doa_spectrum::{Forms, Steering};
 use num_complex::Complex;
@@ -14,7 +15,7 @@ pub fn spectra<T: Real>(steering: &Steering, forms: &Forms) -> Vec<T> {
     }
     let narrow = |z: &num_complex::Complex64| Complex::new(T::of(z.re), T::of(z.im));
     let table: Vec<Complex<T>> = steering.data.iter().map(narrow).collect();
-    out.par_chunks_mut(directions).enumerate().for_each_init(Vec::new, |factor, (cell, out)| {
+    out.par_chunks_mut(directions).enumerate().for_each_init_tasks(Vec::new, |factor, (cell, out)| {
         let values = forms.rank * forms.channels;
         factor.clear();
         factor.extend(forms.data[cell * values..(cell + 1) * values].iter().map(|z| narrow(z).conj()));

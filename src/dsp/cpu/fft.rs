@@ -1,6 +1,7 @@
 //! Range and Doppler transforms with rustfft, any length (CONVENTIONS eq. 14).
 
 use crate::adc::Cube;
+use crate::base::tasks::Tasks;
 use crate::dsp::transform::Transform;
 use crate::dsp::{Real, Spectrum};
 use num_complex::Complex;
@@ -91,7 +92,7 @@ pub(super) fn complex_lines<T: Real>(samples: &[Complex<T>], transform: &Transfo
     let (bins, count) = (transform.range_bins, transform.samples);
     let fft = catseye_math::fft::forward::<T>(transform.range_fft);
     let window: Vec<T> = transform.range_window.iter().map(|w| T::of(*w)).collect();
-    out.par_chunks_mut(bins).zip(samples.par_chunks(count)).with_min_len(16).for_each_init(
+    out.par_chunks_mut(bins).zip(samples.par_chunks(count)).with_min_len(16).for_each_init_tasks(
         || Line::new(transform, &window, &*fft),
         |line, (out, samples)| {
             line.values[..count].copy_from_slice(samples);
@@ -110,33 +111,35 @@ fn real_lines<T: Real>(samples: &[Complex<T>], transform: &Transform, out: &mut 
     let fft = catseye_math::fft::forward::<T>(n);
     let window: Vec<T> = transform.range_window.iter().map(|w| T::of(*w)).collect();
     let half = T::of(0.5);
-    out.par_chunks_mut(2 * channels * bins).zip(samples.par_chunks(2 * channels * count)).for_each_init(
-        || Line::new(transform, &window, &*fft),
-        |line, (out, samples)| {
-            let (a, b) = samples.split_at(channels * count);
-            let (out_a, out_b) = out.split_at_mut(channels * bins);
-            for channel in 0..channels {
-                let (from, to) = (channel * count, channel * bins);
-                for (z, x) in line.values.iter_mut().zip(&a[from..from + count]) {
-                    *z = Complex::new(x.re, T::zero());
-                }
-                if !b.is_empty() {
-                    for (z, x) in line.values.iter_mut().zip(&b[from..from + count]) {
-                        z.im = x.re;
+    out.par_chunks_mut(2 * channels * bins)
+        .zip(samples.par_chunks(2 * channels * count))
+        .for_each_init_tasks(
+            || Line::new(transform, &window, &*fft),
+            |line, (out, samples)| {
+                let (a, b) = samples.split_at(channels * count);
+                let (out_a, out_b) = out.split_at_mut(channels * bins);
+                for channel in 0..channels {
+                    let (from, to) = (channel * count, channel * bins);
+                    for (z, x) in line.values.iter_mut().zip(&a[from..from + count]) {
+                        *z = Complex::new(x.re, T::zero());
                     }
-                }
-                line.process();
-                for k in 0..bins {
-                    let (z, mirrored) = (line.values[k], line.values[(n - k) % n].conj());
-                    out_a[to + k] = (z + mirrored).scale(half);
                     if !b.is_empty() {
-                        let d = (z - mirrored).scale(half);
-                        out_b[to + k] = Complex::new(d.im, -d.re);
+                        for (z, x) in line.values.iter_mut().zip(&b[from..from + count]) {
+                            z.im = x.re;
+                        }
+                    }
+                    line.process();
+                    for k in 0..bins {
+                        let (z, mirrored) = (line.values[k], line.values[(n - k) % n].conj());
+                        out_a[to + k] = (z + mirrored).scale(half);
+                        if !b.is_empty() {
+                            let d = (z - mirrored).scale(half);
+                            out_b[to + k] = Complex::new(d.im, -d.re);
+                        }
                     }
                 }
-            }
-        },
-    );
+            },
+        );
 }
 
 /// Doppler transform in place: the first `chirps` rows of `data` go in, all `doppler_fft` rows come
@@ -162,7 +165,7 @@ pub fn doppler<T: Real>(transform: &Transform, data: &mut [Complex<T>]) {
             vec![Complex::<T>::default(); fft.get_inplace_scratch_len()],
         )
     };
-    blocks.into_par_iter().for_each_init(buffers, |(lines, tile, scratch), mut block| {
+    blocks.into_par_iter().for_each_init_tasks(buffers, |(lines, tile, scratch), mut block| {
         let width = block[0].len();
         for first in (0..chirps).step_by(TILE) {
             // Through a small tile: rows of a cube lie so far apart that their parts displace each other.

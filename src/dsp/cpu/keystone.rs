@@ -3,6 +3,7 @@
 use super::fft::complex_lines;
 use crate::adc::Cube;
 use crate::base::error::Result;
+use crate::base::tasks::Tasks;
 use crate::dsp::transform::Keystone;
 use crate::dsp::transform::Transform;
 use crate::dsp::{Real, Spectrum};
@@ -50,7 +51,7 @@ pub fn spectrum<T: Real>(
         }
     }
     let round = |z: Complex64| Complex::new(T::of(z.re), T::of(z.im));
-    blocks.into_par_iter().enumerate().for_each(|(i, mut block)| {
+    blocks.into_par_iter().enumerate().for_each_tasks(|(i, mut block)| {
         let mut line = vec![Complex::<T>::default(); length];
         let mut scratch = vec![
             Complex::<T>::default();

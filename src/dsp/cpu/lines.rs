@@ -5,6 +5,7 @@ use super::zero_doppler;
 use crate::adc::Cube;
 use crate::adc::shaping;
 use crate::base::error::{BadInput, Result};
+use crate::base::tasks::Tasks;
 use crate::dsp::zero_doppler::AtRest;
 use crate::dsp::{Real, window};
 use crate::scene::radar::{Radar, Sampling};
@@ -54,7 +55,7 @@ pub fn lines<'a, T: Real>(cube: &'a Cube<T>, radar: &Radar) -> Result<Cow<'a, Cu
 fn picked<T: Real>(cube: &Cube<T>, step: usize, first: usize) -> Cube<T> {
     let mut out = Cube::zeros(cube.chirps / step, cube.channels, cube.samples);
     let row = cube.channels * cube.samples;
-    out.data.par_chunks_mut(row).enumerate().for_each(|(m, out)| {
+    out.data.par_chunks_mut(row).enumerate().for_each_tasks(|(m, out)| {
         out.copy_from_slice(&cube.data[(m * step + first) * row..][..row]);
     });
     out
@@ -77,7 +78,7 @@ fn compressed<T: Real>(cube: &Cube<T>, radar: &Radar) -> Result<Cube<T>> {
     let fft = catseye_math::fft::inverse::<T>(n);
     let buffers = || (vec![Complex::default(); n], vec![Complex::default(); fft.get_inplace_scratch_len()]);
     let mut out = Cube::zeros(cube.chirps, cube.channels, lines.count);
-    out.data.par_chunks_mut(lines.count).zip(cube.data.par_chunks(n)).for_each_init(
+    out.data.par_chunks_mut(lines.count).zip(cube.data.par_chunks(n)).for_each_init_tasks(
         buffers,
         |(row, scratch), (out, samples)| {
             row.copy_from_slice(samples);

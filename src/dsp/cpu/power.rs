@@ -1,5 +1,6 @@
 //! Mean power over channels (CONVENTIONS eq. 14).
 
+use crate::base::tasks::Tasks;
 use crate::dsp::{PowerMap, Real, Spectrum};
 use rayon::prelude::*;
 
@@ -9,7 +10,7 @@ pub fn power<T: Real>(spectrum: &Spectrum<T>) -> PowerMap<T> {
         (spectrum.doppler_bins, spectrum.channels, spectrum.range_bins);
     let mut data = vec![T::zero(); doppler_bins * range_bins];
     let share = T::of(1.0 / channels as f64);
-    data.par_chunks_mut(range_bins).zip(spectrum.data.par_chunks(channels * range_bins)).for_each(
+    data.par_chunks_mut(range_bins).zip(spectrum.data.par_chunks(channels * range_bins)).for_each_tasks(
         |(out, row)| {
             for channel in row.chunks_exact(range_bins) {
                 for (p, x) in out.iter_mut().zip(channel) {

@@ -3,6 +3,7 @@
 use super::{detect, fft, keystone, noise, peaks};
 use crate::adc::Cube;
 use crate::base::error::Result;
+use crate::base::tasks::Tasks;
 use crate::dsp::stream::{Source, blocks, check_bands};
 use crate::dsp::transform::Transform;
 use crate::dsp::{PowerMap, RangeDoppler, Real, Snapshots};
@@ -90,7 +91,7 @@ impl<'a, T: Real> Block<'a, T> {
     /// Adds |X|^2, channel after channel.
     fn add_power(&self, map: &mut [T]) {
         let bins = self.transform.range_bins;
-        map.par_chunks_mut(bins).zip(self.spectrum.par_chunks(self.channels * bins)).for_each(
+        map.par_chunks_mut(bins).zip(self.spectrum.par_chunks(self.channels * bins)).for_each_tasks(
             |(out, row)| {
                 for channel in row.chunks_exact(bins) {
                     for (p, x) in out.iter_mut().zip(channel) {

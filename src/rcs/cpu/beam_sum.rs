@@ -3,6 +3,7 @@
 use super::refract_sum;
 use crate::base::frames::polarisation_basis;
 use crate::base::matrix::{Matrix2, add_scaled};
+use crate::base::tasks::Tasks;
 use crate::em::aperture::{Moments, phase_integral};
 use crate::geom::Geometry;
 use crate::geom::faces::Faces;
@@ -35,7 +36,7 @@ pub fn by_beams(
 ) -> Result<Vec<Vec<Scattering>>, Impassable> {
     aspects
         .par_iter()
-        .map(|aspect| one_aspect(geometry.faces(), frequencies, aspect, distance, options))
+        .map_tasks(|aspect| one_aspect(geometry.faces(), frequencies, aspect, distance, options))
         .collect()
 }
 
@@ -202,7 +203,7 @@ fn near_sum(
 ) -> Matrix2 {
     let blocks: Vec<Matrix2> = pieces
         .par_chunks(64)
-        .map(|block| {
+        .map_tasks(|block| {
             let mut sum = Matrix2::default();
             for piece in block {
                 cells(faces, clipped, piece, transmit, receive, point.wavenumber, tau, |cell| {

@@ -1,6 +1,7 @@
 //! Sum of the physical-optics contributions of all tubes, in f64, in a fixed order.
 
 use crate::base::frames::{direction_from_angles, polarisation_basis};
+use crate::base::tasks::Tasks;
 use crate::base::units::wavenumber;
 use crate::geom::Geometry;
 use crate::rcs::{Aspect, Distance, RayGrid, Scattering};
@@ -15,7 +16,7 @@ pub fn by_rays(geometry: &Geometry, aspects: &[Aspect], options: &RayGrid) -> Ve
     if geometry.triangles.is_empty() {
         return vec![Scattering::default(); aspects.len()];
     }
-    aspects.par_iter().map(|a| scattering(geometry, *a, options)).collect()
+    aspects.par_iter().map_tasks(|a| scattering(geometry, *a, options)).collect()
 }
 
 fn scattering(geometry: &Geometry, aspect: Aspect, options: &RayGrid) -> Scattering {
@@ -40,7 +41,7 @@ fn scattering(geometry: &Geometry, aspect: Aspect, options: &RayGrid) -> Scatter
             let grid = PlaneGrid::cover(geometry, -u, options.rays_per_wavelength);
             let rows: Vec<Scattering> = (0..grid.count[1])
                 .into_par_iter()
-                .map(|j| {
+                .map_tasks(|j| {
                     let mut row = Scattering::default();
                     for i in 0..grid.count[0] {
                         // The wave's phase is zero on the plane through the origin.
@@ -57,7 +58,7 @@ fn scattering(geometry: &Geometry, aspect: Aspect, options: &RayGrid) -> Scatter
             let fan = Fan::grid(geometry, u * r0, options.rays_per_wavelength);
             let blocks: Vec<Scattering> = (0..fan.cells.len().div_ceil(1024))
                 .into_par_iter()
-                .map(|b| {
+                .map_tasks(|b| {
                     let mut sum = Scattering::default();
                     for i in b * 1024..((b + 1) * 1024).min(fan.cells.len()) {
                         sum.add(&one(

@@ -17,6 +17,7 @@
 
 use crate::base::frames::polarisation_basis;
 use crate::base::matrix::Matrix2;
+use crate::base::tasks::Tasks;
 use crate::base::units::{wavelength_m, wavenumber};
 use crate::em::wedge::Wedge;
 use crate::geom::Geometry;
@@ -78,7 +79,7 @@ pub fn of_edges(
         frequencies_hz.iter().flat_map(|f| aspects.iter().map(move |l| (*f, l))).collect();
     cases
         .par_iter()
-        .map(|(f, aspect)| {
+        .map_tasks(|(f, aspect)| {
             let s =
                 edge_sum(geometry, edges, *f, distance.port(aspect.transmit), distance.port(aspect.receive));
             Scattering { every: s, last: s }

@@ -4,6 +4,7 @@
 //! lines in which two planes cross, never along edges that were computed before: short computed edges have
 //! random directions.
 
+use crate::base::tasks::Tasks;
 use crate::geom::Surface;
 use crate::geom::faces::{Face, Faces, HalfSpace, LIES_M, MOST_CORNERS};
 use crate::trace::MAX_BOUNCES;
@@ -20,6 +21,9 @@ pub(super) const CAP: usize = MOST + MOST_LINES;
 const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.
 pub(super) const GRAZING: f64 = 1e-9;
+/// A beam that may meet more faces than this is followed by many tasks, of so many faces each.
+const MANY: usize = 128;
+const SOME: usize = 8;
 /// Pieces below this share of the polygon that they were cut from are dropped.
 pub(super) const SLIVER: f64 = 1e-11;
 
@@ -342,6 +346,7 @@ struct Sight<'a> {
 #[derive(Default)]
 struct Lists {
     stack: Vec<(u32, Polygon)>,
+    candidates: Vec<u32>,
     targets: Targets,
     parts: Vec<Polygon>,
     exits: Remainder,
@@ -644,33 +649,112 @@ pub fn clip_windows(
     clipper.follow_all(&lit, None, Port::At(at))
 }
 
-pub(super) fn joined(parts: Vec<Clipped>) -> Clipped {
-    let mut parts = parts.into_iter();
-    let mut all = parts.next().unwrap_or_default();
-    for part in parts {
-        let base = all.nodes.len() as u32;
-        all.nodes.extend(part.nodes.into_iter().map(|mut n| {
-            if n.parent != u32::MAX {
-                n.parent += base;
-            }
-            n
-        }));
-        let moved = |p: Piece| Piece { node: p.node + base, ..p };
-        all.every.extend(part.every.into_iter().map(moved));
-        all.last.extend(part.last.into_iter().map(moved));
-        all.imaged.extend(part.imaged.into_iter().map(moved));
-        all.ended.extend(part.ended.into_iter().map(|e| Ended { node: e.node + base, ..e }));
+/// What was found apart, the first nodes of which stand for those that are known by other numbers.
+struct Apart {
+    found: Clipped,
+    known: Vec<u32>,
+}
+
+impl Apart {
+    /// The number of a node, where the first new one is number `base`.
+    fn number(&self, node: u32, base: u32) -> u32 {
+        let new = || node - self.known.len() as u32 + base;
+        self.known.get(node as usize).copied().unwrap_or_else(new)
     }
-    all
+
+    fn new_nodes(&self) -> &[Node] {
+        &self.found.nodes[self.known.len()..]
+    }
+}
+
+impl Clipped {
+    /// Adds parts in their order.
+    fn extend(&mut self, parts: &[Apart]) {
+        let mut next = self.nodes.len() as u32;
+        let based: Vec<(&Apart, u32)> = (parts.iter())
+            .map(|part| {
+                let base = next;
+                next += part.new_nodes().len() as u32;
+                (part, base)
+            })
+            .collect();
+        let node = |part: &Apart, base: u32, n: &Node| Node {
+            parent: if n.parent == u32::MAX { n.parent } else { part.number(n.parent, base) },
+            ..*n
+        };
+        let piece = |part: &Apart, base: u32, p: &Piece| Piece { node: part.number(p.node, base), ..*p };
+        let ended = |part: &Apart, base: u32, e: &Ended| Ended { node: part.number(e.node, base), ..*e };
+        gather(&mut self.nodes, &based, Apart::new_nodes, node);
+        gather(&mut self.every, &based, |part| &part.found.every, piece);
+        gather(&mut self.last, &based, |part| &part.found.last, piece);
+        gather(&mut self.imaged, &based, |part| &part.found.imaged, piece);
+        gather(&mut self.ended, &based, |part| &part.found.ended, ended);
+    }
+}
+
+/// Adds `of` all parts to a list, as `moved` makes it.
+fn gather<T: Send + Sync>(
+    to: &mut Vec<T>,
+    parts: &[(&Apart, u32)],
+    of: impl Fn(&Apart) -> &[T],
+    moved: impl Fn(&Apart, u32, &T) -> T + Send + Sync,
+) {
+    let all: Vec<(&Apart, u32, &T)> =
+        parts.iter().flat_map(|(part, base)| of(part).iter().map(|x| (*part, *base, x))).collect();
+    to.par_extend(all.into_par_iter().map_tasks(|(part, base, x)| moved(part, base, x)));
+}
+
+/// Pieces of one first face that are lit from a port.
+struct Lit<'a> {
+    frame: Frame,
+    face: u32,
+    pieces: &'a [Polygon],
+    /// Whether other pieces of the face come in the task before.
+    goes_on: bool,
+}
+
+/// What is lit from a port, in tasks of about as many pieces: a road between many markers is seen in thousands.
+fn firsts(lit: &[VisibleFaces]) -> Vec<Vec<Lit<'_>>> {
+    const PIECES: usize = 2;
+    let (mut tasks, mut task, mut count) = (Vec::new(), Vec::new(), 0);
+    for view in lit {
+        for face in 0..view.ranges.len() as u32 {
+            let (mut left, mut goes_on) = (view.of(face), false);
+            while !left.is_empty() {
+                let pieces;
+                (pieces, left) = left.split_at(left.len().min(PIECES - count));
+                count += pieces.len();
+                task.push(Lit { frame: view.frame, face, pieces, goes_on });
+                goes_on = false;
+                if count == PIECES {
+                    tasks.push(std::mem::take(&mut task));
+                    (count, goes_on) = (0, true);
+                }
+            }
+        }
+    }
+    if !task.is_empty() {
+        tasks.push(task);
+    }
+    tasks
+}
+
+/// Who receives what beams light.
+struct Receiver<'a> {
+    seen: &'a [VisibleFaces],
+    /// Whether that is where the beams come from.
+    monostatic: bool,
+    port: Port,
 }
 
 /// `work` on 0..n in pieces, in their order. Few faces are not worth a hand-over between threads.
 pub(super) fn in_chunks<T: Send>(n: usize, work: impl Fn(std::ops::Range<usize>) -> T + Sync) -> Vec<T> {
-    const CHUNK: usize = 512;
-    if n <= CHUNK {
+    // One face may take a thousand times as long as another.
+    const CHUNK: usize = 16;
+    if n <= 8 * CHUNK {
         return vec![work(0..n)];
     }
-    (0..n.div_ceil(CHUNK)).into_par_iter().map(|c| work(c * CHUNK..((c + 1) * CHUNK).min(n))).collect()
+    (0..n.div_ceil(CHUNK)).into_par_iter().map_tasks(|c| work(c * CHUNK..((c + 1) * CHUNK).min(n))).collect()
 }
 
 impl Clipper<'_> {
@@ -777,17 +861,44 @@ impl Clipper<'_> {
 
     /// Follows what every face is lit by; `far_seen` when the receiver stands elsewhere.
     fn follow_all(&self, lit: &[VisibleFaces], far_seen: Option<&[VisibleFaces]>, receive: Port) -> Clipped {
-        let n = self.faces.faces.len();
-        let seen = far_seen.unwrap_or(lit);
-        joined(in_chunks(n * lit.len(), |range| {
+        let beams = Receiver { seen: far_seen.unwrap_or(lit), monostatic: far_seen.is_none(), port: receive };
+        let follow = |some: &Vec<Lit<'_>>| {
             let (mut out, mut scratch) = (Clipped::default(), Scratch::new());
-            let monostatic = far_seen.is_none();
-            for i in range {
-                let view = &lit[i / n];
-                self.follow((i % n) as u32, view, seen, monostatic, receive, &mut out, &mut scratch);
+            for Lit { frame, face, pieces, .. } in some {
+                let root = out.nodes.len() as u32;
+                let of = &self.faces.faces[*face as usize];
+                out.nodes.push(Node {
+                    parent: u32::MAX,
+                    face: *face,
+                    bounce: 1,
+                    imaged: false,
+                    endless: false,
+                    frame: *frame,
+                    normal: Side::of(of, frame.facing(of.normal, of.offset_m)).normal,
+                });
+                self.follow(of, &beams, pieces.iter().map(|p| (root, *p)), &mut out, &mut scratch);
             }
             out
-        }))
+        };
+        let firsts = firsts(lit);
+        let parts: Vec<Clipped> = match &firsts[..] {
+            [only] => vec![follow(only)],
+            all => all.par_iter().map_tasks(follow).collect(),
+        };
+        // The last face of a part may go on in the next.
+        let (mut all, mut root, mut next) = (Clipped::default(), u32::MAX, 0);
+        let apart = |(some, found): (&Vec<Lit<'_>>, Clipped)| {
+            let known = if some[0].goes_on { vec![root] } else { Vec::new() };
+            let part = Apart { found, known };
+            // Roots alone have no parent.
+            let last = part.new_nodes().iter().rposition(|n| n.parent == u32::MAX);
+            root = last.map_or(root, |i| next + i as u32);
+            next += part.new_nodes().len() as u32;
+            part
+        };
+        let parts: Vec<Apart> = firsts.iter().zip(parts).map(apart).collect();
+        all.extend(&parts);
+        all
     }
 
     /// What of every face is seen along the rays of `frame`, or of those in its window.
@@ -1125,45 +1236,28 @@ impl Clipper<'_> {
         (self.options.bounces + usize::from(endless)).min(MAX_BOUNCES)
     }
 
-    /// Follows what lights `first` through its bounces.
-    #[allow(clippy::too_many_arguments)] // the state of one beam; a struct would only rename it
+    /// Follows beams through their bounces that light polygons of nodes of `out`, all of them chains that begin with the face `first`.
     fn follow(
         &self,
-        first: u32,
-        lit: &VisibleFaces,
-        seen: &[VisibleFaces],
-        monostatic: bool,
-        receive: Port,
+        first: &Face,
+        receiver: &Receiver<'_>,
+        lit: impl DoubleEndedIterator<Item = (u32, Polygon)>,
         out: &mut Clipped,
         scratch: &mut Scratch,
     ) {
-        let pieces = lit.of(first);
-        if pieces.is_empty() {
-            return;
-        }
-        let face = &self.faces.faces[first as usize];
-        let facing = lit.frame.facing(face.normal, face.offset_m);
-        let root = out.nodes.len() as u32;
-        out.nodes.push(Node {
-            parent: u32::MAX,
-            face: first,
-            bounce: 1,
-            imaged: false,
-            endless: false,
-            frame: lit.frame,
-            normal: Side::of(face, facing).normal,
-        });
+        let Receiver { seen, monostatic, port: receive } = *receiver;
+        let first_patch = first.patch;
         let mut lists = std::mem::take(&mut scratch.lists);
-        let Lists { stack, targets, parts, exits } = &mut lists;
-        stack.extend(pieces.iter().rev().map(|p| (root, *p)));
+        let Lists { stack, candidates, targets, parts, exits } = &mut lists;
+        stack.extend(lit.rev());
         while let Some((index, polygon)) = stack.pop() {
             let node = out.nodes[index as usize];
             let first_is_seen = node.bounce == 1 && monostatic;
             self.radiate(index, &node, &polygon, first_is_seen, seen, receive, &mut out.every);
-            if node.imaged && self.faces.mirrors(face.patch, self.faces.faces[node.face as usize].patch) {
+            if node.imaged && self.faces.mirrors(first_patch, self.faces.faces[node.face as usize].patch) {
                 self.radiate(index, &node, &polygon, true, seen, receive, &mut out.imaged);
             }
-            let begins = self.options.images && node.bounce == 1 && self.faces.mirrors_points(face.patch);
+            let begins = self.options.images && node.bounce == 1 && self.faces.mirrors_points(first_patch);
             let go_on = (node.bounce as usize) < self.most(node.endless || begins);
             // What the limit ends here is asked for where it could show at all.
             let ends = self.ends.filter(|e| {
@@ -1172,7 +1266,6 @@ impl Clipper<'_> {
             if !go_on && !self.options.last && ends.is_none() {
                 continue;
             }
-            let first_patch = face.patch;
             let face = &self.faces.faces[node.face as usize];
             let offset = node.normal.dot(face.normal) * face.offset_m;
             let frame = node.frame.mirrored(node.normal, offset);
@@ -1197,27 +1290,40 @@ impl Clipper<'_> {
             let least = SLIVER * polygon.area().abs();
             let [a, b, c, d] = Self::prism(&frame, polygon.bounds());
             let ahead = HalfSpace { normal: source.normal, offset: source.offset + self.faces.flat_m };
-            self.faces.within(&[a, b, c, d, ahead], |f| {
+            candidates.clear();
+            self.faces.within(&[a, b, c, d, ahead], |f| candidates.push(f));
+            // What of a face the beam may meet, and the lines around it.
+            let target = |f: u32, halves: &mut [Polygon; 2]| {
                 let target = &self.faces.faces[f as usize];
-                let Some(facing) = self.lit(&frame, target) else { return };
+                let facing = self.lit(&frame, target)?;
                 let beyond = match self.ahead(self.faces.corners(target), &source) {
-                    PlaneSide::Behind => return,
+                    PlaneSide::Behind => return None,
                     PlaneSide::Before => None,
                     PlaneSide::Across => Some(self.beyond(&frame, &source, target)),
                 };
-                let Some(mut lines) = self.outline(&frame, target, facing, &polygon) else { return };
+                let mut lines = self.outline(&frame, target, facing, &polygon)?;
                 if !beyond.into_iter().all(|l| lines.narrow(l, &polygon, self.eps)) {
-                    return;
+                    return None;
                 }
-                let Some(p) = cut_by(&polygon, lines.all(), self.eps, &mut scratch.halves) else { return };
-                if p.area().abs() <= least {
-                    return;
+                let p = cut_by(&polygon, lines.all(), self.eps, halves)?;
+                (p.area().abs() > least).then_some(((f, facing, *p), lines))
+            };
+            if candidates.len() > MANY && !self.options.last {
+                let of = |some: &[u32]| -> Vec<(u32, f64, Polygon)> {
+                    let mut halves = [Polygon::EMPTY; 2];
+                    some.iter().filter_map(|f| target(*f, &mut halves)).map(|t| t.0).collect()
+                };
+                let found: Vec<_> = candidates.par_chunks(MANY / 4).map_tasks(of).collect();
+                targets.list.extend(found.into_iter().flatten());
+            } else {
+                for f in candidates.iter() {
+                    let Some((found, lines)) = target(*f, &mut scratch.halves) else { continue };
+                    targets.list.push(found);
+                    if self.options.last {
+                        self.subtract(&lines, least, exits, scratch);
+                    }
                 }
-                targets.list.push((f, facing, *p));
-                if self.options.last {
-                    self.subtract(&lines, least, exits, scratch);
-                }
-            });
+            }
             if self.options.last {
                 for p in &exits.polygons {
                     self.radiate(index, &node, p, first_is_seen, seen, receive, &mut out.last);
@@ -1232,38 +1338,91 @@ impl Clipper<'_> {
             if few {
                 targets.bounds.extend(targets.list.iter().map(|(_, _, p)| p.bounds()));
             }
-            for (f, facing, p) in targets.list.iter() {
-                let (f, facing) = (*f, *facing);
+            let targets = &*targets;
+            // How its chain goes on with a target; None where it does not.
+            let kind = |f: u32| {
                 let patch = self.faces.faces[f as usize].patch;
                 let imaged = node.imaged || begins && self.faces.mirrors(first_patch, patch);
                 let endless = node.endless || begins && self.faces.is_endless(first_patch, patch);
-                if node.bounce as usize >= self.most(endless) {
-                    continue;
-                }
+                ((node.bounce as usize) < self.most(endless)).then_some((imaged, endless))
+            };
+            let unhidden = |(f, facing, p): &(u32, f64, Polygon),
+                            parts: &mut Vec<Polygon>,
+                            scratch: &mut Scratch| match few {
+                true => self.unhidden_among(targets, &frame, &source, *f, *facing, p, parts, scratch),
+                false => self.unhidden(&frame, Some(&source), *f, *facing, p, parts, scratch),
+            };
+            let child = |f: u32, facing: f64, (imaged, endless): (bool, bool)| Node {
+                parent: index,
+                face: f,
+                bounce: node.bounce + 1,
+                imaged,
+                endless,
+                frame,
+                normal: Side::of(&self.faces.faces[f as usize], facing).normal,
+            };
+            if targets.list.len() > MANY {
+                let of = |some: &[(u32, f64, Polygon)]| -> Vec<(Node, Vec<Polygon>)> {
+                    let mut scratch = Scratch::new();
+                    let mut of_target = |t: &(u32, f64, Polygon)| {
+                        let (kind, mut parts) = (kind(t.0)?, Vec::new());
+                        unhidden(t, &mut parts, &mut scratch);
+                        (!parts.is_empty()).then(|| (child(t.0, t.1, kind), parts))
+                    };
+                    some.iter().filter_map(&mut of_target).collect()
+                };
+                let found: Vec<Vec<_>> = targets.list.par_chunks(SOME).map_tasks(of).collect();
+                let new = found.into_iter().flatten().collect();
+                self.follow_apart(first, receiver, index, new, out);
+                continue;
+            }
+            for target in targets.list.iter() {
+                let Some(kind) = kind(target.0) else { continue };
                 parts.clear();
-                if few {
-                    self.unhidden_among(targets, &frame, &source, f, facing, p, parts, scratch);
-                } else {
-                    self.unhidden(&frame, Some(&source), f, facing, p, parts, scratch);
-                }
+                unhidden(target, parts, scratch);
                 if parts.is_empty() {
                     continue;
                 }
-                let child = out.nodes.len() as u32;
-                out.nodes.push(Node {
-                    parent: index,
-                    face: f,
-                    bounce: node.bounce + 1,
-                    imaged,
-                    endless,
-                    frame,
-                    normal: Side::of(&self.faces.faces[f as usize], facing).normal,
-                });
-                stack.extend(parts.iter().map(|p| (child, *p)));
+                let number = out.nodes.len() as u32;
+                out.nodes.push(child(target.0, target.1, kind));
+                stack.extend(parts.iter().map(|p| (number, *p)));
             }
             stack[mark..].reverse();
         }
         scratch.lists = lists;
+    }
+
+    /// The same for the new nodes below `parent`, each with what is lit of it, by tasks of their own.
+    fn follow_apart(
+        &self,
+        first: &Face,
+        receiver: &Receiver<'_>,
+        parent: u32,
+        new: Vec<(Node, Vec<Polygon>)>,
+        out: &mut Clipped,
+    ) {
+        let base = out.nodes.len() as u32;
+        out.nodes.extend(new.iter().map(|(node, _)| *node));
+        let above = |i: &u32| Some(out.nodes[*i as usize].parent).filter(|p| *p != u32::MAX);
+        let mut chain: Vec<u32> = std::iter::successors(Some(parent), above).collect();
+        chain.reverse();
+        let nodes = &out.nodes;
+        let of = |(task, some): (usize, &[(Node, Vec<Polygon>)])| {
+            // The nodes above and the new ones by the numbers that they have in this task.
+            let depth = chain.len() as u32;
+            let above =
+                (0u32..).zip(&chain).map(|(i, at)| Node { parent: i.wrapping_sub(1), ..nodes[*at as usize] });
+            let below = some.iter().map(|(node, _)| Node { parent: depth - 1, ..*node });
+            let mut own = Clipped { nodes: above.chain(below).collect(), ..Clipped::default() };
+            let lit: Vec<(u32, Polygon)> =
+                (depth..).zip(some).flat_map(|(i, (_, parts))| parts.iter().map(move |p| (i, *p))).collect();
+            self.follow(first, receiver, lit.into_iter(), &mut own, &mut Scratch::new());
+            let first = base + (task * SOME) as u32;
+            let known: Vec<u32> = chain.iter().copied().chain(first..first + some.len() as u32).collect();
+            Apart { found: own, known }
+        };
+        let parts: Vec<Apart> = new.par_chunks(SOME).enumerate().map_tasks(of).collect();
+        out.extend(&parts);
     }
 
     /// Keeps the part of a lit polygon that the receiver sees, along the face's axes.

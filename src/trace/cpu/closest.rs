@@ -1,5 +1,6 @@
 //! The nearest triangle along given rays: obvhs' traversal in f32, spread over the cores.
 
+use crate::base::tasks::Tasks;
 use crate::trace::closest::{Find, Hit, NO_TRIANGLE, Ray};
 use glam::{UVec2, Vec3A, Vec4};
 use obvhs::cwbvh::{CwBvh, node::CwBvhNode};
@@ -33,7 +34,7 @@ pub fn hits(
     rays.par_iter()
         .zip(skip_patches)
         .with_min_len(256)
-        .map(|(ray, &skip)| hit(tree, triangles, find, ray, skip))
+        .map_tasks(|(ray, &skip)| hit(tree, triangles, find, ray, skip))
         .collect()
 }
 

@@ -9,6 +9,7 @@ use super::beams::{Clipped, Polygon};
 use super::bend::{Bends, End, PathEnd};
 use crate::base::frames::{Pose, Sensor, World, polarisation_basis};
 use crate::base::rng::philox4x32_10;
+use crate::base::tasks::Tasks;
 use crate::base::units::wavenumber;
 use crate::em::aperture::Moments;
 use crate::geom::{Body, Geometry};
@@ -41,7 +42,7 @@ pub fn echoes(
     let scatterer = Scatterer { geometry, pose, velocity_mps, bends };
     let lists: Vec<Vec<Echo>> = lit(geometry, clipped)
         .par_iter()
-        .map(|(polygon, surface)| {
+        .map_tasks(|(polygon, surface)| {
             let mut own = Vec::new();
             surface.cover(polygon, pose.translation_m, share, |square, area_m2| {
                 let (p, draws) = surface.scatterer(square, options.seed);

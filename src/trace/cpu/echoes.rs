@@ -15,6 +15,7 @@ use super::points::{Reflecting, SAME, TAU, point_echoes_over};
 use crate::base::convention::Convention;
 use crate::base::frames::{Pose, Sensor, World};
 use crate::base::matrix::Matrix2;
+use crate::base::tasks::Tasks;
 use crate::base::units::wavenumber;
 use crate::em::aperture::Moments;
 use crate::geom::Geometry;
@@ -22,7 +23,7 @@ use crate::geom::faces::{Face, Faces, NOT_CURVED, NearFaces};
 use crate::geom::hash::FastMap;
 use crate::geom::outline::outline;
 use crate::trace::beams::{BeamOptions, Frame};
-use crate::trace::{Echo, Echoes, MAX_BOUNCES, TraceOptions, drop_weak, strength};
+use crate::trace::{Echo, Echoes, MAX_BOUNCES, TraceOptions, strength, strong};
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -175,8 +176,9 @@ pub fn from_clipped(
 ) -> Echoes {
     let last = options.convention == Convention::Last;
     let tau = BeamOptions::new(options.bounces, options.accuracy_db, last).tau;
-    let direct = regions(geometry, clipped, if last { &clipped.last } else { &clipped.every });
-    let imaged = regions(geometry, clipped, &clipped.imaged);
+    let numbers = RegionNumbers::new(geometry, clipped);
+    let direct = regions(geometry, clipped, &numbers, if last { &clipped.last } else { &clipped.every });
+    let imaged = regions(geometry, clipped, &numbers, &clipped.imaged);
     let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
     let spread_m = spread_for(options.bandwidth_hz);
     let least = options.least;
@@ -194,30 +196,33 @@ pub fn from_clipped(
         places: options.places,
         lit,
     };
-    let all = direct.par_iter().map(|r| match images {
-        true => radar.with_reciprocals(r),
-        false => radar.echoes(r, false),
-    });
-    let lists: Vec<Vec<Echo>> = all.chain(imaged.par_iter().map(|r| radar.echoes(r, true))).collect();
-    let mut broken = 0;
-    let mut counts = |r: &Echo| {
-        let whole = is_finite(r);
-        broken += u64::from(!whole);
-        whole && strength(r) >= options.least
+    // What counts of a region's echoes, and how many are broken.
+    let counted = |mut list: Vec<Echo>| {
+        let before = list.len();
+        list.retain(is_finite);
+        let broken = (before - list.len()) as u64;
+        list.retain(|r| strength(r) >= options.least);
+        (list, broken)
     };
-    let mut all: Vec<Echo> = lists.into_iter().flatten().filter(|r| counts(r)).collect();
-    let mut rough = diffuse::echoes(geometry, clipped, pose, velocity_mps, options);
-    let rays = rough.len() as u64;
-    all.append(&mut rough);
+    let all = direct.par_iter().map_tasks(|r| match images {
+        true => counted(radar.with_reciprocals(r)),
+        false => counted(radar.echoes(r, false)),
+    });
+    let lists: Vec<(Vec<Echo>, u64)> =
+        all.chain(imaged.par_iter().map_tasks(|r| counted(radar.echoes(r, true)))).collect();
+    let mut broken: u64 = lists.iter().map(|l| l.1).sum();
+    let mut others = diffuse::echoes(geometry, clipped, pose, velocity_mps, options);
+    let rays = others.len() as u64;
     let is_pointed = !(geometry.points.is_empty() && geometry.tables.is_empty());
     let planes = if images && is_pointed { radar.lit_planes(&direct) } else { Vec::new() };
-    all.extend(point_echoes_over(&planes, geometry, pose, velocity_mps, options));
-    let before = all.len();
-    all.retain(is_finite);
-    broken += (before - all.len()) as u64;
-    drop_weak(&mut all, options.amplitude_floor);
+    others.extend(point_echoes_over(&planes, geometry, pose, velocity_mps, options));
+    let before = others.len();
+    others.retain(is_finite);
+    broken += (before - others.len()) as u64;
+    let all: Vec<&Echo> = lists.iter().flat_map(|(list, _)| list).chain(&others).collect();
+    let list = strong(&all, options.amplitude_floor);
     let cut = ended::estimates(geometry, clipped, pose);
-    Echoes { list: all, rays, cut, broken, bounces: options.bounces, ..Default::default() }
+    Echoes { list, rays, cut, broken, bounces: options.bounces, ..Default::default() }
 }
 
 /// What of one plane is lit by one chain of planes.
@@ -278,36 +283,66 @@ pub fn region_areas_m2(geometry: &Geometry, clipped: &Clipped) -> Vec<[f64; 2]> 
         let pieces: f64 = r.pieces.iter().map(|p| exactly(&sides_of(p).collect::<Vec<_>>())).sum();
         [pieces, exactly(&r.sides(near_m))]
     };
-    regions(geometry, clipped, &clipped.every).iter().map(areas).collect()
+    let numbers = RegionNumbers::new(geometry, clipped);
+    regions(geometry, clipped, &numbers, &clipped.every).iter().map(areas).collect()
 }
 
-fn regions(geometry: &Geometry, clipped: &Clipped, pieces: &[Piece]) -> Vec<Region> {
-    let faces = geometry.faces();
-    let mut of_node: Vec<u32> = Vec::with_capacity(clipped.nodes.len());
-    let mut found: FastMap<(u32, u32), u32> = FastMap::default();
-    let mut regions: Vec<Region> = Vec::new();
-    for (i, node) in clipped.nodes.iter().enumerate() {
-        let parent = if node.parent == u32::MAX { u32::MAX } else { of_node[node.parent as usize] };
-        let patch = faces.faces[node.face as usize].patch;
-        let region = *found.entry((parent, patch)).or_insert_with(|| {
-            regions.push(Region { node: i as u32, pieces: Vec::new() });
-            regions.len() as u32 - 1
-        });
-        of_node.push(region);
+/// Which region each node belongs to, and a node of each region.
+struct RegionNumbers {
+    of_node: Vec<u32>,
+    nodes: Vec<u32>,
+}
+
+impl RegionNumbers {
+    fn new(geometry: &Geometry, clipped: &Clipped) -> RegionNumbers {
+        let faces = geometry.faces();
+        let mut of_node: Vec<u32> = Vec::with_capacity(clipped.nodes.len());
+        let mut found: FastMap<(u32, u32), u32> = FastMap::default();
+        let mut nodes: Vec<u32> = Vec::new();
+        for (i, node) in clipped.nodes.iter().enumerate() {
+            let parent = if node.parent == u32::MAX { u32::MAX } else { of_node[node.parent as usize] };
+            let patch = faces.faces[node.face as usize].patch;
+            let region = *found.entry((parent, patch)).or_insert_with(|| {
+                nodes.push(i as u32);
+                nodes.len() as u32 - 1
+            });
+            of_node.push(region);
+        }
+        RegionNumbers { of_node, nodes }
     }
-    for piece in pieces {
-        let region = &mut regions[of_node[piece.node as usize] as usize];
+}
+
+/// The regions that these pieces make up, in the order of their nodes.
+fn regions(geometry: &Geometry, clipped: &Clipped, numbers: &RegionNumbers, pieces: &[Piece]) -> Vec<Region> {
+    let faces = geometry.faces();
+    // Pieces by their regions, in their order.
+    let region = |piece: &Piece| numbers.of_node[piece.node as usize] as usize;
+    let mut ends = vec![0u32; numbers.nodes.len() + 1];
+    pieces.iter().for_each(|p| ends[region(p) + 1] += 1);
+    (1..ends.len()).for_each(|i| ends[i] += ends[i - 1]);
+    let mut sorted = vec![0u32; pieces.len()];
+    let mut next = ends.clone();
+    for (i, piece) in pieces.iter().enumerate() {
+        let at = &mut next[region(piece)];
+        sorted[*at as usize] = i as u32;
+        *at += 1;
+    }
+    let made = |(r, node): (usize, &u32)| {
+        let own = &sorted[ends[r] as usize..ends[r + 1] as usize];
         let face = |node: u32| &faces.faces[clipped.nodes[node as usize].face as usize];
-        let (own, all) = (face(piece.node), face(region.node));
-        region.pieces.push(if own.first == all.first {
-            piece.polygon
-        } else {
+        let all = face(*node);
+        let polygon = |i: &u32| {
+            let piece = &pieces[*i as usize];
+            let own = face(piece.node);
+            if own.first == all.first {
+                return piece.polygon;
+            }
             let shift = faces.corners[own.first as usize] - faces.corners[all.first as usize];
             piece.polygon.mapped(|p| on_axes(all, shift + own.axis[0] * p.x + own.axis[1] * p.y))
-        });
-    }
-    regions.retain(|r| !r.pieces.is_empty());
-    regions
+        };
+        (!own.is_empty()).then(|| Region { node: *node, pieces: own.iter().map(polygon).collect() })
+    };
+    numbers.nodes.par_iter().enumerate().filter_map_tasks(made).collect()
 }
 
 /// What the radar sees at first hand of each small plane that mirrors what follows it in a chain, by its patch. The outlines of large
@@ -330,7 +365,7 @@ fn lit(geometry: &Geometry, clipped: &Clipped, regions: &[Region]) -> FastMap<u3
         let outline = r.sides(SAME * faces.radius_m);
         (patch(r.node), Reflecting { face, outline, is_seen: true })
     };
-    found.par_iter().map(of).collect::<Vec<_>>().into_iter().collect()
+    found.par_iter().map_tasks(of).collect::<Vec<_>>().into_iter().collect()
 }
 
 fn on_axes(face: &Face, d: DVec3) -> DVec2 {
@@ -619,7 +654,7 @@ impl Station<'_> {
             }
             Some(Reflecting { face: node.face, outline: r.sides(SAME * faces.radius_m), is_seen: true })
         };
-        regions.par_iter().filter_map(lit).collect()
+        regions.par_iter().filter_map_tasks(lit).collect()
     }
 
     /// Nodes from the first bounce to this one.

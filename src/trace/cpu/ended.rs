@@ -5,6 +5,7 @@
 
 use super::beams::{Clipped, Ended};
 use crate::base::frames::{Pose, Sensor, World};
+use crate::base::tasks::Tasks;
 use crate::base::units::wavenumber;
 use crate::geom::Geometry;
 use crate::geom::hash::FastMap;
@@ -20,7 +21,7 @@ pub fn estimates(geometry: &Geometry, clipped: &Clipped, pose: &Pose<Sensor, Wor
     let faces = geometry.faces();
     let patch = |face: u32| faces.faces[face as usize].patch;
     let all: Vec<Option<Estimate>> =
-        clipped.ended.par_iter().map(|e| estimate(geometry, clipped, pose, e)).collect();
+        clipped.ended.par_iter().map_tasks(|e| estimate(geometry, clipped, pose, e)).collect();
     let mut of_way: FastMap<[u32; MAX_BOUNCES + 1], usize> = FastMap::default();
     let mut ways: Vec<Estimate> = Vec::new();
     for (e, estimate) in clipped.ended.iter().zip(all).filter_map(|(e, x)| Some((e, x?))) {

@@ -7,6 +7,7 @@ use super::beams::{
     Clipped, Ended, Ends, Node, Piece, Polygon, Side, VisibleFaces, keep, middle, solid_angle_sr,
 };
 use super::topology::{Corner, Line, Of, PAD, Shared, Views, front};
+use crate::base::tasks::Tasks;
 use crate::trace::beams::{Frame, Port};
 use glam::Vec2;
 use rayon::prelude::*;
@@ -141,7 +142,7 @@ impl<'a> Levels<'a> {
         found.sort_by(LitPolygon::order);
         let faces = self.views.shared.faces;
         let groups = grouped(found, |p| (p.from, p.face));
-        let exact: Vec<Vec<Polygon>> = groups.par_iter().flatten().map(|p| self.polygons(p)).collect();
+        let exact: Vec<Vec<Polygon>> = groups.par_iter().flatten().map_tasks(|p| self.polygons(p)).collect();
         let mut exact = exact.into_iter();
         let mut windows: Vec<Vec<(Vec<Polygon>, bool)>> =
             (0..self.windows).map(|_| vec![Default::default(); faces.faces.len()]).collect();
@@ -217,7 +218,7 @@ impl<'a> Levels<'a> {
             .zip(&items)
             .collect::<Vec<_>>()
             .into_par_iter()
-            .map(|(index, item)| this.added(index, item))
+            .map_tasks(|(index, item)| this.added(index, item))
             .collect();
         for new in added {
             self.out.every.extend(new.every);

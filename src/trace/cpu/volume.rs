@@ -2,6 +2,7 @@
 
 use crate::base::frames::{Pose, Sensor, World, direction_from_angles};
 use crate::base::rng::philox4x32_10;
+use crate::base::tasks::Tasks;
 use crate::base::units::C0;
 use crate::geom::Geometry;
 use crate::scene::radar::{Antenna, Radar, Sampling};
@@ -77,7 +78,7 @@ pub fn echoes(
             between_m: Box::default(),
         })
     };
-    (0..count).into_par_iter().filter_map(echo).collect()
+    (0..count).into_par_iter().filter_map_tasks(echo).collect()
 }
 
 /// Greatest range whose echoes the samples can tell.

@@ -54,7 +54,7 @@ impl Point {
     fn sum(&self, name: &'static str) -> Stage {
         let cores = self.stages.iter().map(|s| s.core_seconds);
         let seconds = self.stages.iter().map(|s| s.seconds).sum();
-        Stage { name, seconds, core_seconds: cores.sum(), runs: 1, device: None }
+        Stage { name, seconds, core_seconds: cores.sum(), runs: 1, tasks: None, device: None }
     }
 
     fn row(&self) -> Value {

@@ -148,7 +148,14 @@ pub(super) fn w6(engine: &Engine, settings: &Settings, mut sheet: Sheet<'_>) -> 
         }
         sheet.add_kernels(profile);
         let core_seconds = (cores.len() == RUNS).then(|| median(&mut cores));
-        let stage = Stage { name, seconds: median(&mut seconds), core_seconds, runs: RUNS, device: None };
+        let stage = Stage {
+            name,
+            seconds: median(&mut seconds),
+            core_seconds,
+            runs: RUNS,
+            tasks: None,
+            device: None,
+        };
         sheet.count(&format!("{name}_mrays_per_s"), 1e-6 * count as f64 / stage.seconds);
         sheet.count(&format!("{name}_hits"), hits.iter().filter(|h| h.triangle != NO_TRIANGLE).count());
         sheet.add(stage);

@@ -1,6 +1,7 @@
 //! Settings and results of a workload.
 
 use catseye::base::error::Result;
+use catseye::base::tasks::{self, WorkAndSpan};
 use catseye::engine::{Engine, EngineReport};
 use catseye::gpu::{GpuCounts, Profile};
 use catseye_io::usage::cpu_seconds;
@@ -50,6 +51,9 @@ pub struct Stage {
     pub core_seconds: Option<f64>,
     /// Number of runs.
     pub runs: usize,
+    /// Work and span of one more run on one thread; only of the stages of a frame on the cpu engine.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub tasks: Option<WorkAndSpan>,
     /// What the last run asked of the device, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub device: Option<GpuCounts>,
@@ -77,6 +81,9 @@ pub struct Outcome {
     /// CPU time of all threads of this process in those stages, s; None where the system does not report it.
     /// It does not include GPU time.
     pub core_seconds: Option<f64>,
+    /// Work and span of those stages after each other, of a frame on the cpu engine.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub tasks: Option<WorkAndSpan>,
     /// Counts, by name.
     pub counts: Map<String, Value>,
     /// Measures of accuracy, by name.
@@ -107,6 +114,7 @@ impl<'a> Sheet<'a> {
             stages: Vec::new(),
             total_seconds: 0.0,
             core_seconds: Some(0.0),
+            tasks: None,
             counts: Map::new(),
             accuracy: Map::new(),
             kernels: None,
@@ -125,6 +133,28 @@ impl<'a> Sheet<'a> {
         })?;
         self.add(stage);
         self.add_kernels(before);
+        Ok(out)
+    }
+
+    /// Times a stage of a frame and, on the cpu engine, measures its work and span.
+    pub(super) fn frame_stage<T: Send>(
+        &mut self,
+        name: &'static str,
+        f: impl FnMut() -> Result<T> + Send,
+    ) -> Result<T> {
+        let mut f = f;
+        let out = self.stage(name, &mut f)?;
+        if let Engine::Cpu(_) = self.engine {
+            // Two results are never in memory together.
+            drop(out);
+            let (out, cost) = tasks::measured(f)?;
+            if let Some(stage) = self.outcome.stages.last_mut() {
+                stage.tasks = Some(cost);
+            }
+            let before = self.outcome.tasks.unwrap_or_default();
+            self.outcome.tasks = Some(before.then(&cost));
+            return Ok(out);
+        }
         Ok(out)
     }
 
@@ -206,7 +236,7 @@ fn timed<T>(name: &'static str, mut f: impl FnMut() -> Result<T>) -> Result<(T, 
         cores.extend(stage.core_seconds);
     }
     let core_seconds = (cores.len() == RUNS).then(|| median(&mut cores));
-    Ok((out, Stage { name, seconds: median(&mut all), core_seconds, runs: RUNS, device: None }))
+    Ok((out, Stage { name, seconds: median(&mut all), core_seconds, runs: RUNS, tasks: None, device: None }))
 }
 
 /// Times one run.
@@ -214,7 +244,17 @@ pub(super) fn once<T>(name: &'static str, f: impl FnOnce() -> Result<T>) -> Resu
     let (start, before) = (Instant::now(), cpu_seconds());
     let out = f()?;
     let core_seconds = cpu_seconds().zip(before).map(|(after, before)| after - before);
-    Ok((out, Stage { name, seconds: start.elapsed().as_secs_f64(), core_seconds, runs: 1, device: None }))
+    Ok((
+        out,
+        Stage {
+            name,
+            seconds: start.elapsed().as_secs_f64(),
+            core_seconds,
+            runs: 1,
+            tasks: None,
+            device: None,
+        },
+    ))
 }
 
 /// Peak resident memory of the process, bytes; None where the system does not report it.

@@ -13,6 +13,7 @@ use crate::adc::front_end::Chain;
 use crate::adc::interference::Arrival;
 use crate::adc::noise::Noise;
 use crate::base::error::{Error, Result};
+use crate::base::tasks::Tasks;
 use crate::scene::radar::Sampling;
 use catseye_math::Real;
 use num_complex::Complex64;
@@ -127,7 +128,7 @@ fn add_spills<T: Precision + Real>(cube: &mut Cube<T>, margin: usize, chain: &Ch
         };
         let rows: Vec<Vec<Complex64>> = (0..cube.channels).map(row).collect();
         let (samples, channels) = (cube.samples, cube.channels);
-        cube.data.par_chunks_mut(samples).enumerate().for_each(|(number, data)| {
+        cube.data.par_chunks_mut(samples).enumerate().for_each_tasks(|(number, data)| {
             for (z, x) in data.iter_mut().zip(&rows[number % channels]) {
                 *z = narrow(wide(*z) + x);
             }
@@ -146,7 +147,7 @@ fn add_white<T: noise::Precision>(cube: &mut Cube<T>, first_row: usize, noise: &
     cube.data
         .par_chunks_mut(n)
         .enumerate()
-        .for_each(|(number, data)| T::add_from(noise, ((first_row + number) * n) as u64, data));
+        .for_each_tasks(|(number, data)| T::add_from(noise, ((first_row + number) * n) as u64, data));
 }
 
 /// Adds thermal noise that went through the filters: the draws of eq. 13, multiplied in the transform of each
@@ -155,7 +156,7 @@ fn add_shaped<T: Precision + Real>(cube: &mut Cube<T>, first_row: usize, noise: 
     let n = cube.samples;
     let (forward, inverse) = (catseye_math::fft::forward(n), catseye_math::fft::inverse(n));
     let scratch = forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len());
-    cube.data.par_chunks_mut(n).enumerate().for_each_init(
+    cube.data.par_chunks_mut(n).enumerate().for_each_init_tasks(
         || (vec![Complex64::ZERO; n], vec![Complex64::ZERO; scratch]),
         |(row, scratch), (number, data)| {
             for (i, z) in row.iter_mut().enumerate() {

@@ -16,6 +16,7 @@ use crate::adc::front_end::phase_noise::{Stretch, fast_length, line, reach, stre
 use crate::adc::front_end::timing::Timing;
 use crate::adc::front_end::{Chain, TAPER, jitter};
 use crate::base::error::{Error, Result};
+use crate::base::tasks::Tasks;
 use crate::scene::front_end::PhaseNoise;
 use crate::scene::radar::Sampling;
 use catseye_math::Real;
@@ -98,7 +99,7 @@ impl<'a> Oscillator<'a> {
             .par_chunks_mut(rows * self.samples)
             .zip(cube.data.par_chunks(rows * row))
             .enumerate()
-            .for_each_init(
+            .for_each_init_tasks(
                 || Scratch::new(grid),
                 |scratch, (i, (to, from))| {
                     let ramp = first_ramp + i;
