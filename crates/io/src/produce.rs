@@ -245,6 +245,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
             out,
             layout: &layout,
             file: &file,
+            rule: options.rule,
             radars: &radars,
             jobs,
             batch: batch_of(engine, options.batch),
@@ -308,15 +309,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     let cancelled = options.cancel.load(Ordering::Relaxed);
     let markers: Option<Vec<Marker>> = if cancelled { None } else { markers.into_iter().collect() };
     if let Some(markers) = &markers {
-        let made = datasheet::Made {
-            recipe,
-            file: &file,
-            layout: &layout,
-            markers,
-            tally: &tally,
-            bytes,
-            rule: options.rule,
-        };
+        let made = datasheet::Made { recipe, file: &file, layout: &layout, markers, tally: &tally, bytes };
         // One of several runs at a time: each writes the same.
         let mut waited = false;
         let lock = loop {
@@ -811,6 +804,8 @@ struct Run<'a> {
     out: &'a Path,
     layout: &'a DatasetLayout,
     file: &'a DatasetFile,
+    /// Rule by which `auto` chose the engine.
+    rule: Option<&'static str>,
     /// Radars of scene 0.
     radars: &'a [KeptRadar],
     jobs: usize,
@@ -979,6 +974,7 @@ impl<'a> Run<'a> {
             frames: frames.end - frames.start,
             recipe: self.file.recipe.clone(),
             device: Device::of(&self.engine.report()),
+            engine_rule: self.rule.map(str::to_string),
             files,
             tally,
             drawn_from,
@@ -1023,6 +1019,7 @@ mod tests {
                 frames: frames.end - frames.start,
                 recipe: "recipe".into(),
                 device: device(),
+                engine_rule: None,
                 files: Vec::new(),
                 tally: Tally::default(),
                 drawn_from: String::new(),
