@@ -65,7 +65,7 @@ impl Purpose {
             return Ok(Purpose::General);
         }
         let scene = curved::refined_scene(scene, curved::sagitta_m(accuracy_db, wavenumber(highest_hz)))?;
-        let geometry = Geometry::build(&*scene, 0.0, highest_hz)?;
+        let geometry = Geometry::build(&scene, 0.0, highest_hz)?;
         let frequencies: Vec<FrequencyPoint> = frequencies_hz
             .iter()
             .zip(&surfaces)
