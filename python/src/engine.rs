@@ -146,13 +146,20 @@ pub fn resolve_for_frames(
     resolve_for(py, argument, trace, purpose)
 }
 
-fn resolve_for(
+/// Whether the purpose decides which engine an argument means.
+pub fn has_choice(argument: Option<&Bound<'_, PyAny>>) -> bool {
+    let device = argument.map_or(Ok("auto".to_string()), |a| a.extract::<String>());
+    device.is_ok_and(|device| Opened::has_choice(&device, Precision::F32))
+}
+
+/// [`resolve`] for work of this purpose.
+pub fn resolve_for(
     py: Python<'_>,
     argument: Option<&Bound<'_, PyAny>>,
     trace: Option<&str>,
     purpose: Purpose,
 ) -> PyResult<Arc<Opened>> {
-    type Known = HashMap<(u32, String, Option<String>, bool), Arc<Opened>>;
+    type Known = HashMap<(u32, String, Option<String>, Purpose), Arc<Opened>>;
     static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
     let device = match argument {
         None => "auto".to_string(),
@@ -174,7 +181,7 @@ fn resolve_for(
         },
     };
     let place = trace.map(String::from);
-    let key = (std::process::id(), device.clone(), place.clone(), purpose == Purpose::Frames);
+    let key = (std::process::id(), device.clone(), place.clone(), purpose);
     let known = |f: &mut dyn FnMut(&mut Known) -> Option<Arc<Opened>>| {
         f(KNOWN.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default())
     };

@@ -7,6 +7,7 @@ use catseye::base::convention::Convention;
 use catseye::base::error::{BadInput, Error};
 use catseye::base::matrix::Matrix2;
 use catseye::base::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
+use catseye::engine::Purpose;
 use catseye::engine::sweep::{Sweep, check_size};
 use catseye::formats::rcs_csv::RawRow;
 use catseye::rcs::polarisation::Derived;
@@ -291,9 +292,13 @@ pub fn rcs(
 
     let looks = shape[1..].iter().product::<usize>() as u64;
     let target = scene::resolve(target)?;
-    let engine = engine::resolve(py, engine, None)?;
     let (frequencies_hz, target_name) = (sweep.frequencies_hz.clone(), target.name);
     let contents = target.contents;
+    let purpose = match engine::has_choice(engine) {
+        true => Purpose::of_target(&contents, &frequencies_hz, sweep.options.accuracy_db).or_raise(py)?,
+        false => Purpose::General,
+    };
+    let engine = engine::resolve_for(py, engine, None, purpose)?;
     let (swept, told) = work::run(py, progress, move |watch| {
         watch.expect(looks);
         let mut told = scene::warnings(&contents, sweep.frequencies_hz[0])?;

@@ -245,7 +245,7 @@ fn summary(report: &Report, global: &Global) -> Result<()> {
         report.shards,
         report.bytes as f64 / t.frames.max(1) as f64
     ))?;
-    if report.frames_made > 0 {
+    if report.frames_made > 0 || report.usage.waited_for_runs_s > 0.0 {
         global.say(&report.usage.line());
     }
     match report.complete {

@@ -50,6 +50,17 @@ impl Global {
         Ok(self.engine_for(Purpose::General)?.0)
     }
 
+    /// [`Global::engine_for`] of a purpose that is found out only where `auto` has a choice.
+    pub fn engine_for_target(
+        &self,
+        purpose: impl FnOnce() -> Result<Purpose>,
+    ) -> Result<(Engine, Option<&'static str>)> {
+        match Engine::has_choice(&self.device, self.precision) {
+            true => self.engine_for(purpose()?),
+            false => self.engine_for(Purpose::General),
+        }
+    }
+
     /// The engine for some work, with the rule by which `auto` chose it where there was a choice.
     pub fn engine_for(&self, purpose: Purpose) -> Result<(Engine, Option<&'static str>)> {
         // Who says where beams are traced wants the engine that can.

@@ -7,8 +7,8 @@ use super::target::ImportArgs;
 use catseye::base::convention::Convention;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude, level_text};
-use catseye::engine::Engine;
 use catseye::engine::sweep::{Accuracy, Sweep};
+use catseye::engine::{Engine, Purpose};
 use catseye::formats::stage::{self, StagedFile};
 use catseye::formats::{check_extension, rcs_csv};
 use catseye::geom::validate::check_scene;
@@ -207,7 +207,9 @@ impl Rcs {
         }
         sweep.check_for(&target.scene).map_err(as_option)?;
         let convention = self.convention;
-        let engine = global.engine()?;
+        let purpose =
+            || Purpose::of_target(&target.scene, frequencies, options.accuracy_db).map_err(as_option);
+        let (engine, rule) = global.engine_for_target(purpose)?;
 
         let directions = sweep.transmit.len() as u64 * sweep.receive.as_ref().map_or(1, |r| r.len() as u64);
         let bar = global.bar("directions", directions, Kept::Nothing);
@@ -241,6 +243,7 @@ impl Rcs {
             );
         let mut table = RcsTable { comments: Vec::new(), rows: rows.collect() };
         table.comments = self.comments(&target.name, &engine, &target, frequencies, &on_boresight);
+        table.comments.extend(rule.map(|rule| format!("engine_rule: {rule}")));
         table.comments.push(match swept.accuracy {
             Accuracy::Exact => "convergence: flat facets are integrated exactly in the far field; what is left is the error of physical optics".into(),
             Accuracy::Measured(db) => format!(
@@ -279,6 +282,7 @@ impl Rcs {
                 "convergence_db": swept.accuracy.db(),
                 "diffraction": format!("{:?}", self.diffraction).to_lowercase(),
                 "engine": engine.report(),
+                "engine_rule": rule,
                 "boresight": frequencies.iter().zip(&on_boresight).map(|(f, s)| boresight_json(*f, &target, s)).collect::<Vec<_>>(),
                 "rows": table.rows.iter().map(|r| json_row(r, &self.derived())).collect::<Vec<_>>(),
             }));

@@ -42,7 +42,7 @@ impl RunStudy {
     pub fn run(&self, global: &Global) -> Result<()> {
         let files = run::files(&self.study)?;
         let studies = run::load_all(&files, self.quick)?;
-        let engine = global.engine()?;
+        let (engine, rule) = global.engine_for_target(|| Ok(run::purpose(&studies)))?;
         let bar = global.bar("study", 0, Kept::Parts);
         let report = run::run(
             &engine,
@@ -51,6 +51,7 @@ impl RunStudy {
             &RunOptions {
                 force: global.force,
                 picture: &picture,
+                rule,
                 progress: &|study, done, all| {
                     if done == 0 {
                         bar.reset();

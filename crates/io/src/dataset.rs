@@ -191,6 +191,9 @@ pub struct Marker {
     pub recipe: String,
     /// Device that made it.
     pub device: Device,
+    /// Rule by which `auto` chose the engine of the run that made it, where it had a choice.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub engine_rule: Option<String>,
     /// Its files with their checksums.
     pub files: Vec<ShardFile>,
     /// Counts over its frames.

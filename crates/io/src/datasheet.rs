@@ -44,8 +44,6 @@ pub struct Made<'a> {
     pub tally: &'a Tally,
     /// Size of all shards, bytes.
     pub bytes: u64,
-    /// Rule by which `auto` chose the engine, where it had a choice.
-    pub rule: Option<&'static str>,
 }
 
 /// Content of the `manifest.json` of a dataset.
@@ -62,9 +60,10 @@ pub struct DatasetManifest {
     pub seed: u64,
     /// Devices that made shards, in the order of the shards.
     pub devices: Vec<Device>,
-    /// Rule by which `auto` chose the engine of the run that ended the dataset, where it had a choice.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub engine_rule: Option<String>,
+    /// Rules by which `auto` chose the engines that made shards, in the order of the shards: in the file a text, or a list where there
+    /// are several. Shards of an engine that was named followed none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", with = "one_or_several")]
+    pub engine_rule: Vec<String>,
     /// Number of frames.
     pub frames: u64,
     /// Number of shards.
@@ -118,24 +117,55 @@ pub fn write(engine: &Engine, made: &Made<'_>, out: &Path, pictures: Pictures<'_
             None => None,
         };
     }
-    let mut devices: Vec<Device> = Vec::new();
-    for m in made.markers {
-        if !devices.contains(&m.device) {
-            devices.push(m.device.clone());
-        }
-    }
     let manifest = DatasetManifest {
         catseye: made.file.catseye.clone(),
         name: made.file.name.clone(),
         recipe: made.file.recipe.clone(),
         seed: made.file.seed,
-        devices,
-        engine_rule: made.rule.map(str::to_string),
+        devices: distinct(made.markers.iter().map(|m| &m.device)),
+        engine_rule: distinct(made.markers.iter().filter_map(|m| m.engine_rule.as_ref())),
         frames: made.layout.frames,
         shards: made.layout.shards(),
         checksums,
     };
     write_json(out, MANIFEST, &manifest)
+}
+
+/// The different ones among these, in the order in which they first come.
+fn distinct<'a, T: Clone + PartialEq + 'a>(all: impl Iterator<Item = &'a T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for one in all {
+        if !found.contains(one) {
+            found.push(one.clone());
+        }
+    }
+    found
+}
+
+/// A list that is a text in the file where it has one entry, as all manifests had it before several runs could share a folder.
+mod one_or_several {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Kept {
+        One(String),
+        Several(Vec<String>),
+    }
+
+    pub fn serialize<S: Serializer>(list: &[String], s: S) -> Result<S::Ok, S::Error> {
+        match list {
+            [one] => one.serialize(s),
+            several => several.serialize(s),
+        }
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<String>, D::Error> {
+        Ok(match Kept::deserialize(d)? {
+            Kept::One(one) => vec![one],
+            Kept::Several(several) => several,
+        })
+    }
 }
 
 /// Removes what ended runs left. All shards are complete, so nobody works on one; the files at the top and
@@ -390,4 +420,38 @@ Axes are those of ISO 8855: x forward, y left, z up. Points are in the frame of 
         echoes = mean(t.echoes),
         licence = f.licence.as_deref().unwrap_or("Not stated by its maker."),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn manifest(engine_rule: &[&str]) -> DatasetManifest {
+        DatasetManifest {
+            catseye: String::new(),
+            name: String::new(),
+            recipe: String::new(),
+            seed: 0,
+            devices: Vec::new(),
+            engine_rule: engine_rule.iter().map(|rule| rule.to_string()).collect(),
+            frames: 0,
+            shards: 0,
+            checksums: BTreeMap::new(),
+        }
+    }
+
+    #[test]
+    fn manifests_list_different_rules_and_read_a_single_one() {
+        for (rules, text) in [
+            (&[][..], None),
+            (&["auto"][..], Some(serde_json::json!("auto"))),
+            (&["auto", "other"][..], Some(serde_json::json!(["auto", "other"]))),
+        ] {
+            let json = serde_json::to_value(manifest(rules)).unwrap();
+            assert_eq!(json.get("engine_rule"), text.as_ref());
+            assert_eq!(serde_json::from_value::<DatasetManifest>(json).unwrap(), manifest(rules));
+        }
+        let list = ["b", "a", "b", "c", "a"].map(String::from);
+        assert_eq!(distinct(list.iter()), ["b", "a", "c"]);
+    }
 }

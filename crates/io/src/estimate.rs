@@ -161,7 +161,7 @@ pub fn estimate(engine: &Engine, recipe: &Recipe, progress: &(dyn Fn(u64, u64) +
     let radars = radars.load(Ordering::Relaxed) as usize;
     let datasheet_bytes = datasheet::expected_bytes(recipe, radars, files);
     let bytes_a_frame = bytes / u64::from(tried);
-    let usage = meter.usage(engine, 1);
+    let usage = meter.usage(engine, 1, u64::from(tried));
     let stages = usage.stages.per(f64::from(tried));
     let core_seconds_a_frame = stages.total_s() - stages.scenes_s;
     let core_s = stages.scenes_s * f64::from(recipe.scenes) + core_seconds_a_frame * recipe.frames() as f64;

@@ -72,7 +72,7 @@ pub enum Phase {
     Frames,
 }
 
-/// Progress in checked scenes, or in frames of this run.
+/// Progress in checked scenes, or in frames of the shards that were missing when the run began, whoever makes them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
     /// Phase of the run.
@@ -231,8 +231,9 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     let jobs = options.jobs.unwrap_or(default_jobs(engine, cores)).max(1);
     let count = |s: &u64| layout.frames_of(*s).end - layout.frames_of(*s).start;
     let meter = Meter::start(engine);
-    let claims = ShardClaims { out, layout: &layout, identity: &identity, state: Mutex::default() };
-    let (done, frames) = (AtomicU64::new(0), missing.iter().map(count).sum::<u64>());
+    let frames = FrameCount::new(missing.iter().map(count).sum(), options.progress);
+    let claims =
+        ShardClaims { out, layout: &layout, identity: &identity, frames: &frames, state: Mutex::default() };
     let mut left = missing.clone();
     let mut failure = None;
     let mut of_others = 0;
@@ -244,12 +245,12 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
             out,
             layout: &layout,
             file: &file,
+            rule: options.rule,
             radars: &radars,
             jobs,
             batch: batch_of(engine, options.batch),
             basis: &basis,
             cancel: options.cancel,
-            progress: options.progress,
             board: Board::new(
                 recipe,
                 &layout,
@@ -258,8 +259,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
                 waiting_frames(&layout),
                 Box::new(|shard| claims.claim(shard)),
             ),
-            done: &done,
-            frames,
+            frames: &frames,
             stop: AtomicBool::new(false),
             failure: Mutex::new(None),
             meter: &meter,
@@ -283,13 +283,13 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
             && !options.cancel.load(Ordering::Relaxed)
             && left.iter().all(|shard| claims.is_made_elsewhere(*shard))
         {
-            std::thread::sleep(OTHERS_INTERVAL);
+            meter.wait_for_runs(OTHERS_INTERVAL);
         }
         if options.cancel.load(Ordering::Relaxed) {
             break;
         }
     }
-    let frames_made = done.load(Ordering::Relaxed);
+    let frames_made = frames.made();
 
     let markers: Vec<Option<Marker>> =
         all.clone().map(|s| Marker::read(out, s).filter(|m| m.holds(out, s, &layout, &identity))).collect();
@@ -309,16 +309,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     let cancelled = options.cancel.load(Ordering::Relaxed);
     let markers: Option<Vec<Marker>> = if cancelled { None } else { markers.into_iter().collect() };
     if let Some(markers) = &markers {
-        let made = datasheet::Made {
-            recipe,
-            file: &file,
-            layout: &layout,
-            markers,
-            tally: &tally,
-            bytes,
-            rule: options.rule,
-        };
-        let start = Instant::now();
+        let made = datasheet::Made { recipe, file: &file, layout: &layout, markers, tally: &tally, bytes };
         // One of several runs at a time: each writes the same.
         let mut waited = false;
         let lock = loop {
@@ -329,10 +320,11 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
                         "all shards are complete and another run writes the datasheet; the same command checks it".into(),
                     ));
                 }
-                Err(_) => std::thread::sleep(OTHERS_INTERVAL),
+                Err(_) => meter.wait_for_runs(OTHERS_INTERVAL),
             }
             waited = true;
         };
+        let start = Instant::now();
         // Whoever was waited for has described the same shards.
         if !(waited && out.join(MANIFEST).exists()) {
             datasheet::write(engine, &made, out, options.pictures)?;
@@ -366,7 +358,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
         remarks,
         tally,
         bytes,
-        usage: meter.usage(engine, jobs),
+        usage: meter.usage(engine, jobs, frames_made),
     })
 }
 
@@ -627,11 +619,47 @@ fn remove(path: &Path) -> Result<()> {
     }
 }
 
+/// Counts the frames of the shards that were missing when the run began, so that its progress ends at all of them also where others make
+/// some.
+struct FrameCount<'a> {
+    /// Number of frames of those shards.
+    all: u64,
+    /// Number of frames that this run made.
+    made: AtomicU64,
+    /// Number of frames that are made, by whomever.
+    done: AtomicU64,
+    progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+impl<'a> FrameCount<'a> {
+    fn new(all: u64, progress: &'a (dyn Fn(Progress) + Sync)) -> FrameCount<'a> {
+        FrameCount { all, made: AtomicU64::new(0), done: AtomicU64::new(0), progress }
+    }
+
+    /// Counts a frame that this run made.
+    fn count_own(&self) {
+        self.made.fetch_add(1, Ordering::Relaxed);
+        self.count(1);
+    }
+
+    /// Counts frames that are made; those of a shard that another run completed, once.
+    fn count(&self, frames: u64) {
+        let done = self.done.fetch_add(frames, Ordering::Relaxed) + frames;
+        (self.progress)(Progress { phase: Phase::Frames, done, all: self.all });
+    }
+
+    /// Number of frames that this run made.
+    fn made(&self) -> u64 {
+        self.made.load(Ordering::Relaxed)
+    }
+}
+
 /// Which shards this run makes, in a folder in which others may be at work.
 struct ShardClaims<'a> {
     out: &'a Path,
     layout: &'a DatasetLayout,
     identity: &'a str,
+    frames: &'a FrameCount<'a>,
     state: Mutex<Claimed>,
 }
 
@@ -666,6 +694,8 @@ impl ShardClaims<'_> {
             let Ok(lock) = lock else { return Ok(lock) };
             if self.is_complete(shard) {
                 self.state().complete += 1;
+                let frames = self.layout.frames_of(shard);
+                self.frames.count(frames.end - frames.start);
                 return Ok(Err(String::new()));
             }
             // A marker that does not hold says nothing while its shard is made again.
@@ -774,6 +804,8 @@ struct Run<'a> {
     out: &'a Path,
     layout: &'a DatasetLayout,
     file: &'a DatasetFile,
+    /// Rule by which `auto` chose the engine.
+    rule: Option<&'static str>,
     /// Radars of scene 0.
     radars: &'a [KeptRadar],
     jobs: usize,
@@ -781,10 +813,8 @@ struct Run<'a> {
     batch: usize,
     basis: &'a str,
     cancel: &'a AtomicBool,
-    progress: &'a (dyn Fn(Progress) + Sync),
     board: Board<'a, Item, ReadyScene<'a>>,
-    done: &'a AtomicU64,
-    frames: u64,
+    frames: &'a FrameCount<'a>,
     stop: AtomicBool,
     failure: Mutex<Option<Error>>,
     meter: &'a Meter,
@@ -795,7 +825,7 @@ impl<'a> Run<'a> {
     /// Runs all and returns the first failure, if any.
     fn all(&self) -> Result<Option<Error>> {
         let cores = rayon::current_num_threads();
-        let jobs = self.jobs.min(usize::try_from(self.frames).unwrap_or(usize::MAX).max(1));
+        let jobs = self.jobs.min(usize::try_from(self.frames.all).unwrap_or(usize::MAX).max(1));
         // A frame is small: threads of its own for each worker cost less than sharing every step among all.
         let threads = (cores / jobs).max(1);
         let pool = || {
@@ -933,8 +963,7 @@ impl<'a> Run<'a> {
             let (record, mut counts) = frame.ok_or_else(|| Error::Failed("the run was stopped".into()))??;
             counts.note_rows(&record.tables);
             tally.add(&counts);
-            let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-            (self.progress)(Progress { phase: Phase::Frames, done, all: self.frames });
+            self.frames.count_own();
             Ok(record)
         })?;
         let frames = self.layout.frames_of(shard);
@@ -945,6 +974,7 @@ impl<'a> Run<'a> {
             frames: frames.end - frames.start,
             recipe: self.file.recipe.clone(),
             device: Device::of(&self.engine.report()),
+            engine_rule: self.rule.map(str::to_string),
             files,
             tally,
             drawn_from,
@@ -954,5 +984,74 @@ impl<'a> Run<'a> {
         self.claims.release(shard);
         self.meter.add(Part::Writing, start.elapsed().as_secs_f64() - waited_s);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::{Compression, Format};
+
+    fn device() -> Device {
+        Device::of(&Engine::Cpu(catseye::engine::Precision::F32).report())
+    }
+
+    /// A run makes the first of three shards and finds the others complete, one at once and one later: its progress ends at all frames.
+    #[test]
+    fn progress_counts_the_shards_of_other_runs() {
+        let dir = tempfile::tempdir().unwrap();
+        let out = dir.path();
+        fs::create_dir_all(out.join(SHARDS)).unwrap();
+        let layout = DatasetLayout {
+            format: Format::Frames,
+            compression: Compression::None,
+            frames: 10,
+            frames_per_shard: 4,
+            arrays: Vec::new(),
+            tables: Vec::new(),
+            attributes: Default::default(),
+        };
+        let complete = |shard: u64| {
+            let frames = layout.frames_of(shard);
+            let marker = Marker {
+                shard,
+                first_frame: frames.start,
+                frames: frames.end - frames.start,
+                recipe: "recipe".into(),
+                device: device(),
+                engine_rule: None,
+                files: Vec::new(),
+                tally: Tally::default(),
+                drawn_from: String::new(),
+                radars: RadarsOfScenes::default(),
+            };
+            write_json(out, &Marker::name(shard), &marker).unwrap();
+        };
+        let said = Mutex::new(Vec::new());
+        let progress = |p: Progress| {
+            assert_eq!((p.phase, p.all), (Phase::Frames, 10));
+            said.lock().unwrap().push(p.done);
+        };
+        let frames = FrameCount::new(10, &progress);
+        let claims = ShardClaims {
+            out,
+            layout: &layout,
+            identity: "recipe",
+            frames: &frames,
+            state: Mutex::default(),
+        };
+        assert!(claims.claim(0));
+        complete(1);
+        assert!(!claims.claim(1));
+        (0..4).for_each(|_| frames.count_own());
+        // Another run is still at the last one, which counts when it is complete and not before.
+        let other = claims.lock(2).unwrap().unwrap();
+        assert!(!claims.claim(2) && claims.is_made_elsewhere(2));
+        assert_eq!(*said.lock().unwrap(), [4, 5, 6, 7, 8]);
+        complete(2);
+        drop(other);
+        assert!(!claims.is_made_elsewhere(2) && !claims.claim(2));
+        assert_eq!(*said.lock().unwrap(), [4, 5, 6, 7, 8, 10]);
+        assert_eq!((frames.made(), claims.take().complete), (4, 2));
     }
 }

@@ -5,7 +5,7 @@ use catseye::engine::Engine;
 use catseye::simulate::Frame;
 use serde::Serialize;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Share of a resource's time from which it is said to limit the run.
 const LIMITING: f64 = 0.85;
@@ -90,6 +90,10 @@ pub struct Usage {
     pub waited_for_scenes_s: f64,
     /// Time for which workers waited for frames to be written, s.
     pub waited_for_writers_s: f64,
+    /// Time for which workers waited for other runs in the same folder, each worker counted, s.
+    pub waited_for_runs_s: f64,
+    /// Number of frames that the run made.
+    pub frames_made: u64,
     /// What limited the run.
     pub limited_by: &'static str,
 }
@@ -127,6 +131,8 @@ pub(super) struct Meter {
     core_s: Option<f64>,
     device_s: Option<f64>,
     parts_ns: [AtomicU64; PARTS],
+    /// Time of this process in which it waited for other runs in the same folder, ns.
+    for_runs_ns: AtomicU64,
     /// What the board adds its workers' waiting to.
     pub waited: Waited,
 }
@@ -138,6 +144,7 @@ impl Meter {
             core_s: cpu_seconds(),
             device_s: engine.device_busy_s(),
             parts_ns: Default::default(),
+            for_runs_ns: AtomicU64::new(0),
             waited: Waited::default(),
         }
     }
@@ -155,6 +162,13 @@ impl Meter {
         made
     }
 
+    /// Sleeps so long, because the whole run waits for other runs in the same folder, and adds the time.
+    pub fn wait_for_runs(&self, interval: Duration) {
+        let start = Instant::now();
+        std::thread::sleep(interval);
+        self.for_runs_ns.fetch_add(start.elapsed().as_nanos() as u64, Ordering::Relaxed);
+    }
+
     /// Adds the stages of a frame.
     pub fn add_frame(&self, frame: &Frame) {
         let s = &frame.stages;
@@ -164,8 +178,8 @@ impl Meter {
         self.add(Part::Points, s.angles_s);
     }
 
-    /// What was measured so far, of a run with so many workers.
-    pub fn usage(&self, engine: &Engine, workers: usize) -> Usage {
+    /// What was measured so far, of a run with so many workers that made so many frames.
+    pub fn usage(&self, engine: &Engine, workers: usize, frames_made: u64) -> Usage {
         let of = |part: Part| 1e-9 * self.parts_ns[part as usize].load(Ordering::Relaxed) as f64;
         let waited = |ns: &AtomicU64| 1e-9 * ns.load(Ordering::Relaxed) as f64;
         let wall_s = self.start.elapsed().as_secs_f64();
@@ -191,6 +205,8 @@ impl Meter {
             },
             waited_for_scenes_s: waited(&self.waited.for_scenes_ns),
             waited_for_writers_s: waited(&self.waited.for_writers_ns),
+            waited_for_runs_s: waited(&self.for_runs_ns) * workers as f64,
+            frames_made,
             limited_by: "",
         };
         usage.limited_by = usage.limit();
@@ -202,11 +218,17 @@ impl Usage {
     fn limit(&self) -> &'static str {
         let workers_s = self.wall_s * self.workers.max(1) as f64;
         let reaches = |share: Option<f64>| share.is_some_and(|share| share >= LIMITING);
+        let waited_long = |seconds: f64| seconds > WAITING * workers_s;
         match () {
+            // What is left of such a run, such as reading shards, may keep the processors busy, but limits no frame.
+            () if self.frames_made == 0 && !waited_long(self.waited_for_runs_s) => {
+                "nothing: no frame was left to make"
+            }
             () if reaches(self.device_utilisation) => "the device",
             () if reaches(self.processor_utilisation) => "the processors",
-            () if self.waited_for_writers_s > WAITING * workers_s => "writing",
-            () if self.waited_for_scenes_s > WAITING * workers_s => "too few scenes for so many workers",
+            () if waited_long(self.waited_for_runs_s) => "other runs, which made shards of the same folder",
+            () if waited_long(self.waited_for_writers_s) => "writing",
+            () if waited_long(self.waited_for_scenes_s) => "too few scenes for so many workers",
             () if self.device_utilisation.is_some() => {
                 "neither device nor processors: give it more workers (--jobs)"
             }
@@ -227,7 +249,7 @@ impl Usage {
             .stages
             .list()
             .into_iter()
-            .chain([("waiting", waited_s)])
+            .chain([("waiting", waited_s), ("waiting for other runs", self.waited_for_runs_s)])
             .filter(|(_, seconds)| *seconds >= 0.005)
             .map(|(name, seconds)| format!("{name} {seconds:.2}"))
             .collect();
@@ -246,7 +268,7 @@ mod tests {
 
     #[test]
     fn what_limits_a_run() {
-        let run = Usage { wall_s: 10.0, workers: 4, ..Usage::default() };
+        let run = Usage { wall_s: 10.0, workers: 4, frames_made: 1, ..Usage::default() };
         let limit = |usage: Usage| usage.limit();
         assert_eq!(limit(Usage { processor_utilisation: Some(0.9), ..run.clone() }), "the processors");
         assert_eq!(limit(Usage { device_utilisation: Some(0.9), ..run.clone() }), "the device");
@@ -254,5 +276,37 @@ mod tests {
         assert!(limit(Usage { waited_for_scenes_s: 8.0, ..run.clone() }).starts_with("too few scenes"));
         assert!(limit(Usage { device_utilisation: Some(0.2), ..run.clone() }).contains("--jobs"));
         assert!(limit(run).starts_with("other work"));
+    }
+
+    #[test]
+    fn other_runs_and_a_complete_folder_limit_a_run() {
+        let run = Usage { wall_s: 10.0, workers: 4, frames_made: 1, ..Usage::default() };
+        let limit = |usage: Usage| usage.limit();
+        // Four workers waited for 8 of 10 s, and that comes before what they waited for inside this run.
+        let waited = Usage { waited_for_runs_s: 32.0, waited_for_writers_s: 8.0, ..run.clone() };
+        assert!(limit(waited.clone()).starts_with("other runs"));
+        let line = Usage { limited_by: waited.limit(), ..waited.clone() }.line();
+        assert!(
+            line.contains("limited by other runs") && line.contains("waiting for other runs 32.00"),
+            "{line}"
+        );
+        // The device idles then, and more workers would not help.
+        assert!(limit(Usage { device_utilisation: Some(0.1), ..waited.clone() }).starts_with("other runs"));
+        assert_eq!(limit(Usage { waited_for_runs_s: 3.0, ..waited.clone() }), "writing");
+        // All frames were made by others while this run waited.
+        assert!(limit(Usage { frames_made: 0, ..waited }).starts_with("other runs"));
+        // The folder was complete: the processors read it, and no frame was left.
+        let complete = Usage { frames_made: 0, processor_utilisation: Some(0.95), ..run };
+        assert!(limit(complete).starts_with("nothing: no frame"));
+    }
+
+    #[test]
+    fn waiting_for_other_runs_counts_each_worker() {
+        let engine = Engine::Cpu(catseye::engine::Precision::F32);
+        let meter = Meter::start(&engine);
+        meter.wait_for_runs(Duration::from_millis(20));
+        let usage = meter.usage(&engine, 3, 0);
+        assert!(usage.waited_for_runs_s >= 0.06 && usage.waited_for_runs_s <= 3.0 * usage.wall_s);
+        assert!(usage.limited_by.starts_with("other runs"), "{}", usage.limited_by);
     }
 }

@@ -1,10 +1,11 @@
 //! Frames that share submissions of a device leave the same files as frames that are made singly.
 
 use catseye::base::error::Error;
-use catseye::engine::Engine;
+use catseye::engine::{Engine, Precision};
 use catseye::formats::stage::files_of;
 use catseye::gpu::compare::opened_for_tests;
 use catseye::scene::scenario;
+use catseye_io::datasheet::DatasetManifest;
 use catseye_io::produce::{Options, Report, produce};
 use catseye_io::recipe::Recipe;
 use catseye_io::run::{RunOptions, RunReport, run};
@@ -228,4 +229,39 @@ fn runs_do_not_depend_on_the_batch() {
     // The first three frames, since the last submission is of the other two.
     assert_eq!((report.resumed, report.frames.len()), (3, 10));
     assert!(files(&report.folder) == found[0]);
+}
+
+/// Two runs that chose their engines by different rules make the halves of a dataset. The manifest has both in the order of the shards,
+/// whoever ends it.
+#[test]
+fn the_manifest_lists_the_rules_of_all_runs() {
+    let t = tempfile::tempdir().unwrap();
+    let (recipe, engine) = (recipe_of(t.path(), 2), Engine::open("cpu", Precision::F32).unwrap());
+    let make = |name: &str, runs: &[(std::ops::Range<u64>, &'static str)]| {
+        let out = t.path().join(name);
+        for (shards, rule) in runs {
+            let options = Options {
+                jobs: None,
+                batch: None,
+                shards: Some(shards.clone()),
+                mixed_devices: false,
+                force: false,
+                cancel: &AtomicBool::new(false),
+                progress: &|_| (),
+                pictures: &|_, _, _, _, _| Ok(()),
+                say: &|_| (),
+                rule: (!rule.is_empty()).then_some(*rule),
+            };
+            produce(&engine, &recipe, &out, &options).unwrap();
+        }
+        let manifest: DatasetManifest =
+            serde_json::from_slice(&fs::read(out.join("manifest.json")).unwrap()).unwrap();
+        manifest.engine_rule
+    };
+    assert_eq!(make("forwards", &[(0..3, "one"), (3..6, "two")]), ["one", "two"]);
+    assert_eq!(make("backwards", &[(3..6, "two"), (0..3, "one")]), ["one", "two"]);
+    // Rules that agree are one, and a run that names its engine follows none, also where it finds nothing left to make.
+    assert_eq!(make("equal", &[(0..3, "one"), (3..6, "one")]), ["one"]);
+    assert_eq!(make("named", &[(3..6, "one"), (0..3, ""), (0..6, "")]), ["one"]);
+    assert_eq!(make("none", &[(0..6, ""), (0..6, "one")]), [""; 0]);
 }

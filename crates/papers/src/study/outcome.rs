@@ -8,6 +8,7 @@ use super::view::{View, view};
 use catseye::base::error::{Error, Result};
 use catseye::base::matrix::Matrix2;
 use catseye::base::units::{db_from_power, power_from_db};
+use catseye::engine::Purpose;
 use catseye::engine::solver::Solver;
 use catseye::rcs::Aspect;
 use catseye::rcs::validity::{Faces, Validity};
@@ -139,6 +140,24 @@ impl Work {
             });
         }
         Ok(Work { points, cases, sources })
+    }
+
+    /// The purpose for which an engine is opened that can take all cases.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Purpose::of_target`].
+    pub fn purpose(&self, accuracy_db: f64) -> Result<Purpose> {
+        for (i, source) in self.sources.scenes.iter().enumerate() {
+            let mut frequencies_hz: Vec<f64> =
+                self.cases.iter().filter(|c| c.scene == i).map(|c| c.frequency_hz).collect();
+            frequencies_hz.sort_by(f64::total_cmp);
+            frequencies_hz.dedup();
+            let purpose = source.purpose(&frequencies_hz, accuracy_db)?;
+            if purpose != Purpose::General {
+                return Ok(purpose);
+            }
+        }
+        Ok(Purpose::General)
     }
 
     /// Limits of physical optics that these cases reach, the worst of each kind, in words.

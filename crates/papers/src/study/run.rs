@@ -2,15 +2,15 @@
 //! an interruption is recognised by its content and used again.
 
 use super::file::load;
-use super::outcome::compute;
+use super::outcome::{Work, compute};
 use super::report::{Column, Reflectors, StudyResult, columns, compare, csv, header, reflectors, section};
-use super::search::{Design, best};
+use super::search::{Design, best, designs_at_limits};
 use super::solve::Cache;
 use super::spec::Study;
 use crate::comparison::Comparison;
 use catseye::base::error::{BadInput, Error, Result};
-use catseye::engine::EngineReport;
 use catseye::engine::solver::Solver;
+use catseye::engine::{EngineReport, Purpose};
 use catseye::formats::stage::{MANIFEST, StagedDir, sha256_of_bytes, write_file};
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,6 +25,8 @@ pub struct RunOptions<'a> {
     pub force: bool,
     /// Function that draws a study's picture.
     pub picture: Picture<'a>,
+    /// Rule by which `auto` chose the engine, where it had a choice.
+    pub rule: Option<&'static str>,
     /// Called with (study, number newly done, total); the total is known from the call with 0 newly done.
     pub progress: &'a (dyn Fn(&Study, u64, u64) + Sync),
 }
@@ -74,6 +76,9 @@ pub struct RunReport {
     /// Folder of the results.
     #[serde(serialize_with = "catseye::formats::path_text")]
     pub folder: PathBuf,
+    /// Rule by which `auto` chose the engine, where it had a choice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub engine_rule: Option<&'static str>,
     /// Reports of the studies.
     pub studies: Vec<StudyReport>,
     /// Error of the first study that did not run.
@@ -96,6 +101,8 @@ impl RunReport {
 struct Manifest<'a> {
     catseye: &'static str,
     engine: EngineReport,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    engine_rule: Option<&'static str>,
     studies: &'a [StudyReport],
     /// Texts of the study files.
     sources: BTreeMap<String, String>,
@@ -145,6 +152,13 @@ pub fn load_all(files: &[PathBuf], quick: bool) -> Result<Vec<(PathBuf, Result<S
         }
     }
     Ok(loaded)
+}
+
+/// The purpose for which the engine of these studies is opened: one engine takes all of them, so that one target which only the cpu engine
+/// can take decides for all.
+pub fn purpose(studies: &[(PathBuf, Result<Study>)]) -> Purpose {
+    let loaded = studies.iter().filter_map(|(_, study)| study.as_ref().ok());
+    loaded.map(target_purpose).find(|p| *p != Purpose::General).unwrap_or(Purpose::General)
 }
 
 /// Runs `studies` by `solver` into the folder `out`.
@@ -202,12 +216,30 @@ pub fn run(
         described(&solver.report())
     );
     write_file(staged.path().join("REPORT.md"), true, format!("{head}{text}").as_bytes())?;
-    let manifest =
-        Manifest { catseye: env!("CARGO_PKG_VERSION"), engine: solver.report(), studies: &reports, sources };
+    let manifest = Manifest {
+        catseye: env!("CARGO_PKG_VERSION"),
+        engine: solver.report(),
+        engine_rule: options.rule,
+        studies: &reports,
+        sources,
+    };
     let json = serde_json::to_vec_pretty(&manifest).map_err(|e| Error::Failed(format!("manifest: {e}")))?;
     write_file(staged.path().join(MANIFEST), true, &json)?;
     let folder = staged.commit()?;
-    Ok(RunReport { folder, studies: reports, failed })
+    Ok(RunReport { folder, engine_rule: options.rule, studies: reports, failed })
+}
+
+/// The purpose of one study. What cannot be built is `General`: the run itself reports the error.
+fn target_purpose(study: &Study) -> Purpose {
+    for study in designs_at_limits(study) {
+        let Ok(work) = Work::collect(&study, study.points(), &|i| study.values_at(i)) else { continue };
+        if let Ok(purpose) = work.purpose(study.accuracy_db)
+            && purpose != Purpose::General
+        {
+            return purpose;
+        }
+    }
+    Purpose::General
 }
 
 /// Describes the engine without the number of threads: equal results are equal bytes.

@@ -60,6 +60,20 @@ struct BestSoFar {
     tried: u64,
 }
 
+/// The studies of the designs with the lowest and with the highest parameters of a search, for each value of its front; a study
+/// without a search as it is.
+pub fn designs_at_limits(study: &Study) -> Vec<Study> {
+    let Some(search) = &study.search else { return vec![study.clone()] };
+    let design = |cost: f64, end: &dyn Fn(&LimitTable) -> f64| {
+        let mut fixed = study.fixed.clone();
+        fixed.insert(search.front.value.clone(), Value::Number(cost));
+        fixed.extend(search.parameter.iter().map(|l| (l.name.value.clone(), Value::Number(end(l)))));
+        Study { fixed, ..study.clone() }
+    };
+    let costs = search.front_values.value.iter();
+    costs.flat_map(|&c| [design(c, &|l| l.min.value), design(c, &|l| l.max.value)]).collect()
+}
+
 struct Problem<'a> {
     solver: &'a dyn Solver,
     study: &'a Study,

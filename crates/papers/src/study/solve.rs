@@ -8,6 +8,7 @@ use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::frames::{Pose, Target};
 use catseye::base::matrix::Matrix2;
 use catseye::em::sphere_marking::{BinShape, Marking, bin_share, mie_m2};
+use catseye::engine::Purpose;
 use catseye::engine::solver::Solver;
 use catseye::formats::stage::{sha256_of_bytes, sha256_of_file, write_file};
 use catseye::rcs::validity::Faces;
@@ -98,6 +99,14 @@ impl SceneSource {
     /// Its plane and curved faces.
     pub fn faces(&self) -> Faces {
         Faces::of(&self.scene)
+    }
+
+    /// The purpose for which an engine is opened that can take it at these frequencies (Hz).
+    ///
+    /// # Errors
+    /// Returns the errors of [`Purpose::of_target`].
+    pub fn purpose(&self, frequencies_hz: &[f64], accuracy_db: f64) -> Result<Purpose> {
+        Purpose::of_target(&self.scene, frequencies_hz, accuracy_db)
     }
 }
 

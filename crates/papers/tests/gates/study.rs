@@ -3,7 +3,7 @@
 use catseye::base::units::dbsm_from_amplitude;
 use catseye::engine::solver::Solver;
 use catseye::engine::sweep::{Accuracy, Sweep};
-use catseye::engine::{Engine, EngineReport, Precision, Tracing};
+use catseye::engine::{Engine, EngineReport, Precision, Purpose, Tracing};
 use catseye::rcs::{Aspect, BistaticAspect, Distance, Ground, RcsOptions, Scattering};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{Scene, material};
@@ -314,6 +314,7 @@ fn an_interrupted_run_goes_on_and_leaves_the_same_bytes() {
             &RunOptions {
                 force: false,
                 picture: &picture,
+                rule: None,
                 progress: &|_, n, _| {
                     done.fetch_add(n, Ordering::Relaxed);
                 },
@@ -363,7 +364,7 @@ fn one_study_that_cannot_run_does_not_stop_the_others() {
     let files = run::files(t.path()).unwrap();
     let studies = run::load_all(&files, true).unwrap();
     let out = t.path().join("out");
-    let options = RunOptions { force: false, picture: &nothing, progress: &|_, _, _| {} };
+    let options = RunOptions { force: false, picture: &nothing, rule: None, progress: &|_, _, _| {} };
     let report = run::run(&engine, studies, &out, &options).unwrap();
     assert_eq!(report.failed.unwrap().exit_code(), 2);
     assert!(report.studies[0].error.is_none());
@@ -479,4 +480,23 @@ fn the_committed_schema_is_that_of_the_code() {
     }
     let committed = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(committed == text, "study.schema.json is out of date: run this test with CATSEYE_WRITE_SCHEMA=1");
+}
+
+/// One study with a target that waves pass through decides for all of a run; what cannot be loaded decides nothing.
+#[test]
+fn studies_of_dielectric_targets_go_to_the_processors() {
+    let target = |spec: &str| {
+        parse(&format!(
+            "name = \"x\"\ntitle = \"t\"\nreference = \"r\"\nquantities = [\"rcs_dbsm\"]\n\
+             [set]\ntarget = \"{spec}\"\n[[sweep]]\nparameter = \"azimuth_deg\"\nvalues = [0, 1]\n"
+        ))
+    };
+    let metal = || ("metal.toml".into(), target("plate:width_m=0.02,height_m=0.02"));
+    let sheet = ("sheet.toml".into(), target("plate:width_m=0.02,height_m=0.02,material=air+glass:0.004"));
+    let broken = ("broken.toml".into(), target("nothing"));
+    assert_eq!(run::purpose(&[metal(), broken]), Purpose::General);
+    assert_eq!(run::purpose(&[metal(), sheet]), Purpose::Penetrable);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/studies");
+    let filled = run::load_all(&[folder.join("fig_4_15a.toml")], true).unwrap();
+    assert_eq!(run::purpose(&filled), Purpose::Penetrable);
 }
