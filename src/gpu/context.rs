@@ -7,6 +7,7 @@ use super::profile::{Profile, Profiler};
 use super::validation;
 use crate::base::error::{BadInput, Error, Result};
 use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -462,7 +463,11 @@ impl Gpu {
                 let source = std::error::Error::source(&e).map(|s| format!(": {s}")).unwrap_or_default();
                 Err(self.error(kernel, format!("the adapter's memory is exhausted{source}")))
             }
-            Some(e) => Err(self.error(kernel, e.to_string())),
+            Some(e) => {
+                // Buffers of a lost device are invalid before the notice of its loss is out, which comes while it is polled.
+                let _ = catch_unwind(AssertUnwindSafe(|| self.device.poll(wgpu::PollType::Poll)));
+                Err(self.error(kernel, e.to_string()))
+            }
             None => Ok(value),
         }
     }
