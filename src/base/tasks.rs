@@ -82,20 +82,37 @@ struct Fork {
 }
 
 impl Fork {
+    #[inline]
     fn new() -> Fork {
         let is_measured = STRAND.with_borrow(Option::is_some);
         Fork { longest_ns: is_measured.then(AtomicU64::default) }
     }
 
     /// Runs one of the tasks.
+    #[inline]
     fn run<T>(&self, task: impl FnOnce() -> T) -> T {
-        let Some(longest_ns) = &self.longest_ns else { return task() };
+        // One call, so that it stands where it runs.
+        let outer = if self.longest_ns.is_some() { Fork::begin() } else { None };
+        let out = task();
+        if let Some(longest_ns) = &self.longest_ns {
+            Fork::end(longest_ns, outer);
+        }
+        out
+    }
+
+    /// Begins a task; returns the one around it.
+    #[cold]
+    fn begin() -> Option<Strand> {
         let mut outer = STRAND.replace(Some(Strand::new()));
         if let Some(outer) = &mut outer {
-            outer.done.work_s += outer.since.elapsed().as_secs_f64();
-            outer.done.span_s += outer.since.elapsed().as_secs_f64();
+            outer.mark();
         }
-        let out = task();
+        outer
+    }
+
+    /// Ends a task and goes on with the one around it.
+    #[cold]
+    fn end(longest_ns: &AtomicU64, mut outer: Option<Strand>) {
         if let (Some(mut own), Some(outer)) = (STRAND.take(), &mut outer) {
             own.mark();
             outer.done.work_s += own.done.work_s;
@@ -103,7 +120,6 @@ impl Fork {
             longest_ns.fetch_max((own.done.span_s * 1e9) as u64, Ordering::Relaxed);
         }
         STRAND.set(outer);
-        out
     }
 }
 

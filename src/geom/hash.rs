@@ -50,11 +50,18 @@ impl Hasher for Mixer {
 pub const NO_KEY: u32 = u32::MAX;
 /// Items of which one task finds the keys.
 const PART: usize = 1024;
+/// So many items are looked up by one task.
+const FEW: usize = 4 * PART;
 /// Bits of a hash by which items are dealt to tasks.
 const DEAL_BITS: u32 = 4;
 
 /// Of each of `count` items the first one with the same key, or [`NO_KEY`]. The answer does not depend on the number of threads.
 pub fn firsts<K: Hash + Eq + Send + Sync>(count: usize, key: impl Fn(usize) -> Option<K> + Sync) -> Vec<u32> {
+    if count <= FEW {
+        let mut known: FastMap<K, u32> = FastMap::with_capacity_and_hasher(count, Default::default());
+        let first = |i: usize| key(i).map_or(NO_KEY, |k| *known.entry(k).or_insert(i as u32));
+        return (0..count).map(first).collect();
+    }
     let build = BuildHasherDefault::<Mixer>::default();
     let parts = |p: usize| {
         (p * PART..count.min((p + 1) * PART)).map(&key).map(|k| k.map(|k| (build.hash_one(&k), k))).collect()

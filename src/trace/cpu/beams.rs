@@ -715,7 +715,7 @@ struct Lit<'a> {
 
 /// What is lit from a port, in tasks of about as many pieces: a road between many markers is seen in thousands.
 fn firsts(lit: &[VisibleFaces]) -> Vec<Vec<Lit<'_>>> {
-    const PIECES: usize = 2;
+    const PIECES: usize = 16;
     let (mut tasks, mut task, mut count) = (Vec::new(), Vec::new(), 0);
     for view in lit {
         for face in 0..view.ranges.len() as u32 {
@@ -1292,8 +1292,8 @@ impl Clipper<'_> {
             let ahead = HalfSpace { normal: source.normal, offset: source.offset + self.faces.flat_m };
             candidates.clear();
             self.faces.within(&[a, b, c, d, ahead], |f| candidates.push(f));
-            // What of a face the beam may meet, and the lines around it.
-            let target = |f: u32, halves: &mut [Polygon; 2]| {
+            // Lists what of a face the beam may meet; the lines around it, where it may.
+            let list = |f: u32, halves: &mut [Polygon; 2], list: &mut Vec<(u32, f64, Polygon)>| {
                 let target = &self.faces.faces[f as usize];
                 let facing = self.lit(&frame, target)?;
                 let beyond = match self.ahead(self.faces.corners(target), &source) {
@@ -1306,22 +1306,31 @@ impl Clipper<'_> {
                     return None;
                 }
                 let p = cut_by(&polygon, lines.all(), self.eps, halves)?;
-                (p.area().abs() > least).then_some(((f, facing, *p), lines))
+                if p.area().abs() <= least {
+                    return None;
+                }
+                list.push((f, facing, *p));
+                Some(lines)
             };
-            if candidates.len() > MANY && !self.options.last {
-                let of = |some: &[u32]| -> Vec<(u32, f64, Polygon)> {
-                    let mut halves = [Polygon::EMPTY; 2];
-                    some.iter().filter_map(|f| target(*f, &mut halves)).map(|t| t.0).collect()
-                };
-                let found: Vec<_> = candidates.par_chunks(MANY / 4).map_tasks(of).collect();
-                targets.list.extend(found.into_iter().flatten());
-            } else {
+            if self.options.last {
                 for f in candidates.iter() {
-                    let Some((found, lines)) = target(*f, &mut scratch.halves) else { continue };
-                    targets.list.push(found);
-                    if self.options.last {
+                    if let Some(lines) = list(*f, &mut scratch.halves, &mut targets.list) {
                         self.subtract(&lines, least, exits, scratch);
                     }
+                }
+            } else if candidates.len() > MANY {
+                let of = |some: &[u32]| {
+                    let (mut halves, mut found) = ([Polygon::EMPTY; 2], Vec::new());
+                    some.iter().for_each(|f| {
+                        list(*f, &mut halves, &mut found);
+                    });
+                    found
+                };
+                let found: Vec<Vec<_>> = candidates.par_chunks(MANY / 4).map_tasks(of).collect();
+                found.into_iter().for_each(|some| targets.list.extend(some));
+            } else {
+                for f in candidates.iter() {
+                    list(*f, &mut scratch.halves, &mut targets.list);
                 }
             }
             if self.options.last {
