@@ -14,12 +14,11 @@ use catseye::engine::{Engine, Stage};
 use catseye::scene::{Scene, Shape};
 use catseye::simulate::Prepared;
 use catseye::simulate::products::{Product, Products};
-use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::Instant;
 
 /// Largest number of frames that an estimate makes.
@@ -50,7 +49,7 @@ pub struct Estimate {
     pub frames: u64,
     /// Number of shards of the dataset.
     pub shards: u64,
-    /// Number of frames that were made for this: the first ones of scenes spread over the recipe.
+    /// Number of frames of which this is the mean: one each of scenes spread over the recipe.
     pub frames_tried: u32,
     /// Number of processors.
     pub processors: usize,
@@ -87,13 +86,37 @@ impl Drop for Scratch {
     }
 }
 
-/// Does work on one thread, so that its time is processor time.
-fn on_one_thread<T: Send>(work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    pool.map_err(|e| Error::Failed(format!("threads: {e}")))?.install(work)
+/// Does work number 0 to `count`, as many at a time as there are processors, each on one thread, so that its time is processor time: a
+/// worker of a pool that waits for another pool would take up further work meanwhile.
+fn each_on_one_thread<T: Send>(count: u32, work: impl Fn(u32) -> Result<T> + Sync) -> Result<Vec<T>> {
+    let next = AtomicU32::new(0);
+    let run = || -> Result<Vec<(u32, T)>> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let pool = pool.map_err(|e| Error::Failed(format!("threads: {e}")))?;
+        let mut done = Vec::new();
+        loop {
+            let k = next.fetch_add(1, Ordering::Relaxed);
+            if k >= count {
+                return Ok(done);
+            }
+            done.push((k, pool.install(|| work(k))?));
+        }
+    };
+    let threads = count.min(rayon::current_num_threads() as u32);
+    let done: Vec<Result<Vec<(u32, T)>>> = std::thread::scope(|s| {
+        let threads: Vec<_> = (0..threads).map(|_| s.spawn(run)).collect();
+        threads
+            .into_iter()
+            .map(|t| t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    });
+    let mut all: Vec<(u32, T)> =
+        done.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
+    all.sort_by_key(|(k, _)| *k);
+    Ok(all.into_iter().map(|(_, made)| made).collect())
 }
 
-/// Makes the first frame of some scenes, writes them to the temporary folder as the dataset would, and measures time and size; and traces
+/// Makes a frame of some scenes, the second where there is one, writes them to the temporary folder as the dataset would, and measures time and size; and traces
 /// some of them without the objects of each class. `progress` is called with the number of steps that are done, and of all.
 ///
 /// # Errors
@@ -111,34 +134,40 @@ pub fn estimate(engine: &Engine, recipe: &Recipe, progress: &(dyn Fn(u64, u64) +
     let meter = Meter::start(engine);
     let scene_of = |k: u32| (u64::from(k) * u64::from(recipe.scenes) / u64::from(tried)) as u32;
     let make = |k: u32| -> Result<Record> {
-        on_one_thread(|| {
-            let (site, prepared) = meter.timed(Part::Scenes, || -> Result<_> {
-                let site = drawn_scene(recipe, scene_of(k))?;
-                let prepared = prepared(recipe, &site)?;
-                Ok((site, prepared))
-            })?;
-            let frames = frames_of(engine, &site, &prepared, 0, Control::default())?;
-            radars.store(frames.len() as u64, Ordering::Relaxed);
-            for frame in &frames {
-                meter.add_frame(frame);
-                let radar = &site.scenario.radars[frame.radar];
-                let bytes = engine.memory(radar, frame.echoes.list.len()).peak_bytes;
-                peak.fetch_max(bytes as u64, Ordering::Relaxed);
-            }
-            let record = meter.timed(Part::Records, || rows::record(recipe, &site, u64::from(k), frames))?;
-            step();
-            Ok(record)
-        })
+        let (site, prepared) = meter.timed(Part::Scenes, || -> Result<_> {
+            let site = drawn_scene(recipe, scene_of(k))?;
+            let prepared = prepared(recipe, &site)?;
+            Ok((site, prepared))
+        })?;
+        let timed = |number: u32| -> Result<_> {
+            let start = Instant::now();
+            let frames = frames_of(engine, &site, &prepared, number, Control::default())?;
+            Ok((frames, start.elapsed().as_secs_f64()))
+        };
+        let (mut frames, first_s) = timed(0)?;
+        // What the first frame finds the others share: meshes in their own frames, bodies at rest.
+        if recipe.frames_per_scene > 1 {
+            let second_s;
+            (frames, second_s) = timed(1)?;
+            meter.add(Part::Scenes, (first_s - second_s).max(0.0));
+        }
+        radars.store(frames.len() as u64, Ordering::Relaxed);
+        for frame in &frames {
+            meter.add_frame(frame);
+            let radar = &site.scenario.radars[frame.radar];
+            let bytes = engine.memory(radar, frame.echoes.list.len()).peak_bytes;
+            peak.fetch_max(bytes as u64, Ordering::Relaxed);
+        }
+        let record = meter.timed(Part::Records, || rows::record(recipe, &site, u64::from(k), frames))?;
+        step();
+        Ok(record)
     };
-    let records: Vec<Record> = (0..tried).into_par_iter().map(make).collect::<Result<_>>()?;
-    let costs: Vec<Vec<ClassCost>> = (0..classed)
-        .into_par_iter()
-        .map(|k| {
-            let costs = on_one_thread(|| class_costs(engine, &drawn_scene(recipe, scene_of(k))?))?;
-            step();
-            Ok(costs)
-        })
-        .collect::<Result<_>>()?;
+    let records = each_on_one_thread(tried, make)?;
+    let costs = each_on_one_thread(classed, |k| {
+        let costs = class_costs(engine, &drawn_scene(recipe, scene_of(k))?)?;
+        step();
+        Ok(costs)
+    })?;
     let layout = DatasetLayout {
         frames: u64::from(tried),
         frames_per_shard: recipe.frames_per_shard.min(u64::from(tried)),
