@@ -270,3 +270,25 @@ fn mean_costs(scenes: &[Vec<ClassCost>]) -> Vec<ClassCost> {
     list.sort_by(|a, b| b.core_s.total_cmp(&a.core_s));
     list
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One more at a time than there are processors would count the time that each waits for the others.
+    #[test]
+    fn no_more_run_than_there_are_processors() {
+        let (now, most) = (AtomicU32::new(0), AtomicU32::new(0));
+        let work = |k: u32| {
+            most.fetch_max(now.fetch_add(1, Ordering::SeqCst) + 1, Ordering::SeqCst);
+            assert_eq!(rayon::current_num_threads(), 1);
+            std::thread::sleep(std::time::Duration::from_millis(2));
+            now.fetch_sub(1, Ordering::SeqCst);
+            Ok(k * k)
+        };
+        assert_eq!(each_on_one_thread(20, work).unwrap(), (0..20).map(|k| k * k).collect::<Vec<_>>());
+        assert!(most.load(Ordering::SeqCst) as usize <= rayon::current_num_threads());
+        let failed = each_on_one_thread(4, |k| if k == 2 { Err(Error::Failed("two".into())) } else { Ok(k) });
+        assert!(failed.unwrap_err().to_string().contains("two"));
+    }
+}
