@@ -10,7 +10,10 @@ use rayon::iter::{FilterMap, Map, ParallelIterator};
 use rayon::slice::ParallelSlice;
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
+#[cfg(not(test))]
+use std::{sync::LazyLock, time::Instant};
+#[cfg(test)]
+use tests::now_s;
 
 /// Time of a computation, s.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
@@ -33,23 +36,30 @@ impl WorkAndSpan {
     }
 }
 
+/// Time since some moment, s.
+#[cfg(not(test))]
+fn now_s() -> f64 {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed().as_secs_f64()
+}
+
 /// What of a task has run so far, and since when it has been running.
 struct Strand {
     done: WorkAndSpan,
-    since: Instant,
+    since_s: f64,
 }
 
 impl Strand {
     fn new() -> Strand {
-        Strand { done: WorkAndSpan::default(), since: Instant::now() }
+        Strand { done: WorkAndSpan::default(), since_s: now_s() }
     }
 
     /// Adds what ran since the last mark.
     fn mark(&mut self) {
-        let now = Instant::now();
-        let s = now.duration_since(self.since).as_secs_f64();
+        let now = now_s();
+        let s = now - self.since_s;
         self.done = self.done.then(&WorkAndSpan { work_s: s, span_s: s });
-        self.since = now;
+        self.since_s = now;
     }
 }
 
@@ -116,7 +126,7 @@ impl Fork {
         if let (Some(mut own), Some(outer)) = (STRAND.take(), &mut outer) {
             own.mark();
             outer.done.work_s += own.done.work_s;
-            outer.since = own.since;
+            outer.since_s = own.since_s;
             longest_ns.fetch_max((own.done.span_s * 1e9) as u64, Ordering::Relaxed);
         }
         STRAND.set(outer);
@@ -201,18 +211,23 @@ pub fn in_parts<'a, X: Sync, R: Send>(list: &'a [X], f: impl Fn(&'a X) -> R + Se
 mod tests {
     use super::*;
     use rayon::prelude::*;
-    use std::time::Duration;
+    use std::cell::Cell;
 
-    fn work(ms: u64) {
-        let start = Instant::now();
-        while start.elapsed() < Duration::from_millis(ms) {
-            std::hint::spin_loop();
-        }
+    thread_local! {
+        /// Time of tests, ms, which work alone lets pass.
+        static CLOCK_MS: Cell<u64> = const { Cell::new(0) };
     }
 
-    /// The bounds are wide above, since a thread may be stopped at any time, and exact below.
-    fn assert_about(have_s: f64, want_ms: f64) {
-        assert!(have_s >= want_ms * 0.999e-3 && have_s < want_ms * 1e-3 + 0.05, "{have_s} s, {want_ms} ms");
+    pub fn now_s() -> f64 {
+        CLOCK_MS.get() as f64 * 1e-3
+    }
+
+    fn work(ms: u64) {
+        CLOCK_MS.set(CLOCK_MS.get() + ms);
+    }
+
+    fn assert_is(have_s: f64, want_ms: f64) {
+        assert!((have_s - 1e-3 * want_ms).abs() < 1e-8, "{have_s} s, {want_ms} ms");
     }
 
     #[test]
@@ -235,9 +250,9 @@ mod tests {
         })
         .unwrap();
         assert_eq!(list, [4, 8, 2]);
-        assert_about(cost.work_s, 2.0 + 3.0 + 3.0 * 14.0 + 1.0);
-        assert_about(cost.span_s, 2.0 + (1.0 + 8.0) + 1.0);
-        assert!(cost.parallelism() > 1.5, "{cost:?}");
+        assert_is(cost.work_s, 2.0 + 3.0 + 3.0 * 14.0 + 1.0);
+        assert_is(cost.span_s, 2.0 + (1.0 + 8.0) + 1.0);
+        assert_is(1e-3 * cost.parallelism(), 48.0 / 12.0);
     }
 
     #[test]
@@ -247,8 +262,8 @@ mod tests {
             Ok(())
         })
         .unwrap();
-        assert_about(cost.span_s, 8.0);
-        assert!((cost.work_s - cost.span_s).abs() < 1e-9);
+        assert_is(cost.span_s, 8.0);
+        assert_is(cost.work_s, 8.0);
     }
 
     #[test]

@@ -12,6 +12,8 @@ pub const CAP: usize = 24;
 /// at finite range.
 const TAU_AT_FIFTH_DB: f64 = 0.25;
 
+/// As `BeamOptions::followed_alone`: a face takes some 50 us.
+const FOLLOWED_ALONE: usize = 128;
 /// As `BeamOptions::occluders_listed`. Time hardly changes from 512 on; the limit is there for beams that meet most of a large scene.
 const OCCLUDERS_LISTED: usize = 1024;
 
@@ -30,6 +32,9 @@ pub struct BeamOptions {
     /// Number of faces ahead of a beam up to which the faces that hide one of them are looked for among them; above it,
     /// and with 0 always, in the tree of all faces. It changes only the time: both find the same.
     pub occluders_listed: usize,
+    /// Number of faces that may be ahead of a beam up to which one task follows it; with 0 several follow every beam that goes on. It
+    /// changes only the time.
+    pub followed_alone: usize,
 }
 
 impl BeamOptions {
@@ -41,6 +46,7 @@ impl BeamOptions {
             last,
             images: false,
             occluders_listed: OCCLUDERS_LISTED,
+            followed_alone: FOLLOWED_ALONE,
         }
     }
 }

@@ -21,8 +21,7 @@ pub(super) const CAP: usize = MOST + MOST_LINES;
 const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.
 pub(super) const GRAZING: f64 = 1e-9;
-/// A beam that may meet more faces than this is followed by many tasks, of so many faces each.
-const MANY: usize = 128;
+/// Faces of one task where several follow a beam.
 const SOME: usize = 8;
 /// Pieces below this share of the polygon that they were cut from are dropped.
 pub(super) const SLIVER: f64 = 1e-11;
@@ -1318,7 +1317,7 @@ impl Clipper<'_> {
                         self.subtract(&lines, least, exits, scratch);
                     }
                 }
-            } else if candidates.len() > MANY {
+            } else if candidates.len() > self.options.followed_alone {
                 let of = |some: &[u32]| {
                     let (mut halves, mut found) = ([Polygon::EMPTY; 2], Vec::new());
                     some.iter().for_each(|f| {
@@ -1326,7 +1325,7 @@ impl Clipper<'_> {
                     });
                     found
                 };
-                let found: Vec<Vec<_>> = candidates.par_chunks(MANY / 4).map_tasks(of).collect();
+                let found: Vec<Vec<_>> = candidates.par_chunks(4 * SOME).map_tasks(of).collect();
                 found.into_iter().for_each(|some| targets.list.extend(some));
             } else {
                 for f in candidates.iter() {
@@ -1370,7 +1369,7 @@ impl Clipper<'_> {
                 frame,
                 normal: Side::of(&self.faces.faces[f as usize], facing).normal,
             };
-            if targets.list.len() > MANY {
+            if targets.list.len() > self.options.followed_alone {
                 let of = |some: &[(u32, f64, Polygon)]| -> Vec<(Node, Vec<Polygon>)> {
                     let mut scratch = Scratch::new();
                     let mut of_target = |t: &(u32, f64, Polygon)| {

@@ -90,6 +90,32 @@ fn looks() -> [Look; 4] {
     ]
 }
 
+/// Beams find the same whether one task follows each of them or many do.
+#[test]
+fn tasks_find_what_one_thread_finds() {
+    let of = |look: &Look, followed_alone: usize| {
+        let TraceOptions { bounces, accuracy_db, images, .. } = look.options;
+        let beams = BeamOptions { images, followed_alone, ..BeamOptions::new(bounces, accuracy_db, false) };
+        let surfaces = &look.geometry.surfaces;
+        let ends = beams::Ends { surfaces, wavenumber: wavenumber(look.radar.carrier_hz), least: 1e-3 };
+        beams::clip_windows(look.geometry.faces(), &windows(&look.radar, &look.pose), &beams, Some(ends))
+    };
+    for look in &looks()[..2] {
+        let (alone, apart) = (of(look, usize::MAX), of(look, 0));
+        let node = |n: &beams::Node| (n.parent, n.face, n.bounce, n.imaged, n.endless, n.normal);
+        assert!(alone.nodes.iter().map(node).eq(apart.nodes.iter().map(node)), "{}", look.name);
+        let same = |a: &[beams::Piece], b: &[beams::Piece]| {
+            let of = |p: &beams::Piece| (p.node, p.polygon.corners().to_vec());
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| of(a) == of(b))
+        };
+        assert!(same(&alone.every, &apart.every) && same(&alone.imaged, &apart.imaged), "{}", look.name);
+        let ended = |e: &beams::Ended| (e.node, e.face, e.place, e.left);
+        assert!(alone.ended.iter().map(ended).eq(apart.ended.iter().map(ended)), "{}", look.name);
+        let found = [alone.every.len(), alone.imaged.len(), alone.ended.len()];
+        assert!(found.iter().all(|n| *n > 100), "{}: {found:?}", look.name);
+    }
+}
+
 /// Scenes of two recipes beside those.
 fn ten_looks() -> Vec<Look> {
     let place = |file: &str| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes")).join(file);
