@@ -33,9 +33,9 @@ pub fn trim(radar: &Radar, echoes: &mut Echoes, budget: Budget) {
     }
     let levels = Levels::new(radar);
     let ramps: Vec<Radar> = (0..radar.waveform.parts()).map(|i| radar.part(i)).collect();
-    let heard = |r: &Echo| ramps.iter().any(|ramp| passes(ramp, r));
+    let received = |r: &Echo| ramps.iter().any(|ramp| passes(ramp, r));
     let power = |r: &Echo| levels.amplitude(r).norm_sqr();
-    let one = |r: &Echo| heard(r).then(|| power(r));
+    let one = |r: &Echo| received(r).then(|| power(r));
     let powers: Vec<Option<f64>> = in_parts(&echoes.list, one);
     // What an echo is measured by, and from where on it stays.
     let (least, full) = match budget {

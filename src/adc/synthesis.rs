@@ -255,7 +255,7 @@ impl<'a> Plan<'a> {
         if echoes.len() > u32::MAX as usize {
             return Err(Error::Failed(format!("{} echoes in one frame; the limit is 2^32", echoes.len())));
         }
-        // Whether each is finite, and whether it is heard.
+        // Whether each is finite, and whether the receiver's filter passes it.
         let known = in_parts(echoes, |r| (is_finite(r), passes(radar, r)));
         if let Some(i) = known.iter().position(|(is_finite, _)| !is_finite) {
             return Err(Error::Failed(format!("echo {i} is not finite: {:?}", echoes[i])));
@@ -287,8 +287,8 @@ impl<'a> Plan<'a> {
             kinds,
             power: Vec::new(),
         };
-        for (i, (r, (_, is_heard))) in echoes.iter().zip(known).enumerate() {
-            if !is_heard {
+        for (i, (r, (_, is_received))) in echoes.iter().zip(known).enumerate() {
+            if !is_received {
                 plan.front_end.dropped += 1;
                 plan.front_end.dropped_power_w +=
                     plan.ways.first().map_or(0.0, |w| plan.amplitudes[i * kinds + w.kind].norm_sqr());

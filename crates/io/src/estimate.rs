@@ -116,8 +116,8 @@ fn each_on_one_thread<T: Send>(count: u32, work: impl Fn(u32) -> Result<T> + Syn
     Ok(all.into_iter().map(|(_, made)| made).collect())
 }
 
-/// Makes a frame of some scenes, the second where there is one, writes them to the temporary folder as the dataset would, and measures time and size; and traces
-/// some of them without the objects of each class. `progress` is called with the number of steps that are done, and of all.
+/// Makes a frame of some scenes, the second where there is one, writes them to the temporary folder as the dataset would, and measures time
+/// and size; and traces some of them without the objects of each class. `progress` is called with the number of steps that are done, and of all.
 ///
 /// # Errors
 /// Returns an error if the format is not built in, if a scene cannot be drawn or built, and the errors of

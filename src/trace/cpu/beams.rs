@@ -1354,9 +1354,9 @@ impl Clipper<'_> {
                 let endless = node.endless || begins && self.faces.is_endless(first_patch, patch);
                 ((node.bounce as usize) < self.most(endless)).then_some((imaged, endless))
             };
-            let unhidden = |(f, facing, p): &(u32, f64, Polygon),
-                            parts: &mut Vec<Polygon>,
-                            scratch: &mut Scratch| match few {
+            let visible = |(f, facing, p): &(u32, f64, Polygon),
+                           parts: &mut Vec<Polygon>,
+                           scratch: &mut Scratch| match few {
                 true => self.unhidden_among(targets, &frame, &source, *f, *facing, p, parts, scratch),
                 false => self.unhidden(&frame, Some(&source), *f, *facing, p, parts, scratch),
             };
@@ -1374,7 +1374,7 @@ impl Clipper<'_> {
                     let mut scratch = Scratch::new();
                     let mut of_target = |t: &(u32, f64, Polygon)| {
                         let (kind, mut parts) = (kind(t.0)?, Vec::new());
-                        unhidden(t, &mut parts, &mut scratch);
+                        visible(t, &mut parts, &mut scratch);
                         (!parts.is_empty()).then(|| (child(t.0, t.1, kind), parts))
                     };
                     some.iter().filter_map(&mut of_target).collect()
@@ -1387,7 +1387,7 @@ impl Clipper<'_> {
             for target in targets.list.iter() {
                 let Some(kind) = kind(target.0) else { continue };
                 parts.clear();
-                unhidden(target, parts, scratch);
+                visible(target, parts, scratch);
                 if parts.is_empty() {
                     continue;
                 }
