@@ -18,8 +18,8 @@ fmt:
 # Lints, as in CI
 lint:
     cargo fmt --all --check
-    cargo clippy --workspace --exclude catseye-learn --release --locked --all-features --all-targets -- -D warnings
-    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --release --locked --all-features --no-deps --exclude catseye-learn --exclude catseye-python
+    cargo clippy --workspace --release --locked --features "$(scripts/features)" --all-targets -- -D warnings
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --release --locked --features "$(scripts/features)" --no-deps --exclude catseye-python
 
 # Everything that CI checks
 ci:

@@ -21,10 +21,12 @@ pub(crate) use tracing::{is_deep_enough, reckon_powers};
 
 use crate::adc::{self, Cube};
 use crate::base::error::{BadInput, Error, Result};
+use crate::base::frames::direction_from_angles;
 use crate::base::matrix;
 use crate::base::units::{power_from_db, wavenumber};
 use crate::dsp;
-use crate::geom::{Geometry, curved, edges, surfaces_at};
+use crate::geom::dielectrics::{self, Obstacle};
+use crate::geom::{Geometry, Surface, curved, edges, overlaps, surfaces_at};
 use crate::gpu::{Gpu, GpuCounts, Kernel, Profile, Want, adapters, selftest};
 use crate::rcs::cpu::beam_sum::{self, FrequencyPoint};
 use crate::rcs::cpu::ptd;
@@ -36,6 +38,7 @@ use crate::scene::Scene;
 use crate::trace::beams::BeamOptions;
 use crate::trace::cpu::refract::Media;
 use crate::trace::{beam_ahead, beam_clip, closest, scan, view_ahead, view_gather, view_hide, view_target};
+use rayon::prelude::*;
 
 /// The row of every shader in `shaders/`.
 pub fn all_kernels() -> Vec<&'static Kernel> {
@@ -164,6 +167,64 @@ fn passed(geometry: &Geometry, frequencies: &[FrequencyPoint]) -> Option<String>
         let face = faces.faces.iter().find(|f| media.passes(f))?;
         Some(geometry.materials[face.surface as usize].name.clone())
     })
+}
+
+/// S of a sphere that waves enter, by its series; None where no curved body is entered.
+///
+/// # Errors
+/// Returns an error for any other curved body that waves enter: waves inside it are not followed.
+pub(crate) fn curved_dielectric(
+    scene: &Scene,
+    frequencies_hz: &[f64],
+    surfaces: &[Vec<Surface>],
+    aspects: &[BistaticAspect],
+    options: &RcsOptions,
+) -> Result<Option<Vec<Scattering>>> {
+    let mut out = Vec::with_capacity(frequencies_hz.len() * aspects.len());
+    for (f, surfaces) in frequencies_hz.iter().zip(surfaces) {
+        let mut doubts = dielectrics::doubts(scene, surfaces, wavenumber(*f));
+        doubts.retain(|d| matches!(d.obstacle, Obstacle::Curved { .. }));
+        let Some(first) = doubts.first() else {
+            if out.is_empty() {
+                continue;
+            }
+            return Err(BadInput::new(
+                "waves enter the sphere at some of these frequencies and not at others",
+            )
+            .key("frequency_hz")
+            .value(f)
+            .remedy("ask for them one after the other")
+            .into());
+        };
+        let bad = |problem: String| {
+            let name = &scene.objects[first.object].name;
+            BadInput::new(problem).key(format!("object '{name}'"))
+        };
+        let series = match dielectrics::lone_sphere(scene, &doubts) {
+            Some((centre, radius_m, material)) => {
+                rcs::sphere::series(&surfaces[material as usize], radius_m, *f)?.map(|s| (s, centre))
+            }
+            None => None,
+        };
+        let Some((series, centre)) = series else {
+            return Err(bad(first.line(scene))
+                .allowed("curved bodies of a dielectric: one sphere alone, by its series (Mie)")
+                .remedy(
+                    "give it flat faces (--smooth-deg 0 where its facets are meant), a metal, or for a thin wall a layer on 'air'",
+                )
+                .into());
+        };
+        if let Distance::At(range_m) = options.distance {
+            return Err(bad("a sphere that waves enter is taken by its series, for plane waves".into())
+                .key("range_m")
+                .value(range_m)
+                .allowed("inf")
+                .remedy("take it as a plane wave")
+                .into());
+        }
+        out.extend(rcs::sphere::scattering(&series, centre, *f, aspects));
+    }
+    Ok((!out.is_empty()).then_some(out))
 }
 
 /// The complaint about what waves pass through, made of `material`.
@@ -383,9 +444,17 @@ impl Engine {
         if !highest.is_finite() || aspects.is_empty() {
             return Ok(Vec::new());
         }
+        let (scene, _) = overlaps::without_doubles(scene);
+        let scene = &*scene;
+        let surfaces = frequencies_hz.iter().map(|f| surfaces_at(scene, *f)).collect::<Result<Vec<_>>>()?;
+        if let Some(found) = curved_dielectric(scene, frequencies_hz, &surfaces, aspects, options)? {
+            watch(aspects.len() as u64);
+            return Ok(found);
+        }
+        let doubts = dielectrics::doubts(scene, &surfaces[0], wavenumber(frequencies_hz[0]));
+        let scene = &*dielectrics::with_flat_walls(scene, &doubts);
         let sagitta_m = curved::sagitta_m(options.accuracy_db, wavenumber(highest)) / finer;
         let geometry = Geometry::build(&*curved::refined_scene(scene, sagitta_m)?, 0.0, highest)?;
-        let surfaces = frequencies_hz.iter().map(|f| surfaces_at(scene, *f)).collect::<Result<Vec<_>>>()?;
         let frequencies: Vec<FrequencyPoint> = frequencies_hz
             .iter()
             .zip(&surfaces)
@@ -397,7 +466,7 @@ impl Engine {
         }
         let mut beams = BeamOptions::new(options.bounces, options.accuracy_db, options.last);
         beams.tau /= finer;
-        let mut by_aspect = Vec::with_capacity(aspects.len());
+        let mut by_aspect: Vec<Vec<Scattering>> = Vec::with_capacity(aspects.len());
         for batch in aspects.chunks(self.aspects_per_batch(geometry.faces().faces.len())) {
             by_aspect.extend(match self {
                 Engine::Cpu(_) => {
@@ -410,6 +479,18 @@ impl Engine {
                 }
             });
             watch(batch.len() as u64);
+        }
+        if passed.is_none() {
+            // Beams that pass have it already.
+            let forward = |a: &BistaticAspect| {
+                let [t, r] = [a.transmit, a.receive].map(|a| direction_from_angles(a.azimuth, a.elevation));
+                (t.dot(r) < 0.0)
+                    .then(|| beam_sum::behind(&geometry, &frequencies, a, options.distance, &beams))
+            };
+            let all: Vec<Option<Vec<Scattering>>> = aspects.par_iter().map(forward).collect();
+            for (sums, more) in by_aspect.iter_mut().zip(all) {
+                sums.iter_mut().zip(more.into_iter().flatten()).for_each(|(s, more)| s.add(&more));
+            }
         }
         let edges = match options.diffraction {
             Diffraction::None => None,

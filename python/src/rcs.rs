@@ -267,6 +267,7 @@ pub fn rcs(
     };
     let options = RcsOptions {
         bounces,
+        most_bounces: bounces,
         distance: if range_m == f64::INFINITY { Distance::Infinite } else { Distance::At(range_m) },
         accuracy_db,
         diffraction: match diffraction {

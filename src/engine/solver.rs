@@ -2,12 +2,17 @@
 //! here and, where it can be, reached.
 
 use super::sweep::{Accuracy, Sweep};
-use super::{Engine, EngineReport};
+use super::{Engine, EngineReport, curved_dielectric};
 use crate::base::error::Result;
-use crate::geom::curved;
+use crate::base::units::{power_from_db, wavenumber};
+use crate::geom::dielectrics::{self, Doubt, Obstacle};
+use crate::geom::{curved, overlaps, surfaces_at};
 use crate::rcs::validity::Faces;
-use crate::rcs::{BistaticAspect, Distance, RcsOptions, Scattering};
-use crate::scene::Scene;
+use crate::rcs::{BistaticAspect, Distance, Ground, RcsOptions, Scattering};
+use crate::scene::{Scene, Shape};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::collections::HashMap;
 
 /// Looks that are taken again more finely for the estimate of convergence.
 const CONVERGENCE_ASPECTS: usize = 25;
@@ -69,6 +74,8 @@ pub struct SweepResult {
     pub scattering: Vec<Scattering>,
     /// The accuracy that was reached.
     pub accuracy: Accuracy,
+    /// Number of bounces that were followed.
+    pub bounces: usize,
 }
 
 impl Sweep {
@@ -88,14 +95,28 @@ impl Sweep {
         self.check()?;
         let aspects = self.aspects();
         if self.frequencies_hz.is_empty() || aspects.is_empty() {
-            return Ok(SweepResult { aspects, scattering: Vec::new(), accuracy: Accuracy::NoEcho });
+            let (scattering, bounces) = (Vec::new(), self.options.bounces);
+            return Ok(SweepResult { aspects, scattering, accuracy: Accuracy::NoEcho, bounces });
         }
         self.check_for(scene)?;
         solver.remarks(scene, self).iter().for_each(|line| warn(line));
         let (options, accuracy) = solver.settle(scene, self, &aspects, warn)?;
         let scattering = solver.scattering(scene, &self.frequencies_hz, &aspects, &options, watch)?;
-        Ok(SweepResult { aspects, scattering, accuracy })
+        Ok(SweepResult { aspects, scattering, accuracy, bounces: options.bounces })
     }
+}
+
+/// Largest change from one run to the other in dB, against the largest entry of the look, or 30 dB below the largest of all where that is
+/// more.
+fn change_db(before: &[Scattering], after: &[Scattering]) -> f64 {
+    let largest = |s: &Scattering| s.every.iter().flatten().map(|z| z.norm()).fold(0.0, f64::max);
+    let floor = power_from_db(-30.0).sqrt() * after.iter().map(largest).fold(0.0, f64::max);
+    let one = |(a, b): (&Scattering, &Scattering)| {
+        let moved = a.every.iter().flatten().zip(b.every.iter().flatten()).map(|(x, y)| (x - y).norm());
+        let (moved, level) = (moved.fold(0.0, f64::max), largest(b).max(floor));
+        if moved > 0.0 { 20.0 * (1.0 + moved / level).log10() } else { 0.0 }
+    };
+    before.iter().zip(after).map(one).fold(0.0, f64::max)
 }
 
 impl Solver for Engine {
@@ -125,7 +146,25 @@ impl Solver for Engine {
     }
 
     fn remarks(&self, scene: &Scene, sweep: &Sweep) -> Vec<String> {
-        Faces::of(scene).validity(&sweep.frequencies_hz, &sweep.transmit, &sweep.options).lines()
+        let (single, doubled) = overlaps::without_doubles(scene);
+        let mut lines: Vec<String> = doubled.iter().map(|d| d.line(scene)).collect();
+        lines.extend(unit_line(scene));
+        if is_series(&single, &sweep.frequencies_hz) {
+            return lines;
+        }
+        let freq_hz = sweep.frequencies_hz.iter().copied().fold(f64::INFINITY, f64::min);
+        if let Ok(surfaces) = surfaces_at(&single, freq_hz) {
+            let open = |d: &Doubt| !matches!(d.obstacle, Obstacle::Curved { .. });
+            let doubts = dielectrics::doubts(&single, &surfaces, wavenumber(freq_hz));
+            let line = |d: &Doubt| format!("object '{}': {}", single.objects[d.object].name, d.line(&single));
+            lines.extend(doubts.iter().filter(|d| open(d)).map(line));
+        }
+        lines.extend(
+            Faces::of(&single)
+                .validity(&sweep.frequencies_hz, &sweep.transmit, sweep.receive.is_some(), &sweep.options)
+                .lines(),
+        );
+        lines
     }
 
     fn is_faster_in_parallel(&self) -> bool {
@@ -134,7 +173,104 @@ impl Solver for Engine {
     }
 }
 
+/// Exporters write millimetres where glTF has metres.
+fn unit_line(scene: &Scene) -> Option<String> {
+    /// A target longer than this is a house, or was drawn in another unit.
+    const HOUSE_M: f64 = 20.0;
+    let (lo, hi) = scene.bounds_m(0.0)?;
+    let longest_m = (hi - lo).max_element();
+    (scene.import.unit_assumed && longest_m > HOUSE_M).then(|| {
+        format!(
+            "size: the target is {longest_m:.1} m long in the metres that glTF prescribes; give --unit mm (Python and files: unit = \"mm\") if it was \
+             drawn in millimetres, or --unit m if that is its size"
+        )
+    })
+}
+
+/// Whether a scene is taken by the series of a sphere.
+fn is_series(scene: &Scene, frequencies_hz: &[f64]) -> bool {
+    frequencies_hz.first().is_some_and(|f| {
+        surfaces_at(scene, *f).is_ok_and(|surfaces| {
+            dielectrics::lone_sphere(scene, &dielectrics::doubts(scene, &surfaces, wavenumber(*f))).is_some()
+        })
+    })
+}
+
+/// Whether nothing of the scene can see another part of it: one mesh that is flat, or closed and convex. Large ones are not looked at.
+fn is_convex(scene: &Scene) -> bool {
+    /// Pairs of a facet and a corner.
+    const MOST: usize = 20_000_000;
+    let mut seen = scene.objects.iter().filter(|o| o.radar);
+    let (Some(Shape::Mesh(m)), None) = (seen.next().map(|o| o.shape), seen.next()) else { return false };
+    let mesh = &scene.meshes[m];
+    if mesh.triangles.len().saturating_mul(mesh.positions_m.len()) > MOST {
+        return false;
+    }
+    let bits = |i: u32| (mesh.positions_m[i as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
+    let mut edges: HashMap<[[u64; 3]; 2], usize> = HashMap::new();
+    for t in &mesh.triangles {
+        for k in 0..3 {
+            let (a, b) = (bits(t[k]), bits(t[(k + 1) % 3]));
+            *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
+        }
+    }
+    let is_closed = edges.values().all(|n| *n == 2);
+    let (lo, hi) =
+        mesh.positions_m.iter().fold((DVec3::MAX, DVec3::MIN), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
+    let near_m = 1e-9 * (hi - lo).length();
+    let is_outer = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.positions_m[i as usize]);
+        let n = (b - a).cross(c - a).normalize_or_zero();
+        let heights = mesh.positions_m.iter().map(|p| n.dot(*p - a));
+        let (least, most) = heights.fold((0f64, 0f64), |(lo, hi), h| (lo.min(h), hi.max(h)));
+        let is_flat = most <= near_m && least >= -near_m;
+        is_flat || is_closed && (most <= near_m || least >= -near_m)
+    };
+    mesh.triangles.par_iter().all(is_outer)
+}
+
 impl Engine {
+    /// Gives `options` the number of bounces after which two more change nothing within the accuracy, from its own on up to its largest.
+    fn deepened(
+        &self,
+        scene: &Scene,
+        frequencies_hz: &[f64],
+        aspects: &[BistaticAspect],
+        options: &mut RcsOptions,
+        warn: &mut dyn FnMut(&str),
+    ) -> Result<()> {
+        let most = options.most_bounces;
+        if most <= options.bounces {
+            return Ok(());
+        }
+        // A ground is another thing to see.
+        if options.ground == Ground::None && is_convex(scene) {
+            options.bounces = 1;
+            return Ok(());
+        }
+        let with = |bounces: usize, options: &RcsOptions| {
+            let options = RcsOptions { bounces, last: false, ..options.clone() };
+            self.rcs(scene, frequencies_hz, aspects, &options)
+        };
+        let mut known = with(options.bounces, options)?;
+        let mut change = 0.0;
+        while options.bounces < most {
+            // Two at once: an even number may return nothing of what an odd one does.
+            let next = (options.bounces + 2).min(most);
+            let deeper = with(next, options)?;
+            change = change_db(&known, &deeper);
+            if change <= options.accuracy_db {
+                return Ok(());
+            }
+            (options.bounces, known) = (next, deeper);
+        }
+        warn(&format!(
+            "bounces: {most} are followed at most, and the last of them still changed the level by {change:.2} dB; what more would bring is \
+             not in the result"
+        ));
+        Ok(())
+    }
+
     /// The options with which the sweep reaches its accuracy.
     fn converged(
         &self,
@@ -145,6 +281,16 @@ impl Engine {
     ) -> Result<(RcsOptions, Accuracy)> {
         let wanted_db = sweep.options.accuracy_db;
         let mut taken = sweep.options.clone();
+        if is_series(scene, &sweep.frequencies_hz) {
+            return Ok((taken, Accuracy::Series));
+        }
+        // What no run can follow is an error before the first.
+        let surfaces =
+            sweep.frequencies_hz.iter().map(|f| surfaces_at(scene, *f)).collect::<Result<Vec<_>>>()?;
+        curved_dielectric(scene, &sweep.frequencies_hz, &surfaces, &[], &sweep.options)?;
+        let step = aspects.len().div_ceil(CONVERGENCE_ASPECTS);
+        let some: Vec<BistaticAspect> = aspects.iter().copied().step_by(step).collect();
+        self.deepened(scene, &sweep.frequencies_hz, &some, &mut taken, warn)?;
         let is_curved = scene.meshes.iter().any(curved::has_curved);
         let (tries, step_down) = match (taken.distance, is_curved) {
             (Distance::Infinite, false) => return Ok((taken, Accuracy::Exact)),
@@ -152,8 +298,6 @@ impl Engine {
             (Distance::At(_), false) => (CONVERGENCE_TRIES, 8.0),
             (Distance::At(_), true) => (CONVERGENCE_TRIES, 2.0),
         };
-        let step = aspects.len().div_ceil(CONVERGENCE_ASPECTS);
-        let some: Vec<BistaticAspect> = aspects.iter().copied().step_by(step).collect();
         let mut accuracy = Accuracy::NoEcho;
         for i in 0..tries {
             accuracy = match self.rcs_convergence_db(scene, &sweep.frequencies_hz, &some, &taken) {

@@ -28,6 +28,8 @@ pub struct Sweep {
 pub enum Accuracy {
     /// Flat facets seen from infinity.
     Exact,
+    /// The series of a sphere.
+    Series,
     /// Change against a run with a quarter of the phase across cells and curved facets, dB.
     Measured(f64),
     /// No echo to compare.
@@ -57,6 +59,9 @@ impl RcsOptions {
         };
         if !(1..=MAX_BOUNCES).contains(&self.bounces) {
             return ranged("bounces", self.bounces.to_string(), &format!("1..={MAX_BOUNCES}"));
+        }
+        if self.most_bounces > MAX_BOUNCES {
+            return ranged("most_bounces", self.most_bounces.to_string(), &format!("0..={MAX_BOUNCES}"));
         }
         if !(1e-4..=3.0).contains(&self.accuracy_db) {
             return ranged("accuracy_db", self.accuracy_db.to_string(), "1e-4..=3");

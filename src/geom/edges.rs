@@ -8,6 +8,7 @@
 
 use super::hash::FastMap;
 use super::{Geometry, Surface};
+use crate::base::units::wavelength_m;
 use crate::em::layers::Backing;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -75,10 +76,13 @@ impl Edge {
     }
 }
 
-/// Whether edges of such a surface diffract as those of a perfect conductor. Dielectrics and covered metal do
-/// not: their edges get no diffraction.
-pub fn is_metal(surface: &Surface) -> bool {
-    let bare = surface.stack.layers.is_empty();
+/// Layers that are thinner together than this share of the wavelength leave an edge that of the metal under them.
+const THIN: f64 = 0.05;
+
+/// Whether edges of such a surface diffract as those of a perfect conductor at a wavelength, m. Dielectrics, and metal under layers of
+/// [`THIN`] of it and more, do not: their edges get no diffraction.
+pub fn is_metal(surface: &Surface, wavelength_m: f64) -> bool {
+    let bare = surface.stack.thickness_m() < THIN * wavelength_m;
     match surface.stack.backing {
         Backing::Pec => bare,
         Backing::HalfSpace(eps) => bare && eps.norm() >= METAL,
@@ -101,7 +105,10 @@ pub fn find(geometry: &Geometry, smooth_rad: f64) -> Vec<Edge> {
     let mut edges: Vec<([u32; 2], Edge)> = Vec::new();
     for group in pieces.chunk_by(|a, b| a.ends == b.ends) {
         if let Some(edge) = mesh.edge(geometry, group, smooth_rad)
-            && edge.surface.iter().all(|&s| is_metal(&geometry.surfaces[s as usize]))
+            && edge
+                .surface
+                .iter()
+                .all(|&s| is_metal(&geometry.surfaces[s as usize], wavelength_m(geometry.freq_hz)))
             && !touches(geometry, &edge)
         {
             edges.push((group[0].ends, edge));

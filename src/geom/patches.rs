@@ -49,6 +49,66 @@ pub(crate) fn coplanar_patches(positions_m: &[DVec3], triangles: &[[u32; 3]], si
     (patch, count)
 }
 
+/// Surfaces of a mesh: neighbours that turn little from one to the next.
+pub(crate) struct SurfaceParts {
+    /// Number of each triangle's surface, from 0.
+    pub(crate) of: Vec<u32>,
+    /// The triangles of each.
+    pub(crate) lists: Vec<Vec<usize>>,
+    /// How far flat facets are off the curved surface through their corners, of each, m.
+    pub(crate) sagitta_m: Vec<f64>,
+}
+
+impl SurfaceParts {
+    /// Joins triangles over edges that turn by `turn_rad` or less, however they are wound.
+    pub(crate) fn of(positions_m: &[DVec3], triangles: &[[u32; 3]], turn_rad: f64) -> SurfaceParts {
+        let n = triangles.len();
+        let place = places(positions_m);
+        let at = |i: u32| positions_m[i as usize];
+        let area_m2 = |t: &[u32; 3]| 0.5 * (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0])).length();
+        let mut parent: Vec<u32> = (0..n as u32).collect();
+        // Sagitta of the edges of each triangle.
+        let mut sagitta_m = vec![0f64; n];
+        let mut owner: FastMap<u64, (u32, DVec3)> =
+            FastMap::with_capacity_and_hasher(2 * n, Default::default());
+        for (i, t) in triangles.iter().enumerate() {
+            for k in 0..3 {
+                let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
+                let (p, q) = (place[a as usize], place[b as usize]);
+                let along = (at(b) - at(a)).normalize_or_zero();
+                let out = at(c) - at(a);
+                let inwards = (out - along * along.dot(out)).normalize_or_zero();
+                let edge = u64::from(p.min(q)) << 32 | u64::from(p.max(q));
+                let (j, other) = *owner.entry(edge).or_insert((i as u32, inwards));
+                // Facets of one plane run away from their edge against each other.
+                let turn = inwards.cross(other).length().atan2(-inwards.dot(other));
+                if j as usize == i || turn > turn_rad || inwards == DVec3::ZERO || other == DVec3::ZERO {
+                    continue;
+                }
+                let wide_m = (area_m2(t) + area_m2(&triangles[j as usize])) / at(a).distance(at(b));
+                sagitta_m[i] = sagitta_m[i].max(wide_m * turn / 8.0);
+                let (ri, rj) = (root(&mut parent, i as u32), root(&mut parent, j));
+                parent[ri.max(rj) as usize] = ri.min(rj);
+            }
+        }
+        let mut number = vec![u32::MAX; n];
+        let mut out = SurfaceParts { of: Vec::with_capacity(n), lists: Vec::new(), sagitta_m: Vec::new() };
+        for (i, sagitta) in sagitta_m.iter().enumerate() {
+            let r = root(&mut parent, i as u32) as usize;
+            if number[r] == u32::MAX {
+                number[r] = out.lists.len() as u32;
+                out.lists.push(Vec::new());
+                out.sagitta_m.push(0.0);
+            }
+            let part = number[r] as usize;
+            out.of.push(part as u32);
+            out.lists[part].push(i);
+            out.sagitta_m[part] = out.sagitta_m[part].max(*sagitta);
+        }
+        out
+    }
+}
+
 /// The first vertex that lies where each one lies: exporters duplicate vertices for flat shading.
 pub(super) fn places(positions_m: &[DVec3]) -> Vec<u32> {
     let mut first: FastMap<[u64; 3], u32> =

@@ -29,6 +29,8 @@ impl Surface {
         let backing = match (&material.kind, material.eps_r(freq_hz)?) {
             (_, None) => Backing::Pec,
             (MaterialKind::Air, _) => Backing::Air,
+            // However it is written: what is like air bounds nothing.
+            (_, Some(eps)) if eps == Complex64::ONE => Backing::Air,
             (_, Some(eps)) => Backing::HalfSpace(eps),
         };
         let layers = material.layers.iter().map(|l| match l.material.eps_r(freq_hz)? {

@@ -7,6 +7,7 @@ pub mod diffuse;
 pub mod ground;
 pub mod po_sum;
 pub mod polarisation;
+pub mod sphere;
 pub mod table;
 pub mod validity;
 
@@ -98,6 +99,9 @@ pub struct RcsOptions {
     /// Number of reflections of one beam, 1..=MAX_BOUNCES. Faces that it passes do not count: three reflections are all
     /// that a trihedral needs, filled or empty. Each way to and fro in a slab takes two more.
     pub bounces: usize,
+    /// [`Sweep::take`](crate::engine::sweep::Sweep::take) follows more reflections, up to so many, until two more change nothing within the
+    /// accuracy; as many as `bounces` or fewer leave it at those.
+    pub most_bounces: usize,
     /// How far the radar stands.
     pub distance: Distance,
     /// Error that curved surfaces and finite ranges may bring, dB; flat facets seen from infinity have none. Facets
@@ -128,6 +132,7 @@ impl Default for RcsOptions {
     fn default() -> Self {
         RcsOptions {
             bounces: 3,
+            most_bounces: 3,
             distance: Distance::Infinite,
             accuracy_db: 0.1,
             diffraction: Diffraction::None,

@@ -1,95 +1,164 @@
-//! Where physical optics ends: how large the faces that a radar sees are in wavelengths, how near to grazing they are
-//! seen, and where the ground is none of a plane's. One judgement for every output of a cross section.
+//! Where physical optics ends: how large the surfaces are in wavelengths that make the echo, how near to grazing faces are seen, and where
+//! the ground is none of a plane's. One judgement for every output of a cross section.
 //!
-//! A face is a plane part of a mesh, however it is cut into triangles. A face counts at a direction when it shows the radar a
-//! twentieth of what the largest shows, or more; shadows are not looked for. Of a curved part the second extent of its
-//! bounds counts.
+//! A surface is a part of a mesh whose facets turn by no more than 30 degrees from one to the next, flat or curved, however it is cut into
+//! triangles. It makes the echo in a direction when it takes part in a chain of bounces that returns a tenth of what the strongest chain
+//! does, in amplitude, or more; of scenes with many triangles, and with the receiver elsewhere, when it shows the radar a twentieth of what
+//! the largest shows. Of a curved surface the second extent of its bounds counts.
 
 use super::ground::{self, GroundRemark};
 use super::{Aspect, RcsOptions};
-use crate::base::frames::direction_from_angles;
-use crate::base::units::wavelength_m;
-use crate::geom::patches::coplanar_patches;
-use crate::scene::{Mesh, Scene, Shape};
+use crate::base::error::Result;
+use crate::base::frames::{Pose, direction_from_angles};
+use crate::base::units::{wavelength_m, wavenumber};
+use crate::geom::patches::SurfaceParts;
+use crate::geom::{Geometry, surfaces_at};
+use crate::rcs::beam_sum::FrequencyPoint;
+use crate::rcs::cpu::beam_sum;
+use crate::scene::creases::SMOOTH_DEG;
+use crate::scene::{Material, Mesh, Scene, Shape};
+use crate::trace::beams::{BeamOptions, Port};
 use glam::DVec3;
+use std::sync::Arc;
 
-/// Faces of so many wavelengths and more are large.
+/// Surfaces of so many wavelengths and more are large.
 const LARGE: f64 = 2.0;
 /// Faces that are seen nearer than this to their own plane are seen at grazing, deg.
 const GRAZING_DEG: f64 = 15.0;
 /// Share of the largest face's shadow that makes a face count.
 const COUNTS: f64 = 0.05;
+/// Share of the amplitude of the strongest chain that makes a chain count, and of that of the strongest direction that makes a direction count.
+const CHAIN_COUNTS: f64 = 0.1;
 /// Most directions of one sweep that are looked at.
 const MOST_DIRECTIONS: usize = 181;
+/// Most triangles of which chains are followed in so many directions, and in a few.
+const FEW_TRIANGLES: usize = 500;
+const MOST_TRIANGLES: usize = 5000;
+const FEW_DIRECTIONS: usize = 7;
+/// Bounces of the chains that are looked at.
+const BOUNCES: usize = 3;
 /// Facets whose normals differ by less are in one plane: files hold places in f32.
 const COPLANAR_RAD: f64 = 1e-5;
 /// Most directions of edges in which the width of one face is measured.
 const MOST_EDGES: usize = 64;
+/// Round trip over the sagitta of flat facets that stand for a curved surface, rad, from which it shows: 0.25 of it are 0.3 dB.
+const FACETED_RAD: f64 = 0.25;
 
-/// A plane part of a mesh.
+/// A surface of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Face {
-    normal: DVec3,
+struct Part {
+    /// None of a curved surface.
+    normal: Option<DVec3>,
     area_m2: f64,
     width_m: f64,
+    /// Largest sagitta of a flat facet that stands for a curved surface, m.
+    sagitta_m: f64,
 }
 
-/// The plane and curved parts of a scene.
-#[derive(Debug, Clone, PartialEq)]
+/// The surfaces of a scene.
+#[derive(Debug, Clone)]
 pub struct Faces {
-    flat: Vec<Face>,
-    /// Widths of the curved parts, m.
-    curved: Vec<f64>,
+    parts: Vec<Part>,
+    /// The scene with the number of a triangle's surface in place of its material; None of too many triangles.
+    coded: Option<Arc<Coded>>,
     bounds_m: Option<(DVec3, DVec3)>,
+}
+
+/// A scene whose materials are its surfaces.
+#[derive(Debug)]
+struct Coded {
+    scene: Scene,
+    triangles: usize,
 }
 
 /// Where the assumptions of physical optics do not hold for a sweep. The default says nothing against it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Validity {
-    /// (width in m, wavelength in m) of the faces that are smallest and largest in wavelengths, of those that are too small.
+    /// (width in m, wavelength in m) of the surfaces that are smallest and largest in wavelengths, of those that are too small.
     small: Option<[(f64, f64); 2]>,
+    /// (sagitta in m, wavelength in m) of facets that show.
+    faceted: Option<(f64, f64)>,
     /// Angle between the direction and the nearest to upright of the faces that count, deg.
     grazing_deg: Option<f64>,
     ground: Option<GroundRemark>,
 }
 
 impl Faces {
-    /// Finds the parts of a scene's meshes. Points and scattering tables have none.
+    /// Finds the surfaces of a scene's meshes. Points and scattering tables have none.
     pub fn of(scene: &Scene) -> Faces {
-        let (mut flat, mut curved) = (Vec::new(), Vec::new());
+        let mut parts = Vec::new();
+        let mut coded = Scene::default();
+        let mut triangles = 0;
         for o in scene.objects.iter().filter(|o| o.radar) {
             let Shape::Mesh(m) = o.shape else { continue };
             let mesh = &scene.meshes[m];
             let world: Vec<DVec3> = mesh.positions_m.iter().map(|p| o.pose.point(*p)).collect();
-            flat.extend(faces(mesh, &world));
-            curved.extend(curved_width(mesh, &world));
+            let found = SurfaceParts::of(&world, &mesh.triangles, SMOOTH_DEG.to_radians());
+            let first = parts.len() as u32;
+            parts.extend((0..found.lists.len()).map(|i| part(mesh, &world, &found, i)));
+            triangles += mesh.triangles.len();
+            if triangles <= MOST_TRIANGLES {
+                // One material for each surface, so that faces do not join over their borders and tell which they belong to.
+                let of_list =
+                    |list: &Vec<usize>| scene.materials.get(mesh.material[list[0]] as usize).cloned();
+                coded.materials.extend(found.lists.iter().map(|l| of_list(l).unwrap_or_else(Material::pec)));
+                let material = found.of.iter().map(|i| first + i).collect();
+                let mesh = Mesh {
+                    positions_m: world,
+                    triangles: mesh.triangles.clone(),
+                    material,
+                    ..Mesh::default()
+                };
+                coded.add_mesh(&o.name, "", mesh, Pose::IDENTITY);
+            }
         }
-        Faces { flat, curved, bounds_m: scene.bounds_m(0.0) }
+        let coded = (triangles > 0 && triangles <= MOST_TRIANGLES)
+            .then(|| Arc::new(Coded { scene: coded, triangles }));
+        Faces { parts, coded, bounds_m: scene.bounds_m(0.0) }
     }
 
-    /// Judges a sweep over frequencies and directions of the transmitter.
-    pub fn validity(&self, frequencies_hz: &[f64], transmit: &[Aspect], options: &RcsOptions) -> Validity {
+    /// Judges a sweep over frequencies and directions of the transmitter, with the receiver at its side or elsewhere.
+    pub fn validity(
+        &self,
+        frequencies_hz: &[f64],
+        transmit: &[Aspect],
+        is_bistatic: bool,
+        options: &RcsOptions,
+    ) -> Validity {
         let mut out = Validity::default();
         let lowest = frequencies_hz.iter().copied().fold(f64::INFINITY, f64::min);
         if !lowest.is_finite() {
             return out;
         }
         let lambda = wavelength_m(lowest);
-        let step = transmit.len().div_ceil(MOST_DIRECTIONS).max(1);
-        for a in transmit.iter().step_by(step).chain(transmit.last()) {
-            let u = direction_from_angles(a.azimuth, a.elevation);
-            let shown = |f: &Face| f.area_m2 * f.normal.dot(u).abs();
-            let of_curved = self.curved.iter().map(|w| w * w).fold(0.0, f64::max);
-            let most = self.flat.iter().map(shown).fold(of_curved, f64::max);
-            let counted = || self.flat.iter().filter(|f| shown(f) >= COUNTS * most);
-            let curved = self.curved.iter().copied().filter(|w| w * w >= COUNTS * most);
-            if let Some(w) = counted().map(|f| f.width_m).chain(curved).reduce(f64::min)
-                && w < LARGE * lambda
-            {
-                out.add_small([(w, lambda); 2]);
+        let every = |most: usize| {
+            let step = transmit.len().div_ceil(most).max(1);
+            transmit.iter().step_by(step).chain(transmit.last())
+        };
+        let by_chains = match &self.coded {
+            Some(coded) if !is_bistatic => {
+                let most = if coded.triangles <= FEW_TRIANGLES { MOST_DIRECTIONS } else { FEW_DIRECTIONS };
+                self.by_chains(coded, lowest, every(most), options.bounces.min(BOUNCES)).ok()
             }
-            if of_curved < COUNTS * most
-                && let Some(sine) = counted().map(|f| f.normal.dot(u).abs()).reduce(f64::max)
+            _ => None,
+        };
+        if let Some(echoing) = &by_chains {
+            self.add_sizes(&mut out, echoing, lambda);
+        }
+        for a in every(MOST_DIRECTIONS) {
+            let u = direction_from_angles(a.azimuth, a.elevation);
+            let shown = |p: &Part| match p.normal {
+                Some(n) => p.area_m2 * n.dot(u).abs(),
+                None => p.width_m * p.width_m,
+            };
+            let most = self.parts.iter().map(shown).fold(0.0, f64::max);
+            let counted = || (0..self.parts.len()).filter(|i| shown(&self.parts[*i]) >= COUNTS * most);
+            if by_chains.is_none() {
+                self.add_sizes(&mut out, &counted().collect::<Vec<_>>(), lambda);
+            }
+            // Of a curved surface there is a place that is seen upright.
+            let sine = |i: usize| self.parts[i].normal.map_or(1.0, |n| n.dot(u).abs());
+            if let Some(sine) = counted().map(sine).reduce(f64::max)
                 && sine < GRAZING_DEG.to_radians().sin()
             {
                 out.add_grazing(sine.asin().to_degrees());
@@ -101,12 +170,57 @@ impl Faces {
         }
         out
     }
+
+    fn add_sizes(&self, out: &mut Validity, echoing: &[usize], lambda: f64) {
+        let of = |f: fn(&Part) -> f64| echoing.iter().map(move |i| f(&self.parts[*i]));
+        if let Some(w) = of(|p| p.width_m).reduce(f64::min)
+            && w < LARGE * lambda
+        {
+            out.add_small([(w, lambda); 2]);
+        }
+        let sagitta_m = of(|p| p.sagitta_m).fold(0.0, f64::max);
+        if 2.0 * std::f64::consts::TAU / lambda * sagitta_m > FACETED_RAD {
+            out.add_faceted((sagitta_m, lambda));
+        }
+    }
+
+    /// The surfaces that make the echo in any of the directions.
+    fn by_chains<'a>(
+        &self,
+        coded: &Coded,
+        freq_hz: f64,
+        directions: impl Iterator<Item = &'a Aspect>,
+        bounces: usize,
+    ) -> Result<Vec<usize>> {
+        let geometry = Geometry::build(&coded.scene, 0.0, freq_hz)?;
+        let surfaces = surfaces_at(&coded.scene, freq_hz)?;
+        let point = FrequencyPoint { wavenumber: wavenumber(freq_hz), surfaces: &surfaces };
+        let options = BeamOptions::new(bounces.max(1), 0.2, false);
+        let looks: Vec<Vec<(Vec<u32>, f64)>> = directions
+            .map(|a| {
+                let port = Port::Far(direction_from_angles(a.azimuth, a.elevation));
+                beam_sum::by_chains(geometry.faces(), &point, port, &options)
+            })
+            .collect();
+        let strongest = |chains: &[(Vec<u32>, f64)]| chains.iter().map(|c| c.1).fold(0.0, f64::max);
+        let most = looks.iter().map(|l| strongest(l)).fold(0.0, f64::max);
+        let mut echoing: Vec<usize> = Vec::new();
+        for chains in looks.iter().filter(|l| strongest(l) >= CHAIN_COUNTS * most) {
+            let least = CHAIN_COUNTS * strongest(chains);
+            let counted = chains.iter().filter(|c| c.1 > 0.0 && c.1 >= least);
+            echoing.extend(counted.flat_map(|c| c.0.iter().map(|i| *i as usize)));
+        }
+        echoing.sort_unstable();
+        echoing.dedup();
+        Ok(echoing)
+    }
 }
 
 impl Validity {
     /// Takes from `other` what is worse.
     pub fn add(&mut self, other: &Validity) {
         other.small.into_iter().for_each(|s| self.add_small(s));
+        other.faceted.into_iter().for_each(|f| self.add_faceted(f));
         other.grazing_deg.into_iter().for_each(|g| self.add_grazing(g));
         if let Some(g) = other.ground
             && self.ground.is_none_or(|own| g.zone.length_m() > own.zone.length_m())
@@ -124,6 +238,12 @@ impl Validity {
         ]);
     }
 
+    fn add_faceted(&mut self, (sagitta, lambda): (f64, f64)) {
+        if self.faceted.is_none_or(|(s, l)| sagitta / lambda > s / l) {
+            self.faceted = Some((sagitta, lambda));
+        }
+    }
+
     fn add_grazing(&mut self, deg: f64) {
         self.grazing_deg = Some(self.grazing_deg.map_or(deg, |g| g.min(deg)));
     }
@@ -139,8 +259,16 @@ impl Validity {
                 }
             };
             out.push(format!(
-                "size: the narrowest faces that the radar sees measure {size}: physical optics is within about 2 dB at two wavelengths and \
+                "size: the narrowest surfaces that make the echo measure {size}: physical optics is within about 2 dB at two wavelengths and \
                  3 to 4 dB at one; at half a wavelength and below its level is not a prediction, and HH near grazing is some 14 dB too high"
+            ));
+        }
+        if let Some((sagitta, lambda)) = self.faceted {
+            out.push(format!(
+                "facets: flat facets stand for a curved surface and are up to {} mm ({:.3} wavelengths) off it, which may change the level by several \
+                 dB; give the file smooth normals, or take --smooth-deg off 0",
+                millimetres(sagitta),
+                sagitta / lambda
             ));
         }
         if let Some(deg) = self.grazing_deg {
@@ -160,53 +288,47 @@ fn millimetres(metres: f64) -> String {
     if mm < 10.0 { format!("{mm:.2}") } else { format!("{mm:.1}") }
 }
 
-/// The plane parts of a mesh whose corners are `world`.
-fn faces(mesh: &Mesh, world: &[DVec3]) -> Vec<Face> {
-    let doubled = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
-    let corners = |t: &[u32; 3]| t.map(|v| world[v as usize]);
-    let flat: Vec<[u32; 3]> = (0..mesh.triangles.len())
-        .filter(|t| mesh.corner_normals(*t).is_none())
-        .map(|t| mesh.triangles[t])
-        .filter(|t| doubled(corners(t)).length() > 0.0)
-        .collect();
-    let (patch, count) = coplanar_patches(world, &flat, COPLANAR_RAD);
-    let mut parts: Vec<Vec<[DVec3; 3]>> = vec![Vec::new(); count as usize];
-    for (t, patch) in flat.iter().zip(patch) {
-        parts[patch as usize].push(corners(t));
-    }
-    let face = |part: &Vec<[DVec3; 3]>| {
-        let normal = doubled(part[0]).normalize();
-        let across = part
-            .iter()
-            .flat_map(|[a, b, c]| [*b - *a, *c - *b, *a - *c])
-            .filter_map(|e| e.try_normalize())
-            .take(MOST_EDGES)
-            .map(|e| normal.cross(e));
-        // The least distance of two parallel lines that hold the face lies along one of its edges.
-        let width = |d: DVec3| {
-            let along = part.iter().flatten().map(|p| d.dot(*p));
-            let ends = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
-            ends.1 - ends.0
-        };
-        Face {
-            normal,
-            area_m2: part.iter().map(|t| 0.5 * doubled(*t).length()).sum(),
-            width_m: across.map(width).fold(f64::INFINITY, f64::min),
-        }
+/// Surface number `i` of a mesh whose corners are `world`.
+fn part(mesh: &Mesh, world: &[DVec3], found: &SurfaceParts, i: usize) -> Part {
+    let own = &found.lists[i];
+    let corners = |t: usize| mesh.triangles[t].map(|v| world[v as usize]);
+    let doubled = |t: usize| {
+        let [a, b, c] = corners(t);
+        (b - a).cross(c - a)
     };
-    parts.iter().map(face).collect()
-}
-
-/// The second of the extents of the curved facets, if there are any.
-fn curved_width(mesh: &Mesh, world: &[DVec3]) -> Option<f64> {
-    let curved = (0..mesh.triangles.len()).filter(|t| mesh.corner_normals(*t).is_some());
-    let points = curved.flat_map(|t| mesh.triangles[t].map(|v| world[v as usize]));
-    let (lo, hi) = points.fold(None, |r: Option<(DVec3, DVec3)>, p| {
-        Some(r.map_or((p, p), |(lo, hi)| (lo.min(p), hi.max(p))))
-    })?;
-    let mut extents = (hi - lo).to_array();
-    extents.sort_by(f64::total_cmp);
-    Some(extents[1])
+    let area_m2 = own.iter().map(|t| 0.5 * doubled(*t).length()).sum();
+    let normal =
+        own.iter().map(|t| doubled(*t).normalize_or_zero()).find(|n| *n != DVec3::ZERO).unwrap_or(DVec3::X);
+    let is_flat =
+        own.iter().all(|t| normal.cross(doubled(*t)).length() <= COPLANAR_RAD * doubled(*t).length());
+    let points = || own.iter().flat_map(|t| corners(*t));
+    if !is_flat {
+        let (lo, hi) = points().fold((DVec3::MAX, DVec3::MIN), |(lo, hi), p| (lo.min(p), hi.max(p)));
+        let mut extents = (hi - lo).to_array();
+        extents.sort_by(f64::total_cmp);
+        let is_faceted = own.iter().any(|t| mesh.corner_normals(*t).is_none());
+        let sagitta_m = if is_faceted { found.sagitta_m[i] } else { 0.0 };
+        return Part { normal: None, area_m2, width_m: extents[1], sagitta_m };
+    }
+    let across = own
+        .iter()
+        .map(|t| corners(*t))
+        .flat_map(|[a, b, c]| [b - a, c - b, a - c])
+        .filter_map(|e| e.try_normalize())
+        .take(MOST_EDGES)
+        .map(|e| normal.cross(e));
+    // The least distance of two parallel lines that hold the face lies along one of its edges.
+    let width = |d: DVec3| {
+        let along = points().map(|p| d.dot(p));
+        let ends = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
+        ends.1 - ends.0
+    };
+    Part {
+        normal: Some(normal),
+        area_m2,
+        width_m: across.map(width).fold(f64::INFINITY, f64::min),
+        sagitta_m: 0.0,
+    }
 }
 
 #[cfg(test)]
@@ -233,15 +355,15 @@ mod tests {
 
     fn said(scene: &Scene, freq_hz: f64, azimuth_deg: f64) -> Vec<String> {
         let aspect = Aspect { azimuth: azimuth_deg.to_radians(), elevation: 0.0 };
-        Faces::of(scene).validity(&[freq_hz], &[aspect], &RcsOptions::default()).lines()
+        Faces::of(scene).validity(&[freq_hz], &[aspect], false, &RcsOptions::default()).lines()
     }
 
     #[test]
     fn a_face_is_measured_across_and_not_by_its_triangles() {
         let faces = Faces::of(&rectangle(0.1, 0.02));
-        assert_eq!(faces.flat.len(), 1);
-        assert!((faces.flat[0].width_m - 0.02).abs() < 1e-12, "{faces:?}");
-        assert!((faces.flat[0].area_m2 - 0.002).abs() < 1e-12);
+        assert_eq!(faces.parts.len(), 1);
+        assert!((faces.parts[0].width_m - 0.02).abs() < 1e-12, "{faces:?}");
+        assert!((faces.parts[0].area_m2 - 0.002).abs() < 1e-12);
     }
 
     #[test]
@@ -257,7 +379,7 @@ mod tests {
         for h in [0.003, 0.006, 0.1] {
             let v = Faces::of(&rectangle(0.1, h));
             let ahead = Aspect { azimuth: 0.0, elevation: 0.0 };
-            all.add(&v.validity(&[24e9], &[ahead], &RcsOptions::default()));
+            all.add(&v.validity(&[24e9], &[ahead], false, &RcsOptions::default()));
         }
         assert!(all.lines()[0].contains("3.00 to 6.00 mm, 0.24 to 0.48 wavelengths"), "{all:?}");
     }
@@ -272,7 +394,7 @@ mod tests {
         };
         let low = Aspect { azimuth: 0.0, elevation: 1f64.to_radians() };
         let faces = Faces::of(&rectangle(0.1, 0.1));
-        let lines = |h: f64| faces.validity(&[77e9], &[low], &options(h)).lines();
+        let lines = |h: f64| faces.validity(&[77e9], &[low], false, &options(h)).lines();
         assert!(
             lines(0.001).iter().any(|l| l.starts_with("ground: at elevation 1.000 deg")),
             "{:?}",

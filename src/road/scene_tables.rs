@@ -421,6 +421,8 @@ pub struct ObjectTable {
     pub up: Option<At<String>>,
     /// Animations of the file that move it: all (default), none, or the name of one.
     pub animation: Option<At<String>>,
+    /// Edges of the file's meshes whose facets turn by more than this are creases, degrees (default 30; 0 takes every facet as flat).
+    pub smooth_deg: Option<At<f64>>,
     /// Radar material for surfaces of the file whose material is missing or unknown.
     pub default_material: Option<At<String>>,
     /// Radar material of catseye's table for each material of the file, by its name there.

@@ -716,6 +716,7 @@ impl Reader<'_> {
             unit: &o.unit,
             up: &o.up,
             animation: &o.animation,
+            smooth_deg: &o.smooth_deg,
             default_material: &o.default_material,
             materials: &o.materials,
         };

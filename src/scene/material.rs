@@ -216,13 +216,47 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// The built-in material of that name.
 ///
 /// # Errors
-/// Returns an error for an unknown name, with the nearest and all names.
+/// Returns an error for an unknown name, with the nearest and all names, and for a permittivity that is none.
 pub fn by_name(name: &str) -> Result<Material> {
+    if let Some(numbers) =
+        name.strip_prefix("eps").filter(|n| n.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
+    {
+        return of_permittivity(name, numbers);
+    }
     table().iter().find(|m| m.name == name).cloned().ok_or_else(|| unknown(name).into())
 }
 
+/// A dielectric by its relative permittivity eps' - j eps'', as `2.3-0.02j` or `2.3`.
+fn of_permittivity(name: &str, numbers: &str) -> Result<Material> {
+    let parsed = match numbers.strip_suffix('j') {
+        None => numbers.parse().ok().map(|real| (real, 0.0)),
+        Some(both) => {
+            // The sign of an exponent parts no numbers.
+            let minus = both.rmatch_indices('-').find(|(i, _)| !both[..*i].ends_with(['e', 'E']));
+            minus.and_then(|(i, _)| Some((both[..i].parse().ok()?, both[i + 1..].parse().ok()?)))
+        }
+    };
+    match parsed {
+        Some((eps_real, eps_loss)) if (1e-3..=1e6).contains(&eps_real) && (0.0..=1e9).contains(&eps_loss) => {
+            Ok(Material {
+                name: name.into(),
+                kind: MaterialKind::Dielectric { eps_real, eps_loss, conductivity_s_per_m: 0.0 },
+                source: "its name".into(),
+                ..Material::pec()
+            })
+        }
+        _ => Err(BadInput::new("is not a permittivity")
+            .key("material")
+            .value(name)
+            .allowed("epsA-Bj: A the relative permittivity, 1e-3 to 1e6, B the loss, 0 to 1e9")
+            .remedy("for example eps2.3-0.02j, or eps2.3 without loss")
+            .into()),
+    }
+}
+
 /// A material by name, or with layers on it: `aluminium+water:0.0005`, thicknesses in metres, from the
-/// base outwards. A free-standing sheet has the base `air`. The spec is its name.
+/// base outwards. A free-standing sheet has the base `air`. A name like `eps2.3-0.02j` is a dielectric of that relative permittivity
+/// eps' - j eps''. The spec is its name.
 ///
 /// # Errors
 /// Returns an error for an unknown name, a thickness that is missing or outside [`THICKNESS_M`].

@@ -2,6 +2,7 @@
 //! radar that looks at it. glTF comes in here and is turned to ISO 8855 axes once.
 
 pub mod backscatter;
+pub mod creases;
 pub mod drive;
 pub mod front_end;
 pub mod gltf;
@@ -17,6 +18,7 @@ pub mod radar_figures;
 pub mod radar_toml;
 pub mod scatterer;
 pub mod scenario;
+pub mod tidy;
 pub mod toml_file;
 mod toml_value;
 pub mod trajectory;
@@ -24,6 +26,7 @@ pub mod turn;
 pub mod waveform;
 pub mod waveform_toml;
 pub mod weather;
+pub mod weld;
 
 use crate::base::frames::{Pose, Target, World};
 use glam::DVec3;
@@ -157,6 +160,8 @@ pub struct ImportReport {
     pub degenerate_triangles_dropped: usize,
     /// Remarks, one a line.
     pub notes: Vec<String>,
+    /// Whether lengths were taken in metres because the format says so, and nobody has stated the unit.
+    pub unit_assumed: bool,
 }
 
 impl Scene {

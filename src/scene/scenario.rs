@@ -165,6 +165,8 @@ pub struct SceneTable {
     pub up: Option<At<String>>,
     /// Animations of the glTF file that move it: all (default) that do not contradict each other, none, or one by its name.
     pub animation: Option<At<String>>,
+    /// Edges of the file's meshes whose facets turn by more than this are creases, degrees (default 30; 0 takes every facet as flat).
+    pub smooth_deg: Option<At<f64>>,
     /// Radar material for surfaces of the file whose material is missing or unknown.
     pub default_material: Option<At<String>>,
     /// Material of the file = material of the table.
@@ -235,6 +237,8 @@ pub struct ObjectTable {
     pub up: Option<At<String>>,
     /// How animations in the file are used.
     pub animation: Option<At<String>>,
+    /// Edges of the file's meshes whose facets turn by more than this are creases, degrees (default 30; 0 takes every facet as flat).
+    pub smooth_deg: Option<At<f64>>,
     /// Material of what has none.
     pub default_material: Option<At<String>>,
     /// Materials by the names in the file.
@@ -1334,6 +1338,7 @@ impl<'a> From<&'a SceneTable> for ImportTable<'a> {
             unit: &t.unit,
             up: &t.up,
             animation: &t.animation,
+            smooth_deg: &t.smooth_deg,
             default_material: &t.default_material,
             materials: &t.materials,
         }
@@ -1346,6 +1351,7 @@ impl<'a> From<&'a ObjectTable> for ImportTable<'a> {
             unit: &t.unit,
             up: &t.up,
             animation: &t.animation,
+            smooth_deg: &t.smooth_deg,
             default_material: &t.default_material,
             materials: &t.materials,
         }

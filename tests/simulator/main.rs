@@ -6,6 +6,7 @@ mod ambiguity;
 mod array_motion;
 mod batches;
 mod beams;
+mod bodies;
 mod bounce_limit;
 mod bursts;
 mod closest;

@@ -4,7 +4,7 @@ use super::angles::{LONGEST, parse_list};
 use super::bar::Kept;
 use super::global::{Global, choice, print, print_json};
 use super::target::ImportArgs;
-use catseye::base::convention::Convention;
+use catseye::base::convention::{Convention, MAX_BOUNCES};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude, level_text};
 use catseye::engine::sweep::{Accuracy, Sweep};
@@ -51,9 +51,10 @@ pub struct Rcs {
     /// Elevations of the receiver (product with its azimuths)
     #[arg(long, allow_hyphen_values = true, value_name = "LIST")]
     pub bistatic_elevation_deg: Option<String>,
-    /// Reflections of one beam; faces of bodies and sheets that it passes do not count
-    #[arg(long, default_value_t = 3, value_name = "N")]
-    pub bounces: usize,
+    /// Reflections of one beam; faces of bodies and sheets that it passes do not count. Without it as many as change anything within
+    /// the accuracy, 8 at most
+    #[arg(long, value_name = "N")]
+    pub bounces: Option<usize>,
     /// Which bounces radiate: each, or only the one from which a beam leaves
     #[arg(long, default_value = "every", value_parser = choice(&[("every", Convention::Every), ("last", Convention::Last)]))]
     pub convention: Convention,
@@ -146,7 +147,8 @@ impl Rcs {
             )?),
         };
         let options = RcsOptions {
-            bounces: self.bounces,
+            bounces: self.bounces.unwrap_or(3),
+            most_bounces: self.bounces.unwrap_or(MAX_BOUNCES),
             distance: if self.range_m == f64::INFINITY {
                 Distance::Infinite
             } else {
@@ -217,7 +219,13 @@ impl Rcs {
             azimuth: target.boresight_deg.0.to_radians(),
             elevation: target.boresight_deg.1.to_radians(),
         };
-        let both = RcsOptions { last: true, ..options.clone() };
+        let mut warn = |w: &str| {
+            bar.suspend(|| global.say(&format!("warning: {w}")));
+            warnings.push(w.into());
+        };
+        let swept = sweep.take(&engine, &target.scene, &mut warn, &|n| bar.inc(n)).map_err(as_option)?;
+        drop(bar);
+        let both = RcsOptions { last: true, bounces: swept.bounces, ..options.clone() };
         // No radar looks from below the ground.
         let on_boresight = match options.ground != Ground::None && boresight.elevation < 0.0 {
             true => Vec::new(),
@@ -225,12 +233,6 @@ impl Rcs {
                 engine.rcs(&target.scene, frequencies, &[BistaticAspect::monostatic(boresight)], &both)?
             }
         };
-        let mut warn = |w: &str| {
-            bar.suspend(|| global.say(&format!("warning: {w}")));
-            warnings.push(w.into());
-        };
-        let swept = sweep.take(&engine, &target.scene, &mut warn, &|n| bar.inc(n)).map_err(as_option)?;
-        drop(bar);
         let looks = &swept.aspects;
         let rows =
             frequencies.iter().flat_map(|f| looks.iter().map(move |l| (*f, *l))).zip(&swept.scattering).map(
@@ -242,10 +244,13 @@ impl Rcs {
                 },
             );
         let mut table = RcsTable { comments: Vec::new(), rows: rows.collect() };
-        table.comments = self.comments(&target.name, &engine, &target, frequencies, &on_boresight);
+        table.comments =
+            self.comments(&target.name, &engine, &target, frequencies, (&on_boresight, swept.bounces));
         table.comments.extend(rule.map(|rule| format!("engine_rule: {rule}")));
+        table.comments.extend(target.scene.import.notes.iter().map(|n| format!("note: {n}")));
         table.comments.push(match swept.accuracy {
             Accuracy::Exact => "convergence: flat facets are integrated exactly in the far field; what is left is the error of physical optics".into(),
+            Accuracy::Series => "convergence: the series of a sphere (Mie) is exact".into(),
             Accuracy::Measured(db) => format!(
                 "convergence: {db:.4} dB between this and a run with cells and curved facets of a quarter of the phase"
             ),
@@ -270,7 +275,7 @@ impl Rcs {
             return print_json(&serde_json::json!({
                 "target": target.name,
                 "convention": format!("{convention:?}").to_lowercase(),
-                "bounces": self.bounces,
+                "bounces": swept.bounces,
                 // JSON has no infinity: null is a plane wave.
                 "range_m": self.range_m.is_finite().then_some(self.range_m),
                 "ground": self.ground,
@@ -334,7 +339,7 @@ impl Rcs {
         engine: &Engine,
         target: &target::Target,
         frequencies: &[f64],
-        on_boresight: &[Scattering],
+        (on_boresight, bounces): (&[Scattering], usize),
     ) -> Vec<String> {
         let mut lines = vec![
             format!("target: {name}"),
@@ -342,7 +347,12 @@ impl Rcs {
                 "convention: {} (which bounces radiate)",
                 format!("{:?}", self.convention).to_lowercase()
             ),
-            format!("bounces: {}", self.bounces),
+            match self.bounces {
+                Some(n) => format!("bounces: {n}"),
+                None => {
+                    format!("bounces: {bounces} (two more change nothing within {} dB)", self.accuracy_db)
+                }
+            },
             format!("range_m: {}", self.range_m),
             format!("ground: {}, target raised by {} m", self.ground, self.height_m),
             format!("diffraction: {}", format!("{:?}", self.diffraction).to_lowercase()),

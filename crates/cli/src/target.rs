@@ -3,6 +3,7 @@
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::scene::gltf::{self, ImportOptions};
 use catseye::scene::material;
+use catseye::scene::tidy;
 use clap::Args;
 
 /// How to read a file of a mesh.
@@ -26,6 +27,10 @@ pub struct ImportArgs {
     /// Which of the file's animations move it: all that do not contradict each other, none, or one by its name
     #[arg(long, value_name = "NAME", default_value = "all")]
     pub animation: String,
+    /// Edges whose facets turn by more are creases; below it the facets of a smooth surface are found by how evenly they turn, and 0 takes
+    /// every facet as flat. Without it 30, and a glTF file without normals is flat
+    #[arg(long, value_name = "DEG")]
+    pub smooth_deg: Option<f64>,
 }
 
 impl ImportArgs {
@@ -52,8 +57,16 @@ impl ImportArgs {
             default_material: self.default_material.clone(),
             material_map,
             animations: gltf::Animations::from_name(&self.animation),
+            smooth_deg: self.smooth_deg.map(smooth_deg).transpose()?,
         })
     }
+}
+
+fn smooth_deg(degrees: f64) -> Result<f64> {
+    tidy::check_smooth_deg(degrees).map_err(|e| match e {
+        Error::Input(b) => b.key("--smooth-deg").into(),
+        e => e,
+    })
 }
 
 /// Errors: an option, given as `value`, names a radar material that does not exist.

@@ -17,6 +17,7 @@ use crate::trace::cpu::refract::Media;
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// Cells are at most this share of the distance to the nearer port.
@@ -124,6 +125,74 @@ fn between_passing(
         alike.into_iter().zip(found).for_each(|(j, s)| out[j] = s);
     }
     Ok(out)
+}
+
+/// What each chain of surfaces returns to where the wave came from, in plane waves: the numbers of the surfaces that it meets, and the largest
+/// entry of its S, m.
+pub fn by_chains(
+    faces: &Faces,
+    point: &FrequencyPoint,
+    port: Port,
+    options: &BeamOptions,
+) -> Vec<(Vec<u32>, f64)> {
+    let Port::Far(s) = port else { return Vec::new() };
+    if faces.faces.is_empty() {
+        return Vec::new();
+    }
+    let clipped = clip(faces, port, port, options);
+    let chain = |piece: &Piece| {
+        let parent = |i: &u32| Some(clipped.nodes[*i as usize].parent).filter(|p| *p != u32::MAX);
+        let nodes = std::iter::successors(Some(piece.node), parent);
+        nodes.map(|i| faces.faces[clipped.nodes[i as usize].face as usize].surface).collect::<Vec<u32>>()
+    };
+    let mut of_chain: BTreeMap<Vec<u32>, Vec<Piece>> = BTreeMap::new();
+    for piece in &clipped.every {
+        of_chain.entry(chain(piece)).or_default().push(*piece);
+    }
+    let largest = |m: Matrix2| m.iter().flatten().map(|z| z.norm()).fold(0.0, f64::max);
+    of_chain
+        .into_iter()
+        .map(|(chain, pieces)| (chain, largest(far_sum(faces, &clipped, &pieces, point, s, s))))
+        .collect()
+}
+
+/// What the currents of the first bounce radiate to a receiver behind the faces that carry them, for each frequency: the forward scatter,
+/// which casts the shadow. Of one face seen from the front the sum over beams has it; nothing is asked of what stands between, as the
+/// equivalent currents of physical optics radiate in empty space.
+pub fn behind(
+    geometry: &Geometry,
+    frequencies: &[FrequencyPoint],
+    aspect: &BistaticAspect,
+    distance: Distance,
+    options: &BeamOptions,
+) -> Vec<Scattering> {
+    let faces = geometry.faces();
+    if faces.faces.is_empty() {
+        return vec![Scattering::default(); frequencies.len()];
+    }
+    let (transmit, receive) = (distance.port(aspect.transmit), distance.port(aspect.receive));
+    let lit = clip(faces, transmit, transmit, &BeamOptions { bounces: 1, last: false, ..*options });
+    let is_behind = |piece: &&Piece| {
+        let node = &lit.nodes[piece.node as usize];
+        let face = &faces.faces[node.face as usize];
+        let towards = match receive {
+            Port::Far(s) => s,
+            Port::At(p) => p - faces.corners[face.first as usize],
+        };
+        node.normal.dot(towards) < 0.0
+    };
+    let pieces: Vec<Piece> = lit.every.iter().filter(is_behind).copied().collect();
+    let one = |point: &FrequencyPoint| {
+        let mut s = match (transmit, receive) {
+            (Port::Far(t), Port::Far(s)) => far_sum(faces, &lit, &pieces, point, t, s),
+            _ => near_sum(faces, &lit, &pieces, point, transmit, receive, options.tau),
+        };
+        if let Distance::At(r) = distance {
+            s.iter_mut().flatten().for_each(|z| *z *= r * r);
+        }
+        Scattering { every: s, last: s }
+    };
+    frequencies.iter().map(one).collect()
 }
 
 fn far_sum(

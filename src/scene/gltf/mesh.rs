@@ -4,6 +4,7 @@ use super::importer::Importer;
 use super::options::{MAX_TRIANGLES, MAX_VERTICES};
 use crate::base::error::Result;
 use crate::scene::Mesh;
+use crate::scene::tidy::{drop_flat_normals, drop_unused_vertices, has_area};
 use crate::scene::toml_file::clip;
 use glam::{DMat3, DVec3};
 use gltf::json;
@@ -180,47 +181,4 @@ pub(super) struct Primitive {
     pub(super) normals: Option<usize>,
     indices: Option<usize>,
     pub(super) material: u32,
-}
-
-pub fn has_area([a, b, c]: [DVec3; 3]) -> bool {
-    let (u, v) = (b - a, c - a);
-    let longest = u.length_squared().max(v.length_squared()).max((v - u).length_squared());
-    u.cross(v).length() > 1e-12 * longest
-}
-
-/// Forgets the normals of a mesh whose facets are all flat: most files have normals, and most of them
-/// say only what the facets say.
-pub fn drop_flat_normals(mesh: &mut Mesh) {
-    /// Cosine of the angle between a facet and the normal at its corner that still counts as flat: the
-    /// rounding of single precision, on facets a hundred times longer than wide.
-    const FLAT: f64 = 1.0 - 1e-8;
-    let flat = |t: usize| {
-        let [a, b, c] = mesh.triangles[t].map(|i| mesh.positions_m[i as usize]);
-        let facet = (b - a).cross(c - a).normalize_or_zero();
-        mesh.corner_normals(t).is_none_or(|n| n.iter().all(|n| n.dot(facet) > FLAT))
-    };
-    if !mesh.normals.is_empty() && (0..mesh.triangles.len()).all(flat) {
-        mesh.normals.clear();
-    }
-}
-
-pub fn drop_unused_vertices(mesh: &mut Mesh) {
-    let mut new: Vec<u32> = vec![u32::MAX; mesh.positions_m.len()];
-    for c in mesh.triangles.iter().flatten() {
-        new[*c as usize] = 0;
-    }
-    let mut kept = 0;
-    for (old, n) in new.iter_mut().enumerate() {
-        if *n == 0 {
-            mesh.positions_m[kept] = mesh.positions_m[old];
-            if !mesh.normals.is_empty() {
-                mesh.normals[kept] = mesh.normals[old];
-            }
-            *n = kept as u32;
-            kept += 1;
-        }
-    }
-    mesh.positions_m.truncate(kept);
-    mesh.normals.truncate(kept);
-    mesh.triangles.iter_mut().flatten().for_each(|c| *c = new[*c as usize]);
 }

@@ -55,8 +55,6 @@ use crate::base::error::Result;
 use crate::formats::input;
 pub(super) use material::{check_material_map, choose_material, is_known_by_name};
 
-pub(super) use mesh::{drop_flat_normals, drop_unused_vertices, has_area};
-
 use importer::Importer;
 use options::MAX_BYTES;
 pub use options::{Animations, ImportOptions, Up, unit_m, up};

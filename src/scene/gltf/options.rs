@@ -64,6 +64,8 @@ pub struct ImportOptions {
     pub material_map: Vec<(String, String)>,
     /// How animations in the file are used.
     pub animations: Animations,
+    /// Edges that turn by more are creases, degrees; None where nobody has said it ([`crate::scene::creases`]).
+    pub smooth_deg: Option<f64>,
 }
 
 impl Default for ImportOptions {
@@ -76,6 +78,7 @@ impl Default for ImportOptions {
             default_material: None,
             material_map: Vec::new(),
             animations: Animations::All,
+            smooth_deg: None,
         }
     }
 }

@@ -6,6 +6,7 @@ use super::importer::{Ids, Importer, Inherited, NodeExtras, Precise};
 use super::options::{HARMLESS, ImportOptions};
 use crate::base::error::{BadInput, Error, Result, json_in_words};
 use crate::scene::Scene;
+use crate::scene::tidy::tidy;
 use crate::scene::toml_file::clip;
 use gltf::json;
 use std::borrow::Cow;
@@ -183,6 +184,7 @@ impl<'a> Importer<'a> {
                 .remedy("export meshes, or give a node extras.catseye.rcs_dbsm")
                 .into());
         }
+        tidy(&mut self.scene, self.options.smooth_deg, false);
         self.scene.import.triangles = self.scene.triangle_count();
         Ok(self.scene)
     }

@@ -6,10 +6,10 @@
 //! parts meet, edges open or overlap by what blending would have bent.
 
 use super::importer::{Importer, Inherited};
-use super::mesh::{drop_flat_normals, drop_unused_vertices, has_area};
 use super::options::MAX_VERTICES;
 use crate::base::error::Result;
 use crate::scene::Mesh;
+use crate::scene::tidy::{drop_flat_normals, drop_unused_vertices, has_area};
 use crate::scene::toml_file::clip;
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use gltf::json;

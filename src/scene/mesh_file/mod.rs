@@ -11,6 +11,7 @@ mod table;
 mod write;
 
 use super::gltf::{self, ImportOptions};
+use super::tidy::{drop_unused_vertices, has_area, tidy};
 use super::{Object, Scene, Shape};
 use crate::base::error::{BadInput, Result};
 use crate::base::frames::Pose;
@@ -92,7 +93,11 @@ fn ask(missing: &[(&str, &str, &str)], keys: bool) -> Option<(String, String)> {
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let kind = extension(path);
     let read = match kind.as_str() {
-        "glb" | "gltf" => return gltf::import(path, options),
+        "glb" | "gltf" => {
+            let mut scene = gltf::import(path, options)?;
+            scene.import.unit_assumed = !options.unit_given;
+            return Ok(scene);
+        }
         "stl" => stl::read,
         "obj" => obj::read,
         _ => {
@@ -159,9 +164,8 @@ fn scene_of(contents: Contents, file: &Path, options: &ImportOptions) -> Result<
             }
         }
         mesh.normals.iter_mut().for_each(|n| *n = (axes * *n).normalize_or_zero());
-        let area: Vec<bool> = (mesh.triangles.iter())
-            .map(|t| gltf::has_area(t.map(|c| mesh.positions_m[c as usize])))
-            .collect();
+        let area: Vec<bool> =
+            (mesh.triangles.iter()).map(|t| has_area(t.map(|c| mesh.positions_m[c as usize]))).collect();
         scene.import.degenerate_triangles_dropped += area.iter().filter(|a| !**a).count();
         let (mut keep, mut keep_too) = (area.iter(), area.iter());
         mesh.triangles.retain(|_| keep.next() == Some(&true));
@@ -182,8 +186,7 @@ fn scene_of(contents: Contents, file: &Path, options: &ImportOptions) -> Result<
                 }
             };
         }
-        gltf::drop_flat_normals(&mut mesh);
-        gltf::drop_unused_vertices(&mut mesh);
+        drop_unused_vertices(&mut mesh);
         scene.add_mesh(&name, "", mesh, Pose::IDENTITY);
     }
     if scene.objects.is_empty() {
@@ -194,6 +197,7 @@ fn scene_of(contents: Contents, file: &Path, options: &ImportOptions) -> Result<
             .remedy("export a mesh of triangles or polygons")
             .into());
     }
+    tidy(&mut scene, options.smooth_deg, true);
     scene.import.triangles = scene.triangle_count();
     Ok(scene)
 }

@@ -4,6 +4,7 @@ use super::{ask, missing};
 use crate::base::error::{Error, Result};
 use crate::scene::gltf::{self, ImportOptions};
 use crate::scene::material;
+use crate::scene::tidy::check_smooth_deg;
 use crate::scene::toml_file::{At, Document};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -19,6 +20,8 @@ pub struct ImportTable<'a> {
     pub animation: &'a Option<At<String>>,
     /// Material of what has none.
     pub default_material: &'a Option<At<String>>,
+    /// Largest angle between facets of one smooth surface.
+    pub smooth_deg: &'a Option<At<f64>>,
     /// Materials by the names in the file.
     pub materials: &'a BTreeMap<String, At<String>>,
 }
@@ -27,7 +30,8 @@ impl ImportTable<'_> {
     /// Where the first of the keys stands, if there is any.
     pub fn first_span(&self) -> Option<&Range<usize>> {
         let given = [self.unit, self.up, self.animation, self.default_material];
-        given.into_iter().flatten().chain(self.materials.values()).map(|a| &a.span).next()
+        let smooth = self.smooth_deg.iter().map(|a| &a.span);
+        given.into_iter().flatten().chain(self.materials.values()).map(|a| &a.span).chain(smooth).next()
     }
 
     /// The options that the keys state.
@@ -36,14 +40,15 @@ impl ImportTable<'_> {
     /// Returns an error with its place in the file if a value is none of those allowed.
     pub fn options(&self, doc: &Document<'_>) -> Result<ImportOptions> {
         let mut o = ImportOptions::default();
-        let here = |at: &At<String>| {
-            let at = doc.bad(&at.span, "");
+        let here_at = |span: &Range<usize>| {
+            let at = doc.bad(span, "");
             move |e: Error| match e {
                 // The file is the scenario's: its key and value say more than the callee's.
                 Error::Input(b) => b.placed(at).into(),
                 e => e,
             }
         };
+        let here = |at: &At<String>| here_at(&at.span);
         if let Some(u) = self.unit {
             o.unit_m = gltf::unit_m(&u.value).map_err(here(u))?;
             o.unit_given = true;
@@ -51,6 +56,9 @@ impl ImportTable<'_> {
         if let Some(u) = self.up {
             o.up = gltf::up(&u.value).map_err(here(u))?;
             o.up_given = true;
+        }
+        if let Some(s) = self.smooth_deg {
+            o.smooth_deg = Some(check_smooth_deg(s.value).map_err(here_at(&s.span))?);
         }
         if let Some(a) = self.animation {
             o.animations = gltf::Animations::from_name(&a.value);

@@ -10,14 +10,13 @@ use super::beams::{
 use crate::em::layers::Backing;
 use crate::geom::Surface;
 use crate::geom::cells::NO_CELL;
+use crate::geom::dielectrics::OPAQUE_NP;
 use crate::geom::faces::{Face, Faces, HalfSpace};
 use crate::trace::beams::{BeamOptions, Frame, Port};
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
 use std::collections::HashMap;
 
-/// A body whose mean chord weakens a wave by more than this, Np (60 dB), is opaque.
-const OPAQUE_NP: f64 = 6.907755278982137;
 /// Faces that a wave may pass one after the other without a reflection.
 const MOST_PASSED: u8 = 64;
 /// Beams inside a body that meet none of its faces, as a share of its surface, from which it counts as open.

@@ -304,6 +304,7 @@ fn mesh(path: &Path, input: &DescribeInput) -> Result<Value> {
         unit: input.unit.clone(),
         up: input.up.clone(),
         animation: "all".into(),
+        smooth_deg: None,
     };
     let scene = mesh_file::import(path, &import.options()?)?;
     let (least, largest) = scene.bounds_m(0.0).map(|(a, b)| (a.to_array(), b.to_array())).unzip();

@@ -872,7 +872,7 @@ fn a_study_says_where_physical_optics_ends_and_where_its_range_did() {
         (
             "t",
             &[
-                "size: the narrowest faces that the radar sees measure 2.00 mm",
+                "size: the narrowest surfaces that make the echo measure 2.00 mm",
                 "ground: at elevation 1.000 deg",
             ][..],
         ),

@@ -100,6 +100,8 @@ pub struct ImportKeys {
     pub up: Option<At<String>>,
     /// Animation: all (default), none, or the name of one.
     pub animation: Option<At<String>>,
+    /// Edges of the file's meshes whose facets turn by more than this are creases, degrees (default 30; 0 takes every facet as flat).
+    pub smooth_deg: Option<At<f64>>,
     /// Material of surfaces whose own is missing or unknown; STL needs it.
     pub default_material: Option<At<String>>,
     /// Map from materials of the file to materials of the table.
@@ -113,6 +115,7 @@ impl<'a> From<&'a ImportKeys> for ImportTable<'a> {
             unit: &t.unit,
             up: &t.up,
             animation: &t.animation,
+            smooth_deg: &t.smooth_deg,
             default_material: &t.default_material,
             materials: &t.materials,
         }

@@ -170,7 +170,7 @@ impl Work {
         for c in &self.cases {
             let options = study.options(&c.ground, c.range_m, c.height_m)?;
             let aspect = Aspect { azimuth: c.azimuth, elevation: c.elevation };
-            all.add(&faces[c.scene].validity(&[c.frequency_hz], &[aspect], &options));
+            all.add(&faces[c.scene].validity(&[c.frequency_hz], &[aspect], false, &options));
         }
         Ok(all.lines())
     }

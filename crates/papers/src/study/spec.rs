@@ -183,6 +183,7 @@ impl Study {
         };
         Ok(RcsOptions {
             bounces: self.bounces,
+            most_bounces: self.bounces,
             distance: if range_m.is_finite() { Distance::At(range_m) } else { Distance::Infinite },
             accuracy_db: self.accuracy_db,
             diffraction: self.diffraction,
