@@ -125,6 +125,16 @@ class Scene:
         default_material: str | None = None,
         materials: Mapping[str, str] = ...,
     ) -> Scene: ...
+    @staticmethod
+    def from_mesh(
+        vertices_m: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        material: str | Sequence[str] | None = None,
+        normals: ArrayLike | None = None,
+        name: str = "",
+        class_name: str = "",
+    ) -> Scene: ...
     @property
     def name(self) -> str: ...
     @property
@@ -246,6 +256,10 @@ class RcsResult:
     @property
     def convergence_db(self) -> float | None: ...
     @property
+    def turned_deg(self) -> tuple[float, float, float]: ...
+    @property
+    def engine_rule(self) -> str | None: ...
+    @property
     def warnings(self) -> list[str]: ...
     def in_polarisation(self, name: str) -> NDArray[np.complex128]: ...
     def plot(
@@ -257,6 +271,9 @@ class RcsResult:
         polar: bool = False,
         ax: Any = None,
     ) -> Any: ...
+    def save_plot(
+        self, path: _Path, *, polarisation: str | Sequence[str] | None = None, force: bool = False
+    ) -> os.PathLike[str]: ...
     def view(self, *, output: _Path | None = None, force: bool = False) -> View: ...
     def _repr_html_(self) -> str: ...
 
@@ -507,6 +524,9 @@ def rcs(
     diffraction: str = "none",
     ground: str = "none",
     height_m: float = 0.0,
+    yaw_deg: float = 0.0,
+    pitch_deg: float = 0.0,
+    roll_deg: float = 0.0,
     engine: _Engine | None = None,
     progress: _Progress | None = None,
 ) -> RcsResult: ...

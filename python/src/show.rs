@@ -6,7 +6,10 @@ use crate::rcs::RcsResult;
 use crate::scene::Scene;
 use crate::work::{Afterwards, run_to};
 use catseye::base::error::BadInput;
+use catseye::base::units::dbsm_from_amplitude;
+use catseye::formats::rcs_csv::RawRow;
 use catseye::formats::stage;
+use catseye::rcs::polarisation::Derived;
 use catseye::road::truth_boxes;
 use catseye::scene::gltf::ImportOptions;
 use catseye::scene::{Scene as Contents, Shape};
@@ -55,6 +58,28 @@ pub fn picture_map(
     })
 }
 
+/// The plot of a table of cross sections, with these polarisations beside VV, HH, VH and HV.
+///
+/// Errors: one direction alone, which makes no curve.
+pub fn rcs_plot(title: &str, rows: &[RawRow], derived: &[Derived]) -> catseye::Result<Picture> {
+    let pair = |r: &RawRow, d: Derived| {
+        let [[a, b], [c, d]] = d.of(&r.s).map(|row| row.map(|z| dbsm_from_amplitude(z.norm())));
+        [a, b, c, d]
+    };
+    let row = |r: &RawRow| RcsRow {
+        frequency_hz: r.frequency_hz,
+        azimuth_deg: r.azimuth_deg,
+        elevation_deg: r.elevation_deg,
+        vv_dbsm: r.dbsm[0],
+        vh_dbsm: r.dbsm[1],
+        hv_dbsm: r.dbsm[2],
+        hh_dbsm: r.dbsm[3],
+        derived_dbsm: Derived::ALL.map(|d| derived.contains(&d).then(|| pair(r, d))),
+        receive_deg: r.receive_deg.map(|(az, el)| [az, el]),
+    };
+    rcs_picture(title, &rows.iter().map(row).collect::<Vec<_>>(), RcsStyle::Auto)
+}
+
 /// PNG of a table of cross sections, as `catseye rcs --plot` draws it.
 ///
 /// Raises BadInput for one direction alone, which makes no curve.
@@ -63,19 +88,7 @@ pub fn picture_rcs(py: Python<'_>, result: &Bound<'_, RcsResult>) -> PyResult<Py
     let result = result.get();
     let rows = result.rows(py)?;
     let title = result.target.clone();
-    png(py, move || {
-        let row = |r: &catseye::formats::rcs_csv::RawRow| RcsRow {
-            frequency_hz: r.frequency_hz,
-            azimuth_deg: r.azimuth_deg,
-            elevation_deg: r.elevation_deg,
-            vv_dbsm: r.dbsm[0],
-            vh_dbsm: r.dbsm[1],
-            hv_dbsm: r.dbsm[2],
-            hh_dbsm: r.dbsm[3],
-            receive_deg: r.receive_deg.map(|(az, el)| [az, el]),
-        };
-        rcs_picture(&title, &rows.iter().map(row).collect::<Vec<_>>(), RcsStyle::Auto)
-    })
+    png(py, move || rcs_plot(&title, &rows, &[]))
 }
 
 /// PNG of a scene: its one body with its dimensions, or all objects from above at time 0.

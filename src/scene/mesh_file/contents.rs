@@ -33,6 +33,16 @@ pub(super) fn vector<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<DVe
     Some(DVec3::new(next()?, next()?, next()?))
 }
 
+/// Drops triangles without area, and tells how many they were.
+pub(super) fn drop_degenerate(mesh: &mut Mesh) -> usize {
+    let area: Vec<bool> =
+        mesh.triangles.iter().map(|t| gltf::has_area(t.map(|c| mesh.positions_m[c as usize]))).collect();
+    let (mut keep, mut keep_too) = (area.iter(), area.iter());
+    mesh.triangles.retain(|_| keep.next() == Some(&true));
+    mesh.material.retain(|_| keep_too.next() == Some(&true));
+    area.iter().filter(|a| !**a).count()
+}
+
 /// Returns an error for more triangles or vertices than are read.
 pub(super) fn check_counts(file: &Path, triangles: usize, vertices: usize) -> Result<()> {
     for (count, most, what) in
