@@ -2,7 +2,7 @@
 
 use crate::arrays::{angles, array, floats, values};
 use crate::errors::OrRaise;
-use crate::{drawn, engine, scene, show, work};
+use crate::{drawn, engine, scene, work};
 use catseye::base::convention::Convention;
 use catseye::base::error::{BadInput, Error};
 use catseye::base::matrix::Matrix2;
@@ -14,6 +14,7 @@ use catseye::rcs::polarisation::Derived;
 use catseye::rcs::{Aspect, Diffraction, Distance, Ground, RcsOptions, Scattering};
 use catseye::road::target::Target;
 use catseye::scene::material;
+use catseye_plot::{Picture, RcsRow, RcsStyle, rcs_picture};
 use num_complex::Complex64;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -191,7 +192,7 @@ impl RcsResult {
         };
         let more = names.iter().map(|n| derived(n)).collect::<catseye::Result<Vec<_>>>().or_raise(py)?;
         let (title, rows) = (self.target.clone(), self.rows(py)?);
-        work::run(py, None, move |_| show::rcs_plot(&title, &rows, &more)?.write(path, force))
+        work::run(py, None, move |_| rcs_plot(&title, &rows, &more)?.write(path, force))
     }
 
     /// The page of `catseye view` for this table, which stands in a notebook's cell; `.open()` shows it in the browser.
@@ -212,6 +213,28 @@ impl RcsResult {
     fn __repr__(&self) -> String {
         format!("<catseye.RcsResult of {}, shape {:?}>", self.target, with_matrix(&self.shape))
     }
+}
+
+/// The plot of a table of cross sections, with these polarisations beside VV, HH, VH and HV.
+///
+/// Errors: one direction alone, which makes no curve.
+pub fn rcs_plot(title: &str, rows: &[RawRow], derived: &[Derived]) -> catseye::Result<Picture> {
+    let pair = |r: &RawRow, d: Derived| {
+        let [[a, b], [c, d]] = d.of(&r.s).map(|row| row.map(|z| dbsm_from_amplitude(z.norm())));
+        [a, b, c, d]
+    };
+    let row = |r: &RawRow| RcsRow {
+        frequency_hz: r.frequency_hz,
+        azimuth_deg: r.azimuth_deg,
+        elevation_deg: r.elevation_deg,
+        vv_dbsm: r.dbsm[0],
+        vh_dbsm: r.dbsm[1],
+        hv_dbsm: r.dbsm[2],
+        hh_dbsm: r.dbsm[3],
+        derived_dbsm: Derived::ALL.map(|d| derived.contains(&d).then(|| pair(r, d))),
+        receive_deg: r.receive_deg.map(|(az, el)| [az, el]),
+    };
+    rcs_picture(title, &rows.iter().map(row).collect::<Vec<_>>(), RcsStyle::Auto)
 }
 
 fn entries(s: &[Matrix2]) -> Vec<Complex64> {

@@ -2,22 +2,16 @@
 
 use crate::arrays::plain;
 use crate::errors::{OrRaise, refuse};
-use crate::rcs::RcsResult;
+use crate::rcs::{RcsResult, rcs_plot};
 use crate::scene::Scene;
 use crate::work::{Afterwards, run_to};
 use catseye::base::error::BadInput;
-use catseye::base::units::dbsm_from_amplitude;
-use catseye::formats::rcs_csv::RawRow;
 use catseye::formats::stage;
-use catseye::rcs::polarisation::Derived;
 use catseye::road::truth_boxes;
 use catseye::scene::gltf::ImportOptions;
 use catseye::scene::{Scene as Contents, Shape};
 use catseye_cli::outlines;
-use catseye_plot::{
-    BirdsEye, Picture, RangeDoppler, RcsRow, RcsStyle, SolidView, birds_eye, range_doppler, rcs_picture,
-    solid_picture,
-};
+use catseye_plot::{BirdsEye, Picture, RangeDoppler, SolidView, birds_eye, range_doppler, solid_picture};
 use catseye_view::{Page, RcsTable};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
@@ -56,28 +50,6 @@ pub fn picture_map(
             unmarked: &[],
         })
     })
-}
-
-/// The plot of a table of cross sections, with these polarisations beside VV, HH, VH and HV.
-///
-/// Errors: one direction alone, which makes no curve.
-pub fn rcs_plot(title: &str, rows: &[RawRow], derived: &[Derived]) -> catseye::Result<Picture> {
-    let pair = |r: &RawRow, d: Derived| {
-        let [[a, b], [c, d]] = d.of(&r.s).map(|row| row.map(|z| dbsm_from_amplitude(z.norm())));
-        [a, b, c, d]
-    };
-    let row = |r: &RawRow| RcsRow {
-        frequency_hz: r.frequency_hz,
-        azimuth_deg: r.azimuth_deg,
-        elevation_deg: r.elevation_deg,
-        vv_dbsm: r.dbsm[0],
-        vh_dbsm: r.dbsm[1],
-        hv_dbsm: r.dbsm[2],
-        hh_dbsm: r.dbsm[3],
-        derived_dbsm: Derived::ALL.map(|d| derived.contains(&d).then(|| pair(r, d))),
-        receive_deg: r.receive_deg.map(|(az, el)| [az, el]),
-    };
-    rcs_picture(title, &rows.iter().map(row).collect::<Vec<_>>(), RcsStyle::Auto)
 }
 
 /// PNG of a table of cross sections, as `catseye rcs --plot` draws it.
