@@ -115,6 +115,7 @@ class Scene:
         up: str | None = None,
         default_material: str | None = None,
         materials: Mapping[str, str] = ...,
+        smooth_deg: float | None = None,
     ) -> Scene: ...
     @staticmethod
     def from_glb(
@@ -124,6 +125,18 @@ class Scene:
         up: str | None = None,
         default_material: str | None = None,
         materials: Mapping[str, str] = ...,
+        smooth_deg: float | None = None,
+    ) -> Scene: ...
+    @staticmethod
+    def from_mesh(
+        vertices_m: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        material: str | Sequence[str] | None = None,
+        normals: ArrayLike | None = None,
+        smooth_deg: float | None = None,
+        name: str = "",
+        class_name: str = "",
     ) -> Scene: ...
     @property
     def name(self) -> str: ...
@@ -246,6 +259,10 @@ class RcsResult:
     @property
     def convergence_db(self) -> float | None: ...
     @property
+    def turned_deg(self) -> tuple[float, float, float]: ...
+    @property
+    def engine_rule(self) -> str | None: ...
+    @property
     def warnings(self) -> list[str]: ...
     def in_polarisation(self, name: str) -> NDArray[np.complex128]: ...
     def plot(
@@ -257,6 +274,9 @@ class RcsResult:
         polar: bool = False,
         ax: Any = None,
     ) -> Any: ...
+    def save_plot(
+        self, path: _Path, *, polarisation: str | Sequence[str] | None = None, force: bool = False
+    ) -> os.PathLike[str]: ...
     def view(self, *, output: _Path | None = None, force: bool = False) -> View: ...
     def _repr_html_(self) -> str: ...
 
@@ -501,12 +521,15 @@ def rcs(
     range_m: float = ...,
     bistatic_azimuth_deg: ArrayLike | None = None,
     bistatic_elevation_deg: ArrayLike | None = None,
-    bounces: int = 3,
+    bounces: int | None = None,
     convention: str = "every",
     accuracy_db: float = 0.1,
     diffraction: str = "none",
     ground: str = "none",
     height_m: float = 0.0,
+    yaw_deg: float = 0.0,
+    pitch_deg: float = 0.0,
+    roll_deg: float = 0.0,
     engine: _Engine | None = None,
     progress: _Progress | None = None,
 ) -> RcsResult: ...

@@ -227,15 +227,36 @@ _RCS_AXES = {
 }
 
 
+#: The place in S of the polarisations that follow from V and H, as (pair, received, sent).
+_DERIVED = {
+    **{f"{p}{q}": ("circular", i, j) for i, p in enumerate("rl") for j, q in enumerate("rl")},
+    **{f"{p}{q}": ("linear45", i, j) for i, p in enumerate(("p45", "m45")) for j, q in enumerate(("p45", "m45"))},
+}
+
+
+def _levels(result: Any, polarisation: str) -> _Floats:
+    """dBsm in the shape of the table's axes."""
+    if polarisation not in _DERIVED:
+        own: _Floats = getattr(result, f"{polarisation}_dbsm")
+        return own
+    pair, rx, tx = _DERIVED[polarisation]
+    with np.errstate(divide="ignore"):
+        levels: _Floats = 10 * np.log10(4 * np.pi * np.abs(result.in_polarisation(pair)[..., rx, tx]) ** 2)
+    return levels
+
+
 def plot_rcs(
     result: Any, polarisation: Any = None, over: str | None = None, at: Mapping[str, float] | None = None, polar: bool = False, ax: Any = None
 ) -> Any:
     """A cut through an RcsResult; see ``RcsResult.plot``."""
     axes = {name: np.asarray(getattr(result, name)) for name in _RCS_AXES if getattr(result, name) is not None}
     wanted = ["vv"] if polarisation is None else [polarisation] if isinstance(polarisation, str) else list(polarisation)
+    pairs = {pair: [name for name, entry in _DERIVED.items() if entry[0] == pair] for pair in ("circular", "linear45")}
+    wanted = [name for one in wanted for name in pairs.get(one, [one])]
+    known = ["vv", "vh", "hv", "hh", *_DERIVED]
     for one in wanted:
-        if one not in ("vv", "vh", "hv", "hh"):
-            raise dsp._bad("polarisation", one, "there is no such polarisation", "vv, vh, hv, hh", "give in_polarisation's result to matplotlib for others")
+        if one not in known:
+            raise dsp._bad("polarisation", one, "there is no such polarisation", ", ".join([*known, *pairs]))
     if over is None:
         # The first of the longest, an angle before the frequency.
         over = max(sorted(axes, key=lambda name: name == "frequency_hz"), key=lambda name: len(axes[name]))
@@ -268,7 +289,7 @@ def plot_rcs(
     top = -np.inf
     number = 0
     for one in wanted:
-        levels = np.moveaxis(getattr(result, f"{one}_dbsm")[tuple(index)], names.index(over), -1)
+        levels = np.moveaxis(_levels(result, one)[tuple(index)], names.index(over), -1)
         for place in np.ndindex(*levels.shape[:-1]):
             values = [(name, kept[name][i]) for name, i in zip(across, place) if len(kept[name]) > 1]
             words = [one.upper()] if len(wanted) > 1 or not values else []

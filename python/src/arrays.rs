@@ -5,7 +5,8 @@ use catseye::base::error::BadInput;
 use catseye::formats::column::{Column, Get};
 use catseye::trace::MAX_BOUNCES;
 use glam::DVec3;
-use numpy::{Element, PyArray1, PyArrayMethods, PyReadonlyArray1};
+use numpy::{Element, PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::borrow::Cow;
@@ -132,6 +133,48 @@ pub fn vector(key: &str, ob: Option<&Bound<'_, PyAny>>) -> PyResult<DVec3> {
             refuse(ob.py(), b.allowed("three finite numbers: x, y, z"))
         }
     }
+}
+
+/// Rows of three numbers of the argument `key`, as NumPy's `dtype`: "int64", which takes whole numbers alone, or "float64".
+pub fn rows_of_three<T: Element + Copy>(
+    key: &str,
+    ob: &Bound<'_, PyAny>,
+    dtype: &str,
+) -> PyResult<Vec<[T; 3]>> {
+    let py = ob.py();
+    let bad = |problem: String| {
+        refuse(py, BadInput::new(problem).key(key).allowed(format!("an array of {dtype} with shape (n, 3)")))
+    };
+    let array = match py.import("numpy")?.call_method1("asarray", (ob,)) {
+        Ok(array) => array,
+        // Rows of several lengths.
+        Err(e) if e.is_instance_of::<PyValueError>(py) => return bad("is not an array of numbers".into()),
+        Err(e) => return Err(e),
+    };
+    let shape: Vec<usize> = array.getattr("shape")?.extract()?;
+    if shape.len() != 2 || shape[1] != 3 {
+        let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
+        return bad(format!("has the shape ({})", lengths.join(", ")));
+    }
+    let given = array.getattr("dtype")?;
+    let kind: String = given.getattr("kind")?.extract()?;
+    let numbers = if dtype == "int64" { "iu" } else { "iuf" };
+    if !numbers.contains(&kind) {
+        return bad(format!("has elements of {given}"));
+    }
+    let array: PyReadonlyArray2<'_, T> = array.call_method1("astype", (dtype,))?.extract()?;
+    Ok(array.as_array().rows().into_iter().map(|row| [row[0], row[1], row[2]]).collect())
+}
+
+/// Yaw, pitch and roll in radians of the arguments of these names in degrees.
+pub fn angles(py: Python<'_>, yaw_deg: f64, pitch_deg: f64, roll_deg: f64) -> PyResult<[f64; 3]> {
+    for (key, angle) in [("yaw_deg", yaw_deg), ("pitch_deg", pitch_deg), ("roll_deg", roll_deg)] {
+        if !(-360.0..=360.0).contains(&angle) {
+            let e = BadInput::new("out of range").key(key).value(angle).allowed("-360..360");
+            return refuse(py, e);
+        }
+    }
+    Ok([yaw_deg, pitch_deg, roll_deg].map(f64::to_radians))
 }
 
 /// A value as Python's own dictionaries, lists and numbers.

@@ -9,6 +9,12 @@ use pyo3::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
+/// The rule by which "auto" chose an engine.
+type Rule = Option<&'static str>;
+
+/// An engine, and the rule where there was a choice.
+type Chosen = (Arc<Opened>, Rule);
+
 /// The adapters of this machine: {"auto": "gpu" or "cpu", "cpu_threads": int, "adapters": [{"name", "driver", ...,
 /// "self_test"}, ...]}, as `catseye devices --json`.
 #[pyfunction]
@@ -114,16 +120,23 @@ impl Engine {
 
 /// Opens an engine that follows beams in the place of this word, or in its own where none is given.
 fn open(device: &str, precision: Precision, trace: Option<&str>) -> Result<Opened> {
-    open_for(device, precision, trace, Purpose::General)
+    Ok(open_for(device, precision, trace, Purpose::General)?.0)
 }
 
-fn open_for(device: &str, precision: Precision, trace: Option<&str>, purpose: Purpose) -> Result<Opened> {
+/// [`open`] for work of this purpose, with the rule by which "auto" chose where there was a choice.
+fn open_for(
+    device: &str,
+    precision: Precision,
+    trace: Option<&str>,
+    purpose: Purpose,
+) -> Result<(Opened, Rule)> {
     let place = trace.map(Tracing::parse).transpose()?;
-    let (engine, _) = Opened::open_for(device, precision, purpose)?;
-    match place {
-        Some(place) => engine.with_tracing(place),
-        None => Ok(engine),
-    }
+    let (engine, rule) = Opened::open_for(device, precision, purpose)?;
+    let engine = match place {
+        Some(place) => engine.with_tracing(place)?,
+        None => engine,
+    };
+    Ok((engine, rule))
 }
 
 /// The engine that arguments mean: an Engine, or a device by name with the place where it follows beams, which is opened once in a
@@ -133,7 +146,7 @@ pub fn resolve(
     argument: Option<&Bound<'_, PyAny>>,
     trace: Option<&str>,
 ) -> PyResult<Arc<Opened>> {
-    resolve_for(py, argument, trace, Purpose::General)
+    Ok(resolve_for(py, argument, trace, Purpose::General)?.0)
 }
 
 /// [`resolve`] for frames of scenes, for which "auto" has a rule of its own.
@@ -143,7 +156,7 @@ pub fn resolve_for_frames(
     trace: Option<&str>,
 ) -> PyResult<Arc<Opened>> {
     let purpose = if trace == Some("device") { Purpose::General } else { Purpose::Frames };
-    resolve_for(py, argument, trace, purpose)
+    Ok(resolve_for(py, argument, trace, purpose)?.0)
 }
 
 /// Whether the purpose decides which engine an argument means.
@@ -152,14 +165,14 @@ pub fn has_choice(argument: Option<&Bound<'_, PyAny>>) -> bool {
     device.is_ok_and(|device| Opened::has_choice(&device, Precision::F32))
 }
 
-/// [`resolve`] for work of this purpose.
+/// [`resolve`] for work of this purpose, with the rule by which "auto" chose; None where there was no choice.
 pub fn resolve_for(
     py: Python<'_>,
     argument: Option<&Bound<'_, PyAny>>,
     trace: Option<&str>,
     purpose: Purpose,
-) -> PyResult<Arc<Opened>> {
-    type Known = HashMap<(u32, String, Option<String>, Purpose), Arc<Opened>>;
+) -> PyResult<Chosen> {
+    type Known = HashMap<(u32, String, Option<String>, Purpose), Chosen>;
     static KNOWN: Mutex<Option<Known>> = Mutex::new(None);
     let device = match argument {
         None => "auto".to_string(),
@@ -173,7 +186,7 @@ pub fn resolve_for(
                     let e = e.allowed(opened.tracing().word());
                     return refuse(py, e.remedy("give trace to Engine(...)"));
                 }
-                return Ok(opened);
+                return Ok((opened, None));
             }
             Err(_) => a.extract::<String>().map_err(|_| {
                 pyo3::exceptions::PyTypeError::new_err("engine is neither an Engine nor the name of a device")
@@ -182,14 +195,15 @@ pub fn resolve_for(
     };
     let place = trace.map(String::from);
     let key = (std::process::id(), device.clone(), place.clone(), purpose);
-    let known = |f: &mut dyn FnMut(&mut Known) -> Option<Arc<Opened>>| {
+    let known = |f: &mut dyn FnMut(&mut Known) -> Option<Chosen>| {
         f(KNOWN.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default())
     };
     if let Some(engine) = known(&mut |k| k.get(&key).cloned()) {
         return Ok(engine);
     }
-    let engine =
-        Arc::new(work::run(py, None, move |_| open_for(&device, Precision::F32, place.as_deref(), purpose))?);
-    known(&mut |k| k.insert(key.clone(), engine.clone()));
-    Ok(engine)
+    let (engine, rule) =
+        work::run(py, None, move |_| open_for(&device, Precision::F32, place.as_deref(), purpose))?;
+    let opened = (Arc::new(engine), rule);
+    known(&mut |k| k.insert(key.clone(), opened.clone()));
+    Ok(opened)
 }

@@ -1,9 +1,9 @@
 //! Cross sections.
 
-use crate::arrays::{array, floats, values};
+use crate::arrays::{angles, array, floats, values};
 use crate::errors::OrRaise;
 use crate::{drawn, engine, scene, work};
-use catseye::base::convention::Convention;
+use catseye::base::convention::{Convention, MAX_BOUNCES};
 use catseye::base::error::{BadInput, Error};
 use catseye::base::matrix::Matrix2;
 use catseye::base::units::{DEFAULT_FREQUENCY_HZ, dbsm_from_amplitude};
@@ -12,10 +12,13 @@ use catseye::engine::sweep::{Sweep, check_size};
 use catseye::formats::rcs_csv::RawRow;
 use catseye::rcs::polarisation::Derived;
 use catseye::rcs::{Aspect, Diffraction, Distance, Ground, RcsOptions, Scattering};
+use catseye::road::target::Target;
 use catseye::scene::material;
+use catseye_plot::{Picture, RcsRow, RcsStyle, rcs_picture};
 use num_complex::Complex64;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::sync::Arc;
 
 /// Scattering matrices of a sweep. Axes of `s`, none of them ever dropped: [frequency, elevation, azimuth, rx, tx], and
 /// [frequency, elevation, azimuth, bistatic_elevation, bistatic_azimuth, rx, tx] for a receiver that stands elsewhere; rx
@@ -52,6 +55,12 @@ pub struct RcsResult {
     /// Change against a finer run where cells or curved facets are involved, dB; None where flat facets are exact.
     #[pyo3(get)]
     convergence_db: Option<f64>,
+    /// (yaw, pitch, roll) by which the target was turned, degrees.
+    #[pyo3(get)]
+    turned_deg: (f64, f64, f64),
+    /// The rule by which "auto" chose the engine; None where there was no choice, as on a machine without a hardware GPU.
+    #[pyo3(get)]
+    engine_rule: Option<&'static str>,
     /// What may be wrong with the result; each was also given to `warnings.warn`.
     #[pyo3(get)]
     warnings: Vec<String>,
@@ -133,18 +142,15 @@ impl RcsResult {
     /// S in other polarisations (CONVENTIONS eq. 40-42), in the shape of `s`: "linear45" (0 at +45, 1 at -45 deg) or "circular" (0
     /// right-hand, 1 left-hand, IEEE Std 145).
     fn in_polarisation(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
-        let derived = match name {
-            "linear45" => Derived::Linear45,
-            "circular" => Derived::Circular,
-            other => return Err(unknown("polarisation", other, "linear45, circular")).or_raise(py),
-        };
+        let derived = derived(name).or_raise(py)?;
         let all: Vec<_> = self.matrices.iter().map(|s| derived.of(s)).collect();
         array(py, entries(&all), &with_matrix(&self.shape))
     }
 
     /// A cut through the table with matplotlib, in dBsm; returns the Axes.
     ///
-    /// polarisation: one of "vv", "vh", "hv", "hh" (first letter received), or several in a sequence; default "vv". over: the axis that the curve runs along, as
+    /// polarisation: one of "vv", "vh", "hv", "hh" (first letter received), of "rr", "rl", "lr", "ll" (circular) or of "p45p45", "p45m45", "m45p45",
+    /// "m45m45" (linear at +45 and -45 deg), or several in a sequence; "circular" and "linear45" are all four of theirs; default "vv". over: the axis that the curve runs along, as
     /// "azimuth_deg", default the longest. at: values of other axes by their names, as {"elevation_deg": 1.0}; without it each value has a curve,
     /// ten at most. polar: on a disc with 0 up and positive azimuth left. ax: Axes to draw into. Raises ImportError without matplotlib.
     #[pyo3(signature = (polarisation = None, *, over = None, at = None, polar = false, ax = None))]
@@ -164,6 +170,29 @@ impl RcsResult {
         keywords.set_item("polar", polar)?;
         keywords.set_item("ax", ax)?;
         drawn::call(slf, "plot_rcs", Some(&keywords))
+    }
+
+    /// Writes the plot of `catseye rcs --plot`, of all polarisations and frequencies; needs no matplotlib.
+    ///
+    /// path: the file, PNG, or SVG or PDF when its name ends so. polarisation: further ones to draw, "linear45", "circular", or both in a
+    /// sequence. force: replace an existing file. Raises BadInput for another ending, a file that exists, and a result of one direction alone.
+    #[pyo3(signature = (path, *, polarisation = None, force = false))]
+    fn save_plot(
+        &self,
+        py: Python<'_>,
+        path: std::path::PathBuf,
+        polarisation: Option<&Bound<'_, PyAny>>,
+        force: bool,
+    ) -> PyResult<std::path::PathBuf> {
+        let names = match polarisation {
+            None => Vec::new(),
+            Some(one) => {
+                one.extract::<String>().map(|n| vec![n]).or_else(|_| one.extract::<Vec<String>>())?
+            }
+        };
+        let more = names.iter().map(|n| derived(n)).collect::<catseye::Result<Vec<_>>>().or_raise(py)?;
+        let (title, rows) = (self.target.clone(), self.rows(py)?);
+        work::run(py, None, move |_| rcs_plot(&title, &rows, &more)?.write(path, force))
     }
 
     /// The page of `catseye view` for this table, which stands in a notebook's cell; `.open()` shows it in the browser.
@@ -186,12 +215,43 @@ impl RcsResult {
     }
 }
 
+/// The plot of a table of cross sections, with these polarisations beside VV, HH, VH and HV.
+///
+/// Errors: one direction alone, which makes no curve.
+pub fn rcs_plot(title: &str, rows: &[RawRow], derived: &[Derived]) -> catseye::Result<Picture> {
+    let pair = |r: &RawRow, d: Derived| {
+        let [[a, b], [c, d]] = d.of(&r.s).map(|row| row.map(|z| dbsm_from_amplitude(z.norm())));
+        [a, b, c, d]
+    };
+    let row = |r: &RawRow| RcsRow {
+        frequency_hz: r.frequency_hz,
+        azimuth_deg: r.azimuth_deg,
+        elevation_deg: r.elevation_deg,
+        vv_dbsm: r.dbsm[0],
+        vh_dbsm: r.dbsm[1],
+        hv_dbsm: r.dbsm[2],
+        hh_dbsm: r.dbsm[3],
+        derived_dbsm: Derived::ALL.map(|d| derived.contains(&d).then(|| pair(r, d))),
+        receive_deg: r.receive_deg.map(|(az, el)| [az, el]),
+    };
+    rcs_picture(title, &rows.iter().map(row).collect::<Vec<_>>(), RcsStyle::Auto)
+}
+
 fn entries(s: &[Matrix2]) -> Vec<Complex64> {
     s.as_flattened().as_flattened().to_vec()
 }
 
 fn with_matrix(shape: &[usize]) -> Vec<usize> {
     [shape, &[2, 2]].concat()
+}
+
+/// A pair of polarisations by its name.
+fn derived(name: &str) -> catseye::Result<Derived> {
+    match name {
+        "linear45" => Ok(Derived::Linear45),
+        "circular" => Ok(Derived::Circular),
+        other => Err(unknown("polarisation", other, "linear45, circular")),
+    }
 }
 
 fn unknown(key: &str, value: &str, allowed: &str) -> Error {
@@ -221,16 +281,20 @@ fn ground(name: &str) -> catseye::Result<Ground> {
 /// the target's origin, azimuth positive left, elevation positive up; with height_m they and range_m are seen from the point of the
 /// ground below it, while levels stay those for the distance of the origin. frequency_hz, azimuth_deg, elevation_deg: a number or a
 /// sequence, taken as a product. range_m: distance of the radar from the target's origin, inf for a plane wave. bistatic_azimuth_deg,
-/// bistatic_elevation_deg: receive there and not where the transmitter stands. bounces: reflections of one beam, 1 to 8. convention: "every"
+/// bistatic_elevation_deg: receive there and not where the transmitter stands. bounces: reflections of one beam, 1 to 8; None follows
+/// as many as change anything within accuracy_db. convention: "every"
 /// or "last", which bounces radiate. accuracy_db: error that curved surfaces and finite range may bring. diffraction: "none" or
-/// "ptd". ground: "none", "pec" or a material, the endless plane z = 0; height_m is the height of the target's origin over it. engine: an Engine or the name of a
+/// "ptd". ground: "none", "pec" or a material, the endless plane z = 0; height_m is the height of the target's origin over it. yaw_deg, pitch_deg, roll_deg: turn
+/// the target about its origin: yaw about z, positive left, then pitch about its new y axis, positive front down, then roll about its new x axis, positive right
+/// side down. engine: an Engine or the name of a
 /// device. progress: called with the number of directions done and of all.
 ///
 /// Raises BadInput as `catseye rcs`; Ctrl-C ends it within a batch of 1024 directions.
 #[pyfunction]
 #[pyo3(signature = (target, *, frequency_hz = None, azimuth_deg = None, elevation_deg = None, range_m = f64::INFINITY,
-    bistatic_azimuth_deg = None, bistatic_elevation_deg = None, bounces = 3, convention = "every", accuracy_db = 0.1,
-    diffraction = "none", ground = "none", height_m = 0.0, engine = None, progress = None))]
+    bistatic_azimuth_deg = None, bistatic_elevation_deg = None, bounces = None, convention = "every", accuracy_db = 0.1,
+    diffraction = "none", ground = "none", height_m = 0.0, yaw_deg = 0.0, pitch_deg = 0.0, roll_deg = 0.0, engine = None,
+    progress = None))]
 #[allow(clippy::too_many_arguments)] // keywords
 pub fn rcs(
     py: Python<'_>,
@@ -241,12 +305,15 @@ pub fn rcs(
     range_m: f64,
     bistatic_azimuth_deg: Option<&Bound<'_, PyAny>>,
     bistatic_elevation_deg: Option<&Bound<'_, PyAny>>,
-    bounces: usize,
+    bounces: Option<usize>,
     convention: &str,
     accuracy_db: f64,
     diffraction: &str,
     ground: &str,
     height_m: f64,
+    yaw_deg: f64,
+    pitch_deg: f64,
+    roll_deg: f64,
     engine: Option<&Bound<'_, PyAny>>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<RcsResult> {
@@ -266,8 +333,8 @@ pub fn rcs(
         other => return Err(unknown("convention", other, "every, last")).or_raise(py),
     };
     let options = RcsOptions {
-        bounces,
-        most_bounces: bounces,
+        bounces: bounces.unwrap_or(3),
+        most_bounces: bounces.unwrap_or(MAX_BOUNCES),
         distance: if range_m == f64::INFINITY { Distance::Infinite } else { Distance::At(range_m) },
         accuracy_db,
         diffraction: match diffraction {
@@ -292,14 +359,21 @@ pub fn rcs(
     sweep.check().or_raise(py)?;
 
     let looks = shape[1..].iter().product::<usize>() as u64;
+    let [yaw, pitch, roll] = angles(py, yaw_deg, pitch_deg, roll_deg)?;
     let target = scene::resolve(target)?;
     let (frequencies_hz, target_name) = (sweep.frequencies_hz.clone(), target.name);
-    let contents = target.contents;
+    let mut contents = target.contents;
+    if [yaw, pitch, roll] != [0.0; 3] {
+        let scene = Arc::unwrap_or_clone(contents);
+        let mut turned = Target { name: String::new(), scene, boresight_deg: target.boresight_deg };
+        turned.turn(yaw, pitch, roll);
+        contents = Arc::new(turned.scene);
+    }
     let purpose = match engine::has_choice(engine) {
         true => Purpose::of_target(&contents, &frequencies_hz, sweep.options.accuracy_db).or_raise(py)?,
         false => Purpose::General,
     };
-    let engine = engine::resolve_for(py, engine, None, purpose)?;
+    let (engine, engine_rule) = engine::resolve_for(py, engine, None, purpose)?;
     let (swept, told) = work::run(py, progress, move |watch| {
         watch.expect(looks);
         let mut told = scene::warnings(&contents, sweep.frequencies_hz[0])?;
@@ -330,6 +404,8 @@ pub fn rcs(
         dbsm: array(py, levels, &full)?,
         convention: name,
         convergence_db: swept.accuracy.db(),
+        turned_deg: (yaw_deg, pitch_deg, roll_deg),
+        engine_rule,
         warnings: told,
         matrices,
         shape,

@@ -1,6 +1,6 @@
 //! Scenes: from files, from road descriptions, from reflectors, and put together.
 
-use crate::arrays::{array, dictionary, plain, vector};
+use crate::arrays::{angles, array, dictionary, plain, rows_of_three, vector};
 use crate::errors::{OrRaise, refuse};
 use crate::{drawn, work};
 use catseye::base::error::BadInput;
@@ -12,9 +12,12 @@ use catseye::road::labels::RoadTruth;
 use catseye::road::reflector::Reflector;
 use catseye::road::{build, glb, reflector as library, scene_toml, target, truth_boxes};
 use catseye::scene::gltf::{self, ImportOptions};
+use catseye::scene::mesh_file::{MeshArrays, from_arrays};
 use catseye::scene::scenario::{Label, Placement};
+use catseye::scene::tidy::check_smooth_deg;
 use catseye::scene::{Scene as Contents, Shape, material, mesh_file};
 use numpy::IntoPyArray;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::collections::BTreeMap;
@@ -40,6 +43,7 @@ fn import_options(
     up: Option<&str>,
     default_material: Option<String>,
     materials: BTreeMap<String, String>,
+    smooth_deg: Option<f64>,
 ) -> PyResult<ImportOptions> {
     for m in materials.values().chain(&default_material) {
         material::parse_spec(m).or_raise(py)?;
@@ -51,6 +55,7 @@ fn import_options(
         up_given: up.is_some(),
         default_material,
         material_map: materials.into_iter().collect(),
+        smooth_deg: smooth_deg.map(check_smooth_deg).transpose().or_raise(py)?,
         ..ImportOptions::default()
     })
 }
@@ -85,9 +90,10 @@ impl Scene {
     ///
     /// unit: of the file's coordinates (m, cm, mm, in, ft); up: its axis that points up (y, z): glTF is in m with y up, the
     /// others state neither; materials: radar
-    /// material for a material name of the file; default_material: for what has none.
+    /// material for a material name of the file; default_material: for what has none. smooth_deg: edges that turn by more are creases (0 takes
+    /// every facet as flat); None is 30 degrees, and a glTF file without normals is flat.
     #[staticmethod]
-    #[pyo3(signature = (path, *, unit = None, up = None, default_material = None, materials = BTreeMap::new()))]
+    #[pyo3(signature = (path, *, unit = None, up = None, default_material = None, materials = BTreeMap::new(), smooth_deg = None))]
     fn load(
         py: Python<'_>,
         path: PathBuf,
@@ -95,8 +101,9 @@ impl Scene {
         up: Option<&str>,
         default_material: Option<String>,
         materials: BTreeMap<String, String>,
+        smooth_deg: Option<f64>,
     ) -> PyResult<Scene> {
-        let mut options = import_options(py, unit, up, default_material, materials)?;
+        let mut options = import_options(py, unit, up, default_material, materials, smooth_deg)?;
         // A glTF file of whole roads is loaded in the same way: no size is doubted.
         options.unit_given |= !mesh_file::leaves_unit_open(&path, &options);
         Scene::loaded(py, path.to_string_lossy().into_owned(), options)
@@ -104,7 +111,7 @@ impl Scene {
 
     /// The bytes of a .glb file.
     #[staticmethod]
-    #[pyo3(signature = (data, *, unit = None, up = None, default_material = None, materials = BTreeMap::new()))]
+    #[pyo3(signature = (data, *, unit = None, up = None, default_material = None, materials = BTreeMap::new(), smooth_deg = None))]
     fn from_glb(
         py: Python<'_>,
         data: Vec<u8>,
@@ -112,12 +119,62 @@ impl Scene {
         up: Option<&str>,
         default_material: Option<String>,
         materials: BTreeMap<String, String>,
+        smooth_deg: Option<f64>,
     ) -> PyResult<Scene> {
-        let options = import_options(py, unit, up, default_material, materials)?;
+        let options = import_options(py, unit, up, default_material, materials, smooth_deg)?;
         work::run(py, None, move |_| {
             let contents = gltf::import_bytes(&data, "data".as_ref(), None, &options)?;
             let truth = glb::truth_of(&data)?.map(Arc::new);
             Ok(Scene { truth, ..Scene::of(String::new(), contents) })
+        })
+    }
+
+    /// A scene of one object, whose mesh is given by arrays.
+    ///
+    /// vertices_m: float64 [vertex, 3], corners in m: x forward, y left, z up. triangles: int [triangle, 3], vertices of each triangle from 0,
+    /// counter-clockwise seen from outside. material: name of the radar material as in `materials()`, or a sequence with one for each
+    /// triangle. normals: float64 [vertex, 3] of any length, of the smooth surface that the facets stand for; zero where they are flat;
+    /// None when all of them are. smooth_deg: edges that turn by more are creases; with it a mesh without normals gets those of its smooth
+    /// surfaces. name, class_name: of the object. Vertices that nothing uses and triangles without area are left out; `notes`
+    /// tells of the latter.
+    ///
+    /// Raises BadInput for another shape or type of an array, numbers that are not finite, indices of vertices that do not exist, an
+    /// unknown material, and a mesh without a triangle.
+    #[staticmethod]
+    #[pyo3(signature = (vertices_m, triangles, *, material = None, normals = None, smooth_deg = None, name = "", class_name = ""))]
+    fn from_mesh(
+        vertices_m: &Bound<'_, PyAny>,
+        triangles: &Bound<'_, PyAny>,
+        material: Option<&Bound<'_, PyAny>>,
+        normals: Option<&Bound<'_, PyAny>>,
+        smooth_deg: Option<f64>,
+        name: &str,
+        class_name: &str,
+    ) -> PyResult<Scene> {
+        let py = vertices_m.py();
+        let vectors = |key: &str, ob: &Bound<'_, PyAny>| -> PyResult<Vec<glam::DVec3>> {
+            Ok(rows_of_three(key, ob, "float64")?.into_iter().map(glam::DVec3::from_array).collect())
+        };
+        let materials = match material {
+            None => vec!["pec".into()],
+            Some(one) => match one.extract::<String>() {
+                Ok(one) => vec![one],
+                Err(_) => one.extract::<Vec<String>>().map_err(|_| {
+                    PyTypeError::new_err("material is neither a name nor a sequence of names")
+                })?,
+            },
+        };
+        let arrays = MeshArrays {
+            vertices_m: vectors("vertices_m", vertices_m)?,
+            triangles: rows_of_three("triangles", triangles, "int64")?,
+            normals: normals.map(|n| vectors("normals", n)).transpose()?,
+            materials,
+            smooth_deg,
+        };
+        let (name, class) = (name.to_string(), class_name.to_string());
+        work::run(py, None, move |_| {
+            let contents = from_arrays(&name, &class, arrays)?;
+            Ok(Scene::of(name, contents))
         })
     }
 
@@ -269,15 +326,9 @@ impl Scene {
         class_name: &str,
     ) -> PyResult<Vec<u32>> {
         let py = slf.py();
-        for (key, angle) in [("yaw_deg", yaw_deg), ("pitch_deg", pitch_deg), ("roll_deg", roll_deg)] {
-            if !(-360.0..=360.0).contains(&angle) {
-                let e = BadInput::new("out of range").key(key).value(angle).allowed("-360..360");
-                return refuse(py, e);
-            }
-        }
+        let [yaw, pitch, roll] = angles(py, yaw_deg, pitch_deg, roll_deg)?;
         // Before this scene is borrowed: it may be the same one.
         let added = resolve(other)?.contents;
-        let [yaw, pitch, roll] = [yaw_deg, pitch_deg, roll_deg].map(f64::to_radians);
         let pose = Pose::from_yaw_pitch_roll(vector("position_m", position_m)?, yaw, pitch, roll);
         let velocity = vector("velocity_mps", velocity_mps)?;
         let mut this = slf.try_borrow_mut()?;
@@ -359,9 +410,7 @@ pub fn resolve(argument: &Bound<'_, PyAny>) -> PyResult<Scene> {
         return Ok(scene.try_borrow()?.clone());
     }
     let name: PathBuf = argument.extract().map_err(|_| {
-        pyo3::exceptions::PyTypeError::new_err(
-            "expected a Scene, a path, or a reflector as in 'plate:width_m=1'",
-        )
+        PyTypeError::new_err("expected a Scene, a path, or a reflector as in 'plate:width_m=1'")
     })?;
     Scene::loaded(argument.py(), name.to_string_lossy().into_owned(), ImportOptions::default())
 }

@@ -2,7 +2,7 @@
 
 use crate::arrays::plain;
 use crate::errors::{OrRaise, refuse};
-use crate::rcs::RcsResult;
+use crate::rcs::{RcsResult, rcs_plot};
 use crate::scene::Scene;
 use crate::work::{Afterwards, run_to};
 use catseye::base::error::BadInput;
@@ -11,10 +11,7 @@ use catseye::road::truth_boxes;
 use catseye::scene::gltf::ImportOptions;
 use catseye::scene::{Scene as Contents, Shape};
 use catseye_cli::outlines;
-use catseye_plot::{
-    BirdsEye, Picture, RangeDoppler, RcsRow, RcsStyle, SolidView, birds_eye, range_doppler, rcs_picture,
-    solid_picture,
-};
+use catseye_plot::{BirdsEye, Picture, RangeDoppler, SolidView, birds_eye, range_doppler, solid_picture};
 use catseye_view::{Page, RcsTable};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
@@ -63,19 +60,7 @@ pub fn picture_rcs(py: Python<'_>, result: &Bound<'_, RcsResult>) -> PyResult<Py
     let result = result.get();
     let rows = result.rows(py)?;
     let title = result.target.clone();
-    png(py, move || {
-        let row = |r: &catseye::formats::rcs_csv::RawRow| RcsRow {
-            frequency_hz: r.frequency_hz,
-            azimuth_deg: r.azimuth_deg,
-            elevation_deg: r.elevation_deg,
-            vv_dbsm: r.dbsm[0],
-            vh_dbsm: r.dbsm[1],
-            hv_dbsm: r.dbsm[2],
-            hh_dbsm: r.dbsm[3],
-            receive_deg: r.receive_deg.map(|(az, el)| [az, el]),
-        };
-        rcs_picture(&title, &rows.iter().map(row).collect::<Vec<_>>(), RcsStyle::Auto)
-    })
+    png(py, move || rcs_plot(&title, &rows, &[]))
 }
 
 /// PNG of a scene: its one body with its dimensions, or all objects from above at time 0.

@@ -84,9 +84,65 @@ def test_scene_and_specification_agree(engine):
     assert a.target == b.target
 
 
+def test_a_turned_target_is_seen_from_elsewhere(engine):
+    level = dict(elevation_deg=0.0, engine=engine)
+    turned = catseye.rcs("plate:width_m=0.1,height_m=0.05", azimuth_deg=20.0, yaw_deg=20.0, **level)
+    straight = catseye.rcs("plate:width_m=0.1,height_m=0.05", azimuth_deg=0.0, **level)
+    np.testing.assert_allclose(turned.s, straight.s, rtol=1e-9, atol=1e-12)
+    assert turned.turned_deg == (20.0, 0.0, 0.0) and straight.turned_deg == (0.0, 0.0, 0.0)
+    # Yaw, then pitch, then roll, as a scene turns what is added to it; the scene that is given stays as it is.
+    target = catseye.reflector("dihedral")
+    angles = dict(yaw_deg=10.0, pitch_deg=-20.0, roll_deg=30.0)
+    placed = catseye.Scene()
+    placed.add(target, **angles)
+    azimuth = np.arange(-30, 31, 10.0)
+    np.testing.assert_array_equal(catseye.rcs(target, azimuth_deg=azimuth, engine=engine, **angles).s, catseye.rcs(placed, azimuth_deg=azimuth, engine=engine).s)
+    np.testing.assert_array_equal(catseye.rcs(target, engine=engine).s, catseye.rcs("dihedral", engine=engine).s)
+
+
+def test_the_rule_of_auto_is_told():
+    found = catseye.rcs("plate")
+    on_gpu = catseye.devices()["auto"] != "cpu"
+    assert (found.engine_rule is not None) == on_gpu
+    assert catseye.rcs("plate", engine="cpu").engine_rule is None
+
+
+def test_a_mesh_of_arrays_has_the_cross_section_of_its_reflector(engine):
+    y, z = 0.05, 0.025
+    vertices = np.array([[0, -y, -z], [0, y, -z], [0, y, z], [0, -y, z]])
+    mesh = catseye.Scene.from_mesh(vertices, [[0, 1, 2], [0, 2, 3]], name="sign")
+    assert mesh.name == "sign" and mesh.materials == ["pec"] and mesh.triangle_count == 2
+    azimuth = np.arange(-20, 21, 5.0)
+    a = catseye.rcs(mesh, azimuth_deg=azimuth, engine=engine)
+    b = catseye.rcs("plate:width_m=0.1,height_m=0.05,material=pec", azimuth_deg=azimuth, engine=engine)
+    np.testing.assert_allclose(a.s, b.s, rtol=1e-9, atol=1e-9)
+
+
+def test_a_plot_is_saved_as_its_name_says(tmp_path, engine):
+    found = catseye.rcs("plate:width_m=0.05,height_m=0.05", azimuth_deg=range(-30, 31), frequency_hz=[76e9, 77e9], engine=engine)
+    starts = {"a.png": b"\x89PNG", "a.svg": b"<svg", "a.pdf": b"%PDF-"}
+    for name, start in starts.items():
+        path = found.save_plot(tmp_path / name, polarisation=["circular", "linear45"])
+        assert path == tmp_path / name and path.read_bytes().startswith(start)
+    text = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert '"RL, 77 GHz"' in text and '"VV, 76 GHz"' in text
+    with pytest.raises(catseye.BadInput, match="exists"):
+        found.save_plot(tmp_path / "a.svg")
+    found.save_plot(tmp_path / "a.svg", force=True)
+    assert "RL" not in (tmp_path / "a.svg").read_text(encoding="utf-8")
+    with pytest.raises(catseye.BadInput, match=r"\.png, \.svg, \.pdf"):
+        found.save_plot(tmp_path / "a.jpg")
+    with pytest.raises(catseye.BadInput, match="linear45, circular"):
+        found.save_plot(tmp_path / "b.png", polarisation="elliptic")
+    with pytest.raises(catseye.BadInput, match="single direction"):
+        catseye.rcs("plate", engine=engine).save_plot(tmp_path / "b.png")
+
+
 @pytest.mark.parametrize(
     "arguments, parts",
     [
+        ({"yaw_deg": 400.0}, ("yaw_deg = 400", "-360..360")),
+        ({"roll_deg": float("nan")}, ("roll_deg = NaN", "-360..360")),
         ({"bounces": 0}, ("bounces = 0", "1..=8")),
         ({"range_m": -1.0}, ("range_m = -1", "a positive number, or inf")),
         ({"range_m": 0.01}, ("range_m = 0.01", "bounding sphere")),

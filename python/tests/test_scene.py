@@ -53,6 +53,58 @@ def test_a_scene_is_put_together():
             scene.add("plate", **bad)
 
 
+CORNERS = [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]
+FACES = [[0, 1, 2], [0, 2, 3]]
+
+
+def test_a_mesh_is_given_by_arrays():
+    scene = catseye.Scene.from_mesh(np.array(CORNERS, np.float32), np.array(FACES, np.uint8), material=["steel", "pec"], name="door", class_name="car")
+    assert scene.materials == ["steel", "pec"] and scene.notes == []
+    assert scene.objects[0]["name"] == "door" and scene.objects[0]["class"] == "car"
+    np.testing.assert_array_equal(scene.triangles()["corners_m"], np.array(CORNERS, float)[np.array(FACES)])
+    np.testing.assert_array_equal(scene.triangles()["material"], [0, 1])
+    # Columns of a larger array, in another order of memory.
+    wide = np.asfortranarray(np.pad(np.array(CORNERS, float), ((0, 0), (0, 2))))
+    assert catseye.Scene.from_mesh(wide[:, :3], FACES).to_glb() == catseye.Scene.from_mesh(CORNERS, FACES).to_glb()
+    tilted = catseye.Scene.from_mesh(CORNERS, FACES, normals=[[1, 0, z] for z in (-0.1, -0.1, 0.1, 0.1)])
+    assert tilted.to_glb() != catseye.Scene.from_mesh(CORNERS, FACES, normals=[[5, 0, 0]] * 4).to_glb()
+    dropped = catseye.Scene.from_mesh(CORNERS, [*FACES, [1, 1, 2]])
+    assert dropped.triangle_count == 2 and "1 triangles without area" in dropped.notes[0]
+    world = catseye.Scene()
+    world.add(dropped, position_m=[10, 0, 0])
+    assert world.triangle_count == 2
+
+
+@pytest.mark.parametrize(
+    "arguments, parts",
+    [
+        ({"vertices_m": np.zeros((4, 2))}, ("vertices_m", "shape (4, 2)", "float64", "(n, 3)")),
+        ({"vertices_m": np.zeros(3)}, ("vertices_m", "shape (3)")),
+        ({"vertices_m": [[0, 0, 0], [1, 1]]}, ("vertices_m", "not an array of numbers")),
+        ({"vertices_m": [["a", "b", "c"]]}, ("vertices_m", "has elements of")),
+        ({"vertices_m": [[0, 0, 0], [0, np.nan, 0], [0, 1, 1], [0, 0, 1]]}, ("vertices_m[1]", "finite")),
+        ({"vertices_m": [[0, 0, 0], [0, 2e9, 0], [0, 1, 1], [0, 0, 1]]}, ("vertices_m[1]", "1e9 m")),
+        ({"triangles": [[0.0, 1.0, 2.0]]}, ("triangles", "elements of float64", "int64")),
+        ({"triangles": [0, 1, 2]}, ("triangles", "shape (3)", "(n, 3)")),
+        ({"triangles": [[0, 1, 4]]}, ("triangles[0] = [0, 1, 4]", "0..=3")),
+        ({"triangles": [[0, 1, 2], [0, -1, 2]]}, ("triangles[1] = [0, -1, 2]", "0..=3")),
+        ({"triangles": np.zeros((0, 3), int)}, ("triangles", "no triangle")),
+        ({"triangles": [[0, 0, 1]]}, ("triangles", "no area")),
+        ({"normals": [[0, 0, 1]]}, ("normals = 1", "allowed: 4")),
+        ({"normals": [[0, 0, np.inf]] * 4}, ("normals[0]", "not finite")),
+        ({"material": "chees"}, ("chees",)),
+        ({"material": ["pec"] * 3}, ("material = 3 names", "1 or 2")),
+    ],
+)
+def test_arrays_that_are_no_mesh(arguments, parts):
+    with pytest.raises(catseye.BadInput) as e:
+        catseye.Scene.from_mesh(**({"vertices_m": CORNERS, "triangles": FACES} | arguments))
+    for part in parts:
+        assert part in str(e.value), str(e.value)
+    with pytest.raises(TypeError):
+        catseye.Scene.from_mesh(CORNERS, FACES, material=3)
+
+
 def test_files_come_back(tmp_path):
     scene = catseye.reflector("trihedral")
     path = scene.save(tmp_path / "t.glb")

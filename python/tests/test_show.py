@@ -304,6 +304,10 @@ def test_cuts_of_a_table(table):
     one = table.plot(["hh", "vh"], at={"elevation_deg": 2.0})
     np.testing.assert_array_equal(one.get_lines()[0].get_ydata(), table.hh_dbsm[0, 1])
     assert [line.get_label() for line in one.get_lines()] == ["HH", "VH"]
+    round_about = table.plot(["vv", "circular"], at={"elevation_deg": 2.0})
+    assert [line.get_label() for line in round_about.get_lines()] == ["VV", "RR", "RL", "LR", "LL"]
+    right_left = 4 * np.pi * np.abs(table.in_polarisation("circular")[0, 1, :, 0, 1]) ** 2
+    np.testing.assert_allclose(round_about.get_lines()[2].get_ydata(), np.maximum(10 * np.log10(right_left), -400))
     # Cross-polarisation that symmetry forbids does not stretch the axis.
     assert one.get_ylim()[1] - one.get_ylim()[0] < 70
     up = table.plot(over="elevation_deg", at={"azimuth_deg": 0})

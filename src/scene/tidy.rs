@@ -78,16 +78,10 @@ fn tidied(mesh: &mut Mesh, smooth_deg: f64, invents: bool) -> Tidied {
     let welded = weld(&mut welded_mesh);
     let mut dropped = 0;
     if welded > 0 {
-        let wide = |t: &[u32; 3]| has_area(t.map(|c| welded_mesh.positions_m[c as usize]));
-        let keep: Vec<bool> = welded_mesh.triangles.iter().map(wide).collect();
-        dropped = keep.iter().filter(|k| !**k).count();
+        let gone = drop_degenerate(&mut welded_mesh);
         // A thing smaller than the tolerance is left as it is.
-        if dropped < keep.len() {
-            let mut kept = keep.iter();
-            welded_mesh.triangles.retain(|_| kept.next() == Some(&true));
-            let mut kept = keep.iter();
-            welded_mesh.material.retain(|_| kept.next() == Some(&true));
-            *mesh = welded_mesh;
+        if !welded_mesh.triangles.is_empty() {
+            (*mesh, dropped) = (welded_mesh, gone);
         }
     }
     if mesh.normals.iter().all(|n| *n == DVec3::ZERO) {
@@ -101,6 +95,16 @@ fn tidied(mesh: &mut Mesh, smooth_deg: f64, invents: bool) -> Tidied {
     drop_flat_normals(mesh);
     drop_unused_vertices(mesh);
     Tidied { welded, dropped, invented, smoothed }
+}
+
+/// Drops triangles without area, and tells how many they were.
+pub fn drop_degenerate(mesh: &mut Mesh) -> usize {
+    let area: Vec<bool> =
+        mesh.triangles.iter().map(|t| has_area(t.map(|c| mesh.positions_m[c as usize]))).collect();
+    let (mut keep, mut keep_too) = (area.iter(), area.iter());
+    mesh.triangles.retain(|_| keep.next() == Some(&true));
+    mesh.material.retain(|_| keep_too.next() == Some(&true));
+    area.iter().filter(|a| !**a).count()
 }
 
 /// Whether a triangle has an area worth the name.

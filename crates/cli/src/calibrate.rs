@@ -10,7 +10,7 @@ use catseye::formats::stage::{StagedFile, distinct};
 use catseye::road::reflector::Reflector;
 use catseye::scene::{material, radar_toml};
 use catseye_io::turntable::{Turntable, run};
-use catseye_plot::{ColourMap, Scale, heat_map};
+use catseye_plot::{ColourMap, PICTURE_EXTENSIONS, Scale, heat_map};
 use clap::Args;
 use std::fs::File;
 use std::io::BufWriter;
@@ -44,7 +44,7 @@ pub struct Calibrate {
     #[arg(short, long, value_name = "FILE.csv")]
     pub output: PathBuf,
     /// Picture of the ambiguity matrix |S^H S|
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png|FILE.svg|FILE.pdf")]
     pub plot: Option<PathBuf>,
 }
 
@@ -81,7 +81,7 @@ impl Calibrate {
             std::iter::once(&self.output).chain(&self.plot).map(PathBuf::as_path).collect();
         distinct(&outputs, &[Path::new(&self.radar)])?;
         check_extension(&self.output, &["csv"])?;
-        self.plot.as_ref().map_or(Ok(()), |p| check_extension(p, &["png"]))?;
+        self.plot.as_ref().map_or(Ok(()), |p| check_extension(p, &PICTURE_EXTENSIONS))?;
         let staged = StagedFile::new(&self.output, global.force)?;
         let engine = global.engine()?;
         let bar = global.bar("angles", angles as u64, Kept::Nothing);

@@ -5,7 +5,7 @@ use super::global::{Global, print, print_json};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::{check_extension, stage};
 use catseye_io::diff::{Difference, Quantity, Report, Tolerances, diff};
-use catseye_plot::overlay_files;
+use catseye_plot::{PICTURE_EXTENSIONS, overlay_files};
 use clap::Args;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -53,8 +53,8 @@ pub struct Diff {
     /// Print the result as Markdown, for a summary or a comment on a pull request
     #[arg(long)]
     pub markdown: bool,
-    /// Draw both into one PNG: RCS tables, points.csv, returns.csv; of folders the points of the first frame that differs
-    #[arg(long, value_name = "PNG")]
+    /// Draw both into one picture (PNG, SVG or PDF, as its name says): RCS tables, points.csv, returns.csv; of folders the points of the first frame that differs
+    #[arg(long, value_name = "F.png|F.svg|F.pdf")]
     pub plot: Option<PathBuf>,
 }
 
@@ -241,7 +241,7 @@ impl Diff {
                 .into());
         }
         if let Some(out) = &self.plot {
-            check_extension(out, &["png"])?;
+            check_extension(out, &PICTURE_EXTENSIONS)?;
             stage::distinct(&[out], &[&self.a, &self.b])?;
         }
         let bar = global.bar("files", 0, Kept::Nothing);

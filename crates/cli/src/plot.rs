@@ -1,19 +1,19 @@
-//! `catseye plot`: PNG of any file that the other commands write.
+//! `catseye plot`: a picture of any file that the other commands write.
 
 use super::global::{Global, print, print_json};
 use catseye::base::error::Result;
 use catseye::formats::{check_extension, stage};
-use catseye_plot::{PlotOptions, plot_file};
+use catseye_plot::{PICTURE_EXTENSIONS, PlotOptions, plot_file};
 use clap::Args;
 use std::path::PathBuf;
 
-/// Draw result files as PNG
+/// Draw result files as PNG, SVG or PDF
 #[derive(Debug, Args)]
 pub struct Plot {
     /// RCS CSV, range_doppler.npy, adc.npy, points.csv, returns.csv
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// PNG to write (default: beside the file); with several files a folder
+    /// Picture to write: F.png, F.svg or F.pdf (default: a PNG beside the file); with several files a folder for PNGs
     #[arg(short, long)]
     pub output: Option<PathBuf>,
 }
@@ -21,7 +21,7 @@ pub struct Plot {
 impl Plot {
     pub fn run(&self, global: &Global) -> Result<()> {
         if let (Some(picture), 1) = (&self.output, self.files.len()) {
-            check_extension(picture, &["png"])?;
+            check_extension(picture, &PICTURE_EXTENSIONS)?;
         }
         let (mut written, mut left_out) = (Vec::new(), Vec::new());
         for file in &self.files {

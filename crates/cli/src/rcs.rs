@@ -17,7 +17,7 @@ use catseye::rcs::table::{RcsTable, Row};
 use catseye::rcs::{Aspect, BistaticAspect, Diffraction, Distance, Ground, RcsOptions, Scattering};
 use catseye::road::target;
 use catseye::scene::material;
-use catseye_plot::{RcsRow, RcsStyle, rcs_picture};
+use catseye_plot::{PICTURE_EXTENSIONS, RcsRow, RcsStyle, rcs_picture};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -88,8 +88,8 @@ pub struct Rcs {
     /// Table to write: CSV, or Parquet when the name says so (`--features parquet`)
     #[arg(short, long, value_name = "F.csv")]
     pub output: Option<PathBuf>,
-    /// Picture to write
-    #[arg(long, value_name = "F.png")]
+    /// Picture to write, of all polarisations and frequencies: PNG, SVG or PDF, as its name says
+    #[arg(long, value_name = "F.png|F.svg|F.pdf")]
     pub plot: Option<PathBuf>,
     #[command(flatten)]
     pub import: ImportArgs,
@@ -166,7 +166,7 @@ impl Rcs {
         let outputs: Vec<&Path> =
             [&self.output, &self.plot].into_iter().flatten().map(PathBuf::as_path).collect();
         stage::distinct(&outputs, &[Path::new(&self.target)])?;
-        for (path, written) in [(&self.output, &["csv", "parquet"][..]), (&self.plot, &["png"])] {
+        for (path, written) in [(&self.output, &["csv", "parquet"][..]), (&self.plot, &PICTURE_EXTENSIONS)] {
             path.as_ref().map_or(Ok(()), |p| check_extension(p, written))?;
         }
         let parquet = self.output.as_ref().map_or(Ok(false), rcs_csv::is_parquet)?;
@@ -268,7 +268,8 @@ impl Rcs {
             staged.commit()?;
         }
         if let Some(p) = &self.plot {
-            let rows: Vec<RcsRow> = table.rows.iter().map(plot_row).collect();
+            let derived = self.derived();
+            let rows: Vec<RcsRow> = table.rows.iter().map(|r| plot_row(r, &derived)).collect();
             rcs_picture(&self.target, &rows, RcsStyle::Auto)?.write(p, global.force)?;
         }
         if global.json {
@@ -489,7 +490,11 @@ fn aspects(keys: [&str; 2], azimuth: &str, elevation: &str) -> Result<Vec<Aspect
     Ok(elevations.iter().flat_map(|el| azimuths.iter().map(move |az| aspect(az, el))).collect())
 }
 
-fn plot_row(r: &Row) -> RcsRow {
+fn plot_row(r: &Row, derived: &[Derived]) -> RcsRow {
+    let pair = |d: Derived| {
+        let [[a, b], [c, d]] = d.of(&r.s).map(|row| row.map(|z| dbsm_from_amplitude(z.norm())));
+        [a, b, c, d]
+    };
     RcsRow {
         frequency_hz: r.frequency_hz,
         azimuth_deg: r.azimuth_deg(),
@@ -498,6 +503,7 @@ fn plot_row(r: &Row) -> RcsRow {
         vh_dbsm: r.dbsm(0, 1),
         hv_dbsm: r.dbsm(1, 0),
         hh_dbsm: r.dbsm(1, 1),
+        derived_dbsm: Derived::ALL.map(|d| derived.contains(&d).then(|| pair(d))),
         receive_deg: r.receive.map(|a| [a.azimuth, a.elevation].map(rounded_degrees)),
     }
 }
@@ -517,7 +523,7 @@ fn derived_dbsm<'a>(r: &'a Row, derived: &'a [Derived]) -> impl Iterator<Item = 
 }
 
 fn json_row(r: &Row, derived: &[Derived]) -> JsonRow {
-    let p = plot_row(r);
+    let p = plot_row(r, &[]);
     JsonRow {
         rx_azimuth_deg: p.receive_deg.map(|a| a[0]),
         rx_elevation_deg: p.receive_deg.map(|a| a[1]),

@@ -1,8 +1,11 @@
 //! The one drawing surface of all charts, drawn by tiny-skia with the font of `font`.
-//! Coordinates are logical pixels, y down; a picture has [`SCALE`] device pixels for each.
+//! Coordinates are logical pixels, y down; a picture has [`SCALE`] device pixels for each. Whatever is drawn is recorded too
+//! (`drawing`), for files of vectors.
 
+use super::drawing::Step;
 use super::font::outline;
 pub use super::font::text_width;
+use super::{pdf, svg};
 use catseye::base::error::{Error, Result};
 use catseye::formats::{check_extension, stage};
 use image::RgbImage;
@@ -24,10 +27,14 @@ pub const GREY: Rgb = [105, 105, 105];
 pub const GRID: Rgb = [226, 226, 226];
 pub const WHITE: Rgb = [255, 255, 255];
 
+/// Endings of the files that a picture is written to.
+pub const PICTURE_EXTENSIONS: [&str; 3] = ["png", "svg", "pdf"];
+
 /// A finished picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
     pixels: RgbImage,
+    steps: Vec<Step>,
 }
 
 impl Picture {
@@ -43,32 +50,50 @@ impl Picture {
         let largest = |f: fn(&RgbImage) -> u32| pictures.iter().map(|p| f(&p.pixels)).max().unwrap_or(1);
         let (w, h) = (largest(RgbImage::width), largest(RgbImage::height));
         let mut pixels = RgbImage::from_pixel(w * columns as u32, h * rows.max(1) as u32, image::Rgb(WHITE));
+        let mut steps = Vec::new();
         for (i, p) in pictures.iter().enumerate() {
             let (x, y) = ((i % columns) as u32 * w, (i / columns) as u32 * h);
             image::imageops::replace(&mut pixels, &p.pixels, i64::from(x), i64::from(y));
+            steps.push(Step::Clip { corner: (x, y), size: p.pixels.dimensions(), steps: p.steps.clone() });
         }
-        Picture { pixels }
+        Picture { pixels, steps }
     }
 
     /// Encoded as PNG.
     ///
     /// # Errors
-    /// A picture that is too large, or nothing that can be drawn.
+    /// A picture that cannot be encoded.
     pub fn png(&self) -> Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        self.pixels
-            .write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png)
-            .map_err(|e| Error::Failed(format!("the picture cannot be encoded: {e}")))?;
-        Ok(bytes)
+        svg::png(&self.pixels)
     }
 
-    /// Writes the PNG; an existing file is replaced only with `force`.
+    /// As an SVG file. Lines, areas and the outlines of text are vectors; cells of maps are images in the resolution of the PNG.
     ///
     /// # Errors
-    /// A name that ends otherwise than .png.
+    /// A picture that cannot be encoded.
+    pub fn svg(&self) -> Result<String> {
+        svg::svg(self.pixels.dimensions(), SCALE, &self.steps)
+    }
+
+    /// As a PDF file of one page without margins, of the same vectors and images as [`svg`](Self::svg). A logical pixel is 1/96 inch.
+    pub fn pdf(&self) -> Vec<u8> {
+        pdf::pdf(self.pixels.dimensions(), 72.0 / (96.0 * SCALE), &self.steps)
+    }
+
+    /// Writes the file: PNG, or SVG or PDF when its name ends so. An existing file is replaced only with `force`.
+    ///
+    /// # Errors
+    /// `BadInput` for a name that ends otherwise than .png, .svg or .pdf, and for a file that exists.
     pub fn write(&self, path: impl AsRef<std::path::Path>, force: bool) -> Result<PathBuf> {
-        check_extension(path.as_ref(), &["png"])?;
-        stage::write_file(path, force, &self.png()?)
+        let path = path.as_ref();
+        check_extension(path, &PICTURE_EXTENSIONS)?;
+        let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        let bytes = match ending.as_deref() {
+            Some("svg") => self.svg()?.into_bytes(),
+            Some("pdf") => self.pdf(),
+            _ => self.png()?,
+        };
+        stage::write_file(path, force, &bytes)
     }
 }
 
@@ -128,6 +153,8 @@ pub struct Canvas {
     pixels: Option<Pixmap>,
     /// The upper left corner in device pixels of the whole picture.
     corner: (i32, i32),
+    /// What has been drawn; coordinates are those of `pixels`.
+    steps: Vec<Step>,
 }
 
 /// A picture with more device pixels than this, of 4 bytes each, is an error.
@@ -143,7 +170,7 @@ impl Canvas {
         if let Some(pixels) = &mut pixels {
             pixels.fill(Color::WHITE);
         }
-        Canvas { pixels, corner: (0, 0) }
+        Canvas { pixels, corner: (0, 0), steps: Vec::new() }
     }
 
     pub fn finish(self) -> Result<Picture> {
@@ -151,7 +178,7 @@ impl Canvas {
         let drawn = self.pixels.ok_or_else(too_large)?;
         let rgb = drawn.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
         let pixels = RgbImage::from_raw(drawn.width(), drawn.height(), rgb).ok_or_else(too_large)?;
-        Ok(Picture { pixels })
+        Ok(Picture { pixels, steps: self.steps })
     }
 
     /// From logical pixels of the picture to device pixels of this canvas.
@@ -178,10 +205,13 @@ impl Canvas {
         path.finish()
     }
 
-    /// Fills a path that is moved or turned by `place`.
-    fn fill(&mut self, path: Option<Path>, colour: Rgb, opacity: f64, place: Transform) {
+    /// Fills a path that is moved or turned by `place`. `text`: the words whose outlines it has.
+    fn fill(&mut self, path: Option<Path>, colour: Rgb, opacity: f64, place: Transform, text: Option<&str>) {
         if let (Some(pixels), Some(path)) = (&mut self.pixels, path) {
             pixels.fill_path(&path, &paint(colour, opacity), FillRule::Winding, place, None);
+            let text = text.map(String::from);
+            let moved = path.transform(place);
+            self.steps.extend(moved.map(|path| Step::Fill { path, colour, opacity: byte(opacity), text }));
         }
     }
 
@@ -191,10 +221,28 @@ impl Canvas {
         if let (Some(pixels), Some(path)) = (&mut self.pixels, path)
             && width > 0.0
         {
-            let dash = pen.dash.and_then(|d| StrokeDash::new(d.map(|v| (v * SCALE) as f32).to_vec(), 0.0));
+            let lengths = pen.dash.map(|d| d.map(|v| (v * SCALE) as f32));
+            let dash = lengths.and_then(|d| StrokeDash::new(d.to_vec(), 0.0));
+            let drawn = lengths.filter(|_| dash.is_some());
             let line_cap = if dash.is_some() { LineCap::Butt } else { LineCap::Round };
             let stroke = Stroke { width, dash, line_cap, line_join: LineJoin::Round, ..Stroke::default() };
             pixels.stroke_path(&path, &paint(pen.colour, 1.0), &stroke, Transform::identity(), None);
+            self.steps.push(Step::Stroke { path, colour: pen.colour, width, dash: drawn });
+        }
+    }
+
+    /// Records what the box (left, top, right, bottom) of device pixels shows.
+    fn record_pixels(&mut self, (x0, y0, x1, y1): (usize, usize, usize, usize)) {
+        let Some(pixels) = &self.pixels else { return };
+        let width = pixels.width() as usize;
+        let lines = pixels.pixels().chunks_exact(width).take(y1).skip(y0);
+        let ink = lines.flat_map(|line| &line[x0..x1]).flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
+        let size = (x1.saturating_sub(x0) as u32, y1.saturating_sub(y0) as u32);
+        if size.0 > 0
+            && size.1 > 0
+            && let Some(image) = RgbImage::from_raw(size.0, size.1, ink)
+        {
+            self.steps.push(Step::Pixels { corner: (x0 as u32, y0 as u32), image });
         }
     }
 
@@ -203,6 +251,8 @@ impl Canvas {
         let r = self.device_rect(r);
         if let (Some(pixels), Some(r)) = (&mut self.pixels, r) {
             pixels.fill_rect(r, &paint(fill, opacity), Transform::identity(), None);
+            let path = PathBuilder::from_rect(r);
+            self.steps.push(Step::Fill { path, colour: fill, opacity: byte(opacity), text: None });
         }
     }
 
@@ -217,6 +267,7 @@ impl Canvas {
 
     /// Boxes of many colours on whole device pixels, as a heat map has.
     pub fn boxes(&mut self, boxes: Vec<(Rect, Rgb)>) {
+        let mut drawn = (usize::MAX, usize::MAX, 0, 0);
         for (r, [red, green, blue]) in boxes {
             let Some(r) = self.device_rect(r) else {
                 continue;
@@ -232,7 +283,11 @@ impl Canvas {
             for line in pixels.pixels_mut().chunks_exact_mut(width).take(y1).skip(y0) {
                 line[x0..x1].fill(colour);
             }
+            if x1 > x0 && y1 > y0 {
+                drawn = (drawn.0.min(x0), drawn.1.min(y0), drawn.2.max(x1), drawn.3.max(y1));
+            }
         }
+        self.record_pixels(drawn);
     }
 
     /// A line through points. It is broken at those that are not finite.
@@ -248,7 +303,7 @@ impl Canvas {
             return;
         }
         if let Some((fill, opacity)) = fill.filter(|_| points.len() > 2) {
-            self.fill(self.path(points, true), fill, opacity, Transform::identity());
+            self.fill(self.path(points, true), fill, opacity, Transform::identity(), None);
         }
         if let Some(pen) = stroke {
             self.stroke(self.path(points, true), pen);
@@ -265,7 +320,7 @@ impl Canvas {
         let (x, y) = self.at(centre);
         let circle = PathBuilder::from_circle(x, y, (r * SCALE).min(FAR) as f32);
         if let Some((colour, opacity)) = fill {
-            self.fill(circle.clone(), colour, opacity, Transform::identity());
+            self.fill(circle.clone(), colour, opacity, Transform::identity(), None);
         }
         if let Some((colour, width)) = stroke {
             self.stroke(circle, Pen::solid(colour, width));
@@ -282,14 +337,14 @@ impl Canvas {
         let (x, y) = self.at((x - before * text_width(content, size), y));
         // On a whole pixel the feet of letters are sharp.
         let place = Transform::from_translate(x, y.round());
-        self.fill(outline(content, f64::from(size) * SCALE), colour, 1.0, place);
+        self.fill(outline(content, f64::from(size) * SCALE), colour, 1.0, place, Some(content));
     }
 
     /// Text that runs upwards, its baseline at `x` and its middle at `y`.
     pub fn text_upwards(&mut self, (x, y): (f64, f64), content: &str, size: u32, colour: Rgb) {
         let (x, y) = self.at((x, y + 0.5 * text_width(content, size)));
         let place = Transform::from_row(0.0, -1.0, 1.0, 0.0, x.round(), y);
-        self.fill(outline(content, f64::from(size) * SCALE), colour, 1.0, place);
+        self.fill(outline(content, f64::from(size) * SCALE), colour, 1.0, place, Some(content));
     }
 
     /// An image in device pixels on a white ground, multiplied into what is drawn so far with its upper left corner at
@@ -313,6 +368,9 @@ impl Canvas {
                 *p = ColorU8::from_rgba(r, g, b, 255).premultiply();
             }
         }
+        let end = |from: i64, by: u32, limit: u32| (from + i64::from(by)).clamp(0, i64::from(limit)) as usize;
+        let (x0, y0) = (end(left, 0, width), end(top, 0, height));
+        self.record_pixels((x0, y0, end(left, image.width(), width), end(top, image.height(), height)));
     }
 
     /// What `draw` draws is cut off at `r`, outwards to whole device pixels.
@@ -326,7 +384,7 @@ impl Canvas {
             return;
         };
         let corner = (self.corner.0 + part.x(), self.corner.1 + part.y());
-        let mut canvas = Canvas { pixels: pixels.clone_rect(part), corner };
+        let mut canvas = Canvas { pixels: pixels.clone_rect(part), corner, steps: Vec::new() };
         draw(&mut canvas);
         let Some(drawn) = canvas.pixels else {
             return;
@@ -336,12 +394,21 @@ impl Canvas {
         for (line, drawn) in lines.zip(drawn.pixels().chunks_exact(w)) {
             line[x..x + w].copy_from_slice(drawn);
         }
+        if !canvas.steps.is_empty() {
+            let corner = (part.x() as u32, part.y() as u32);
+            self.steps.push(Step::Clip { corner, size: (part.width(), part.height()), steps: canvas.steps });
+        }
     }
+}
+
+/// An opacity of 0 to 1 as 0 to 255.
+fn byte(opacity: f64) -> u8 {
+    (opacity.clamp(0.0, 1.0) * 255.0).round() as u8
 }
 
 fn paint([r, g, b]: Rgb, opacity: f64) -> Paint<'static> {
     let mut paint = Paint { anti_alias: true, ..Paint::default() };
-    paint.set_color_rgba8(r, g, b, (opacity.clamp(0.0, 1.0) * 255.0).round() as u8);
+    paint.set_color_rgba8(r, g, b, byte(opacity));
     paint
 }
 

@@ -8,6 +8,7 @@ use super::rcs::{RcsRow, RcsStyle, rcs_picture};
 use catseye::base::error::{BadInput, Result, json_in_words};
 use catseye::base::units::dbm_from_w;
 use catseye::formats::{csv::Table, input, npy, stage::MANIFEST};
+use catseye::rcs::polarisation::Derived;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -34,7 +35,7 @@ pub struct Plotted {
     pub gaps: usize,
 }
 
-/// Draws the file at `path` into the PNG at `out`.
+/// Draws the file at `path` into the picture at `out`: PNG, or SVG or PDF when its name ends so.
 ///
 /// A `range_doppler.npy` takes its axes from the nearest `manifest.json` in its folder or up to three
 /// above: `axes.range_m` and `axes.range_rate_mps` (or `axes.RADAR.…`, RADAR being the folder's name),
@@ -124,6 +125,13 @@ pub(super) fn rcs_rows(table: &Table) -> Result<Vec<RcsRow>> {
         true => Some(columns(table, ["rx_azimuth_deg", "rx_elevation_deg"])?),
         false => None,
     };
+    let mut derived = [const { None }; 2];
+    for (levels, pair) in derived.iter_mut().zip(Derived::ALL) {
+        let names = pair.names().map(|n| format!("{n}_dbsm"));
+        if names.iter().all(|n| table.has(n)) {
+            *levels = Some(columns(table, names.each_ref().map(String::as_str))?);
+        }
+    }
     let row = |i: usize| RcsRow {
         frequency_hz: f[i],
         azimuth_deg: az[i],
@@ -132,6 +140,7 @@ pub(super) fn rcs_rows(table: &Table) -> Result<Vec<RcsRow>> {
         vh_dbsm: vh[i],
         hv_dbsm: hv[i],
         hh_dbsm: hh[i],
+        derived_dbsm: derived.each_ref().map(|d| d.as_ref().map(|d| d.each_ref().map(|column| column[i]))),
         receive_deg: receive.as_ref().map(|[az, el]| [az[i], el[i]]),
     };
     Ok((0..table.len()).map(row).collect())

@@ -1,4 +1,4 @@
-//! Pictures of results as PNG. Charts take plain numbers and do no physics; every chart is drawn by
+//! Pictures of results as PNG, SVG and PDF. Charts take plain numbers and do no physics; every chart is drawn by
 //! `chart` (or `polar`) on one `canvas`.
 
 mod axis;
@@ -6,20 +6,24 @@ mod birds_eye;
 mod canvas;
 mod chart;
 mod classes;
+mod drawing;
+mod family;
 mod file;
 mod font;
 mod labels;
 mod overlay;
+mod pdf;
 mod polar;
 mod profile;
 mod range_doppler;
 mod rcs;
 mod solid;
 mod study;
+mod svg;
 
 pub use axis::Axis;
 pub use birds_eye::{BirdsEye, BirdsEyePoint, FieldOfView, Outline, birds_eye};
-pub use canvas::{Pen, Picture, Rgb};
+pub use canvas::{PICTURE_EXTENSIONS, Pen, Picture, Rgb};
 pub use chart::{
     Chart, ColourMap, Curve, Key, Layer, Mark, Paint, Scale, Symbol, curve_pen, finite_range, heat_map, lines,
 };

@@ -3,7 +3,8 @@
 use super::axis::Axis;
 use super::birds_eye::{BirdsEye, FieldOfView, birds_eye_turned};
 use super::canvas::{Pen, Picture};
-use super::chart::{CURVE_COLOURS, ColourMap, Curve, Layer, Mark, Scale, Symbol, finite_range, heat_map};
+use super::chart::{CURVE_COLOURS, ColourMap, Curve, Mark, Scale, finite_range, heat_map};
+use super::family::{Family, pale};
 use super::file::{in_file, places, rcs_rows};
 use super::rcs::{RCS_LABEL, RcsRow, curve, degrees, distinct, gigahertz, rcs_chart, told_apart};
 use catseye::base::error::{BadInput, Result};
@@ -119,23 +120,12 @@ pub fn rcs_overlay(title: &str, a: &[RcsRow], b: &[RcsRow]) -> Result<Picture> {
     let axis = Axis::new(label, 0.0, 1.0);
     let axis = if sweeps_frequency { axis } else { axis.degrees() };
     let title = title.trim_start_matches(", ");
-    let mut chart = rcs_chart(title, axis, pairs.as_flattened());
-    // Curves that lie under the axis have no layer; their names stand after those of the layers.
-    for (layer, key) in chart.layers.iter_mut().zip(&mut chart.keys) {
-        let Layer::Line { pen, .. } = layer else { continue };
-        let at = pairs.as_flattened().iter().position(|c| c.label == key.label).unwrap_or(0);
-        *pen = match at % 2 {
-            0 => Pen::solid(pale(CURVE_COLOURS[at / 2 % PAIRS]), 4.0),
-            _ => Pen::solid(CURVE_COLOURS[at / 2 % PAIRS], 1.2),
-        };
-        key.symbol = Symbol::Line(*pen);
-    }
-    chart.draw()
-}
-
-/// The same colour, halfway to white.
-fn pale(colour: [u8; 3]) -> [u8; 3] {
-    colour.map(|c| c / 2 + 127)
+    let pens = (0..2 * pairs.len()).map(|i| match i % 2 {
+        0 => Pen::solid(pale(CURVE_COLOURS[i / 2 % PAIRS]), 4.0),
+        _ => Pen::solid(CURVE_COLOURS[i / 2 % PAIRS], 1.2),
+    });
+    let pens = pens.collect();
+    rcs_chart(title, axis, &Family::with_pens(pairs.into_iter().flatten().collect(), pens)).draw()
 }
 
 /// VV of the second less that of the first over both angles, dB; what only one has is blank.

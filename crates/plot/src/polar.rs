@@ -3,9 +3,9 @@
 use super::axis::{Axis, tick_labels};
 use super::canvas::{Anchor, BLACK, Canvas, GRID, Pen, Picture, Rect, WHITE};
 use super::chart::{
-    Curve, Key, LABEL_SIZE, Symbol, TICK_SIZE, curve_pen, draw_header, finite_range, header_height,
-    legend_rows,
+    Curve, Key, LABEL_SIZE, TICK_SIZE, draw_header, finite_range, header_height, legend_rows,
 };
+use super::family::Family;
 use catseye::base::error::Result;
 
 /// Curves of (angle in degrees, value). The rings reach from the largest value down by at most 50;
@@ -15,7 +15,16 @@ use catseye::base::error::Result;
 /// # Errors
 /// A picture that is too large, or nothing that can be drawn.
 pub fn polar(title: &str, radial_label: &str, curves: &[Curve]) -> Result<Picture> {
-    let Scaled { radial, shown, keys } = scaled(radial_label, curves);
+    polar_family(title, radial_label, &Family::new(curves.to_vec()))
+}
+
+/// [`polar`] of curves with their pens.
+///
+/// # Errors
+/// Those of `polar`.
+pub(super) fn polar_family(title: &str, radial_label: &str, family: &Family) -> Result<Picture> {
+    let Scaled { radial, shown, keys } = scaled(radial_label, family);
+    let Family { curves, pens, .. } = family;
     let half = curves.iter().all(|c| c.points.iter().all(|p| p[0].is_nan() || p[0].abs() <= 90.0 + 1e-6));
 
     const RADIUS: f64 = 270.0;
@@ -60,10 +69,10 @@ pub fn polar(title: &str, radial_label: &str, curves: &[Curve]) -> Result<Pictur
         c.text((x, y + drop), &format!("{a:.0}°").replace('-', "−"), TICK_SIZE, anchor, BLACK);
     }
 
-    for i in shown {
+    for i in family.drawn(shown) {
         for piece in pieces(&curves[i].points) {
             let line: Vec<_> = piece.iter().map(|p| at(p[0], radius(p[1]))).collect();
-            c.polyline(&line, curve_pen(i));
+            c.polyline(&line, pens[i]);
         }
     }
     let mut rim = arc(RADIUS);
@@ -93,7 +102,8 @@ struct Scaled {
     keys: Vec<Key>,
 }
 
-fn scaled(label: &str, curves: &[Curve]) -> Scaled {
+fn scaled(label: &str, family: &Family) -> Scaled {
+    let curves = &family.curves;
     let values = curves.iter().flat_map(|c| c.points.iter().map(|p| p[1]));
     let (min, max) = finite_range(values).unwrap_or((-40.0, 0.0));
     let top = (max / 5.0).ceil() * 5.0;
@@ -101,26 +111,11 @@ fn scaled(label: &str, curves: &[Curve]) -> Scaled {
     let radial = Axis::new(label, bottom, top);
     let above = |c: &Curve| c.points.iter().any(|p| p[1] > radial.lo);
     let shown: Vec<usize> = (0..curves.len()).filter(|i| above(&curves[*i])).collect();
-    let mut keys = Vec::new();
-    if curves.len() > 1 {
-        let key = |i: &usize| Key { label: curves[*i].label.clone(), symbol: Symbol::Line(curve_pen(*i)) };
-        keys.extend(shown.iter().map(key));
+    let mut keys = family.keys(&shown, radial.lo, label);
+    if curves.len() == 1 && !shown.is_empty() {
+        keys.clear();
     }
-    keys.extend(left_out(curves.iter().filter(|c| !above(c)), radial.lo, label));
     Scaled { radial, shown, keys }
-}
-
-/// What the legend says of curves that lie under the scale altogether. The unit is that of the axis, `RCS (dBsm)`.
-pub(super) fn left_out<'a>(
-    curves: impl Iterator<Item = &'a Curve>,
-    bottom_db: f64,
-    axis: &str,
-) -> Option<Key> {
-    let names: Vec<&str> = curves.map(|c| c.label.as_str()).collect();
-    let unit = axis.rsplit_once('(').map_or("", |(_, unit)| unit.trim_end_matches(')'));
-    let bottom = format!("{bottom_db:.0}").replace('-', "−");
-    let label = format!("left out, below {bottom} {unit}: {}", names.join(", "));
-    (!names.is_empty()).then_some(Key { label, symbol: Symbol::Note })
 }
 
 /// Splits where a value is NaN or where the angle leaps by more than five times its usual step. The
@@ -156,6 +151,7 @@ fn pieces(points: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::chart::{Symbol, curve_pen};
     use super::*;
 
     #[test]
@@ -165,7 +161,7 @@ mod tests {
             points: (-90..=90).map(|a| [f64::from(a), v]).collect(),
         };
         let curves = [flat("VV", 3.0), flat("VH", -347.0), flat("HH", -12.0), flat("HV", f64::NEG_INFINITY)];
-        let made = scaled("RCS (dBsm)", &curves);
+        let made = scaled("RCS (dBsm)", &Family::new(curves.to_vec()));
         assert_eq!(((made.radial.lo, made.radial.hi), made.shown), ((-45.0, 5.0), vec![0, 2]));
         let keys: Vec<_> = made.keys.iter().map(|k| (k.label.as_str(), k.symbol)).collect();
         assert_eq!(
@@ -177,7 +173,7 @@ mod tests {
             ]
         );
         // The only curve of a picture may be empty too.
-        let keys = scaled("RCS (dBsm)", &curves[3..]).keys;
+        let keys = scaled("RCS (dBsm)", &Family::new(curves[3..].to_vec())).keys;
         assert_eq!(keys[0].label, "left out, below −40 dBsm: HV");
     }
 

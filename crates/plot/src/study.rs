@@ -5,7 +5,7 @@ use super::canvas::{Pen, Picture};
 use super::chart::{
     Chart, ColourMap, Curve, Layer, Mark, Paint, Scale, Symbol, curve_pen, finite_range, heat_map, lines,
 };
-use super::polar::left_out;
+use super::family::left_out;
 use catseye::base::error::Result;
 
 /// One panel of a sheet.
@@ -82,7 +82,8 @@ fn chart(panel: &Panel) -> Chart {
                 let few = c.points.len() <= FEW;
                 chart.key(c.label.clone(), if few { Symbol::Marked(pen, dot) } else { Symbol::Line(pen) });
             }
-            chart.keys.extend(left_out(curves.iter().filter(|c| !seen(c)), bottom, y_label));
+            let hidden = curves.iter().filter(|c| !seen(c)).map(|c| c.label.clone()).collect();
+            chart.keys.extend(left_out(hidden, bottom, y_label));
             for layer in &mut chart.layers {
                 if let Layer::Line { points, .. } = layer {
                     // A zero amplitude is a point far below, not a gap.

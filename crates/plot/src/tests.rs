@@ -8,7 +8,10 @@ use std::path::Path;
 
 fn keep(name: &str, picture: &Picture) {
     if let Ok(dir) = std::env::var("CATSEYE_PICTURE_DIR") {
-        picture.write(Path::new(&dir).join(name), true).unwrap();
+        let path = Path::new(&dir).join(name);
+        for extension in PICTURE_EXTENSIONS {
+            picture.write(path.with_extension(extension), true).unwrap();
+        }
     }
 }
 
@@ -439,6 +442,114 @@ fn rcs_pictures() {
     let by_frequency: Vec<RcsRow> =
         (0..5).map(|i| RcsRow { frequency_hz: 76e9 + 1e8 * f64::from(i), ..Default::default() }).collect();
     rcs_picture("", &by_frequency, RcsStyle::Auto).unwrap();
+}
+
+/// Rows of a sweep at these frequencies; cross-polarisation 30 dB lower, circular levels of their own, and `linear45` far below.
+fn swept(azimuths: &[f64], elevations: &[f64], frequencies: &[f64]) -> Vec<RcsRow> {
+    let mut rows = Vec::new();
+    for f in frequencies {
+        for el in elevations {
+            for az in azimuths {
+                let level = plate(az * 0.2 + (f * 1e-9 - 77.0), plate(el * 2.0, -40.0));
+                rows.push(RcsRow {
+                    frequency_hz: *f,
+                    azimuth_deg: *az,
+                    elevation_deg: *el,
+                    vv_dbsm: level,
+                    hh_dbsm: level,
+                    vh_dbsm: level - 30.0,
+                    hv_dbsm: level - 200.0,
+                    derived_dbsm: [
+                        Some([level - 210.0; 4]),
+                        Some([level - 15.0, level, level, level - 20.0]),
+                    ],
+                    ..Default::default()
+                });
+            }
+        }
+    }
+    rows
+}
+
+/// Labels of the texts of a picture.
+fn words(picture: &Picture) -> Vec<String> {
+    let svg = picture.svg().unwrap();
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    document.descendants().filter_map(|n| n.attribute("aria-label")).map(String::from).collect()
+}
+
+#[test]
+fn every_polarisation_and_frequency_is_drawn_and_named() {
+    let azimuths: Vec<f64> = (-45..=45).map(f64::from).collect();
+    let one = rcs_picture("plate", &swept(&azimuths, &[0.0], &[77e9]), RcsStyle::Auto).unwrap();
+    keep("rcs_polarisations.png", &one);
+    let found = words(&one);
+    for name in ["VV", "HH", "VH", "RR", "RL", "LR", "LL"] {
+        assert!(found.iter().any(|w| w == name), "{name} {found:?}");
+    }
+    let left_out = found.iter().find(|w| w.starts_with("left out, below −")).unwrap();
+    assert!(left_out.ends_with("HV, +45°/+45°, +45°/−45°, −45°/+45°, −45°/−45°"), "{left_out}");
+    for style in [RcsStyle::Auto, RcsStyle::Polar] {
+        let two = rcs_picture("plate", &swept(&azimuths, &[0.0], &[76e9, 77e9]), style).unwrap();
+        keep(&format!("rcs_two_frequencies_{style:?}.png"), &two);
+        let found = words(&two);
+        for name in ["VV, 76 GHz", "VV, 77 GHz", "LL, 77 GHz"] {
+            assert!(found.iter().any(|w| w == name), "{name} {found:?}");
+        }
+    }
+    let band: Vec<f64> = (0..20).map(|i| 76e9 + 5e7 * f64::from(i)).collect();
+    let many = rcs_picture("plate", &swept(&azimuths, &[0.0], &band), RcsStyle::Auto).unwrap();
+    keep("rcs_many_frequencies.png", &many);
+    let found = words(&many);
+    for name in ["76 GHz", "76.95 GHz", "VV", "RR"] {
+        assert!(found.iter().any(|w| w == name), "{name} {found:?}");
+    }
+    // Over the frequency alone.
+    let found = words(&rcs_picture("plate", &swept(&[1.0], &[0.0], &band), RcsStyle::Auto).unwrap());
+    assert!(found.iter().any(|w| w == "RL") && found.iter().any(|w| w == "frequency (GHz)"), "{found:?}");
+}
+
+#[test]
+fn two_angles_make_a_map_of_each_polarisation_and_frequency() {
+    let (azimuths, elevations): (Vec<f64>, Vec<f64>) =
+        ((-20..=20).map(f64::from).collect(), (0..=5).map(f64::from).collect());
+    let sheet = rcs_picture("plate", &swept(&azimuths, &elevations, &[76e9, 77e9]), RcsStyle::Auto).unwrap();
+    keep("rcs_maps.png", &sheet);
+    let found = words(&sheet);
+    for name in ["plate, VV, 76 GHz", "plate, RL, 77 GHz"] {
+        assert!(found.iter().any(|w| w == name), "{name} {found:?}");
+    }
+    assert!(found.iter().any(|w| w.starts_with("left out, below −") && w.contains("HV")), "{found:?}");
+    let band: Vec<f64> = (0..5).map(|i| 76e9 + 1e8 * f64::from(i)).collect();
+    let found = words(&rcs_picture("", &swept(&azimuths, &elevations, &band), RcsStyle::Auto).unwrap());
+    assert!(found.iter().any(|w| w == "the first 16 of 35 maps"), "{found:?}");
+}
+
+#[test]
+fn files_are_what_their_names_say() {
+    let azimuths: Vec<f64> = (-20..=20).map(f64::from).collect();
+    let rows = swept(&azimuths, &[0.0, 1.0], &[77e9]);
+    let picture = rcs_picture("a <plate> & \"b\"", &rows, RcsStyle::Auto).unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    let write = |name: &str| picture.write(dir.path().join(name), false).map(|p| std::fs::read(p).unwrap());
+    assert!(write("a.png").unwrap().starts_with(b"\x89PNG"));
+    assert!(write("plain").unwrap().starts_with(b"\x89PNG"));
+    let pdf = write("a.PDF").unwrap();
+    assert!(pdf.starts_with(b"%PDF-") && pdf.trim_ascii_end().ends_with(b"%%EOF"));
+    assert_eq!(pdf, picture.pdf());
+    let svg = String::from_utf8(write("a.svg").unwrap()).unwrap();
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let root = document.root_element();
+    let (w, h) = picture.pixels().dimensions();
+    assert_eq!(root.attribute("viewBox"), Some(&*format!("0 0 {w} {h}")));
+    assert_eq!(root.attribute("width"), Some(&*(w / 2).to_string()));
+    // Cells of a map are an image, and a map has some.
+    let is_png =
+        |n: &roxmltree::Node<'_, '_>| n.attribute("href").is_some_and(|h| h.starts_with("data:image/png"));
+    assert!(document.descendants().any(|n| n.tag_name().name() == "image" && is_png(&n)));
+    let e = write("a.jpg").unwrap_err().to_string();
+    assert!([".jpg", ".png, .svg, .pdf"].iter().all(|part| e.contains(part)), "{e}");
+    assert!(write("a.svg").unwrap_err().to_string().contains("exists"));
 }
 
 #[test]

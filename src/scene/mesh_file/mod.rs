@@ -2,8 +2,9 @@
 //!
 //! STL and OBJ state neither unit nor up axis, and STL no material: all of it has to be given. A file of either kind with y up has
 //! glTF's axes (+Z forward, +X left). An OBJ's `o` becomes an object, its `usemtl` the name of a material as in glTF, and its `vn` smooth
-//! normals; groups, texture coordinates and .mtl files are passed over.
+//! normals; groups, texture coordinates and .mtl files are passed over. A mesh may also be given as arrays ([`from_arrays`]).
 
+mod arrays;
 mod contents;
 mod obj;
 mod stl;
@@ -11,11 +12,12 @@ mod table;
 mod write;
 
 use super::gltf::{self, ImportOptions};
-use super::tidy::{drop_unused_vertices, has_area, tidy};
+use super::tidy::{drop_degenerate, drop_unused_vertices, tidy};
 use super::{Object, Scene, Shape};
 use crate::base::error::{BadInput, Result};
 use crate::base::frames::Pose;
 use crate::formats::input;
+pub use arrays::{MeshArrays, from_arrays};
 use contents::{Contents, extension};
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
@@ -164,12 +166,7 @@ fn scene_of(contents: Contents, file: &Path, options: &ImportOptions) -> Result<
             }
         }
         mesh.normals.iter_mut().for_each(|n| *n = (axes * *n).normalize_or_zero());
-        let area: Vec<bool> =
-            (mesh.triangles.iter()).map(|t| has_area(t.map(|c| mesh.positions_m[c as usize]))).collect();
-        scene.import.degenerate_triangles_dropped += area.iter().filter(|a| !**a).count();
-        let (mut keep, mut keep_too) = (area.iter(), area.iter());
-        mesh.triangles.retain(|_| keep.next() == Some(&true));
-        mesh.material.retain(|_| keep_too.next() == Some(&true));
+        scene.import.degenerate_triangles_dropped += drop_degenerate(&mut mesh);
         if mesh.triangles.is_empty() {
             continue;
         }

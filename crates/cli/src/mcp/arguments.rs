@@ -78,7 +78,7 @@ pub struct RcsInput {
     pub up: Option<String>,
     /// Table to write (.csv), with the complex amplitudes S too. More rows than an answer holds are always written.
     pub output: Option<String>,
-    /// Picture to write (.png).
+    /// Picture to write (.png, .svg or .pdf).
     pub plot: Option<String>,
     /// Whether existing files are replaced; default false.
     pub force: Option<bool>,

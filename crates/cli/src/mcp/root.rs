@@ -143,7 +143,8 @@ impl Root {
 
 /// Whether the file is of a kind that is not TOML.
 fn holds_no_names(path: &Path) -> bool {
-    const OTHERS: [&str; 9] = ["glb", "gltf", "stl", "obj", "csv", "npy", "parquet", "png", "xodr"];
+    const OTHERS: [&str; 11] =
+        ["glb", "gltf", "stl", "obj", "csv", "npy", "parquet", "pdf", "png", "svg", "xodr"];
     path.extension().is_some_and(|e| OTHERS.iter().any(|other| e.eq_ignore_ascii_case(other)))
 }
 

@@ -113,6 +113,33 @@ fn a_table_is_written_once_and_reads_back() {
 }
 
 #[test]
+fn a_plot_has_every_polarisation_and_frequency_in_three_formats() {
+    let t = tempfile::tempdir().unwrap();
+    let d = t.path();
+    let plot = |name: &str| {
+        let target = "dihedral:width_m=0.05,height_m=0.05";
+        let sweep = ["--azimuth-deg=-30:30:1", "--frequency-hz", "76e9,81e9", "--polarisation", "circular"];
+        let turned = ["--roll-deg", "20", "-o", "p.csv", "--force", "--plot", name];
+        done(d, &[&["rcs", target][..], &sweep, &turned].concat());
+        std::fs::read(d.join(name)).unwrap()
+    };
+    assert!(plot("p.png").starts_with(b"\x89PNG"));
+    assert!(plot("p.pdf").starts_with(b"%PDF-"));
+    let svg = String::from_utf8(plot("p.svg")).unwrap();
+    for name in ["76 GHz", "81 GHz", "VV", "HH", "VH", "HV", "RR", "RL", "LR", "LL"] {
+        assert!(svg.contains(&format!("aria-label=\"{name}\"")), "{name}");
+    }
+    // The table has the same polarisations.
+    done(d, &["plot", "p.csv", "-o", "again.svg"]);
+    assert!(std::fs::read_to_string(d.join("again.svg")).unwrap().contains("\"LL\""));
+    refused(
+        d,
+        &["rcs", "plate", "--azimuth-deg", "0:9:1", "--plot", "p.jpg"],
+        &["p.jpg", ".png, .svg, .pdf"],
+    );
+}
+
+#[test]
 fn a_reflector_file_has_the_same_cross_section() {
     let t = tempfile::tempdir().unwrap();
     let d = t.path();
