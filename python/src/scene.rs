@@ -7,6 +7,7 @@ use catseye::base::error::BadInput;
 use catseye::base::frames::Pose;
 use catseye::base::units::DEFAULT_FREQUENCY_HZ;
 use catseye::formats::{check_extension, stage};
+use catseye::geom::remarks::of_targets;
 use catseye::geom::validate::check_scene;
 use catseye::road::labels::RoadTruth;
 use catseye::road::reflector::Reflector;
@@ -282,11 +283,12 @@ impl Scene {
         Ok(all.into_any().unbind())
     }
 
-    /// What may make results wrong, a line each. Raises BadInput for a mesh that cannot be used.
+    /// What may make results wrong, a line each: defects of meshes, bodies of dielectrics that are open or curved, metal that is there twice.
+    /// Raises BadInput for a mesh that cannot be used. `notes` has what was taken otherwise than the file has it.
     #[pyo3(signature = (*, frequency_hz = DEFAULT_FREQUENCY_HZ))]
     fn check(&self, py: Python<'_>, frequency_hz: f64) -> PyResult<Vec<String>> {
         let contents = self.contents.clone();
-        work::run(py, None, move |_| warnings(&contents, frequency_hz))
+        work::run(py, None, move |_| of_targets(&contents, frequency_hz))
     }
 
     /// Adds a point target and returns its id. velocity_mps: in the world, default at rest.

@@ -140,7 +140,7 @@ mod tests {
             ("plate:width_m=0.02,height_m=0.02,material=asphalt", &[77e9], Purpose::General),
             ("plate:width_m=0.02,height_m=0.02,material=pec+ice:0.001", &[77e9], Purpose::General),
             ("plate:width_m=0.02,height_m=0.02,material=air+glass:0.004", &[77e9], Purpose::Penetrable),
-            ("sphere:radius_m=0.005,material=ice", &[76e9, 77e9], Purpose::Penetrable),
+            ("type1:width_m=0.03,height_m=0.01,fill=ice", &[76e9, 77e9], Purpose::Penetrable),
             ("plate:width_m=0.02,height_m=0.02,material=pec+air:2", &[77e9], Purpose::ThickLayers),
         ] {
             let scene = Reflector::parse(spec).unwrap().to_scene(&material::parse_spec).unwrap();

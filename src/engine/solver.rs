@@ -5,7 +5,8 @@ use super::sweep::{Accuracy, Sweep};
 use super::{Engine, EngineReport, curved_dielectric};
 use crate::base::error::Result;
 use crate::base::units::{power_from_db, wavenumber};
-use crate::geom::dielectrics::{self, Doubt, Obstacle};
+use crate::geom::dielectrics;
+use crate::geom::remarks::of_bodies;
 use crate::geom::{curved, overlaps, surfaces_at};
 use crate::rcs::validity::Faces;
 use crate::rcs::{BistaticAspect, Distance, Ground, RcsOptions, Scattering};
@@ -146,18 +147,13 @@ impl Solver for Engine {
     }
 
     fn remarks(&self, scene: &Scene, sweep: &Sweep) -> Vec<String> {
-        let (single, doubled) = overlaps::without_doubles(scene);
-        let mut lines: Vec<String> = doubled.iter().map(|d| d.line(scene)).collect();
+        let freq_hz = sweep.frequencies_hz.iter().copied().fold(f64::INFINITY, f64::min);
+        // A material without a value is an error of the run.
+        let mut lines = of_bodies(scene, freq_hz, true).unwrap_or_default();
         lines.extend(unit_line(scene));
+        let (single, _) = overlaps::without_doubles(scene);
         if is_series(&single, &sweep.frequencies_hz) {
             return lines;
-        }
-        let freq_hz = sweep.frequencies_hz.iter().copied().fold(f64::INFINITY, f64::min);
-        if let Ok(surfaces) = surfaces_at(&single, freq_hz) {
-            let open = |d: &Doubt| !matches!(d.obstacle, Obstacle::Curved { .. });
-            let doubts = dielectrics::doubts(&single, &surfaces, wavenumber(freq_hz));
-            let line = |d: &Doubt| format!("object '{}': {}", single.objects[d.object].name, d.line(&single));
-            lines.extend(doubts.iter().filter(|d| open(d)).map(line));
         }
         lines.extend(
             Faces::of(&single)
@@ -230,7 +226,7 @@ fn is_convex(scene: &Scene) -> bool {
 }
 
 impl Engine {
-    /// Gives `options` the number of bounces after which two more change nothing within the accuracy, from its own on up to its largest.
+    /// Gives `options` the least number of bounces, from its own on by twos, that is within the accuracy of its largest.
     fn deepened(
         &self,
         scene: &Scene,
@@ -252,22 +248,25 @@ impl Engine {
             let options = RcsOptions { bounces, last: false, ..options.clone() };
             self.rcs(scene, frequencies_hz, aspects, &options)
         };
-        let mut known = with(options.bounces, options)?;
-        let mut change = 0.0;
-        while options.bounces < most {
-            // Two at once: an even number may return nothing of what an odd one does.
-            let next = (options.bounces + 2).min(most);
-            let deeper = with(next, options)?;
-            change = change_db(&known, &deeper);
-            if change <= options.accuracy_db {
+        // Against the most that is followed: what a few more bring says nothing of what still more would, as in a duct.
+        let deepest = with(most, options)?;
+        let mut bounces = options.bounces;
+        while bounces < most {
+            if change_db(&with(bounces, options)?, &deepest) <= options.accuracy_db {
+                options.bounces = bounces;
                 return Ok(());
             }
-            (options.bounces, known) = (next, deeper);
+            bounces += 2;
         }
-        warn(&format!(
-            "bounces: {most} are followed at most, and the last of them still changed the level by {change:.2} dB; what more would bring is \
-             not in the result"
-        ));
+        options.bounces = most;
+        let before = with(most - 1, options)?;
+        let change = change_db(&before, &deepest);
+        if change > options.accuracy_db {
+            warn(&format!(
+                "bounces: {most} are followed at most, and the last of them still changed the level by {change:.2} dB; what more would bring is \
+                 not in the result"
+            ));
+        }
         Ok(())
     }
 

@@ -17,6 +17,8 @@ use std::collections::BTreeMap;
 pub const OPAQUE_NP: f64 = 6.907755278982137;
 /// Facets of a body count as flat for waves inside it where the surface turns by less over the body's mean chord, rad.
 const FLAT_RAD: f64 = 0.2;
+/// What is open and faces one way with more than this share of its area is a sheet and no body.
+const SHEET: f64 = 0.5;
 /// Corners of a sphere are as far from its centre within this share of its radius: f32 of files.
 const ROUND: f64 = 1e-5;
 
@@ -31,6 +33,8 @@ pub enum Obstacle {
         edges: usize,
         /// Ends of the longest of them, in the object's frame, m.
         hole_m: Option<[DVec3; 2]>,
+        /// It encloses nothing: a sheet, such as a road.
+        is_sheet: bool,
     },
     /// The body has thin curved walls, which are taken as the flat facets that they have.
     Walls {
@@ -62,7 +66,11 @@ impl Doubt {
     pub fn line(&self, scene: &Scene) -> String {
         let material = scene.materials.get(self.material as usize).map_or("", |m| m.name.as_str());
         match &self.obstacle {
-            Obstacle::Open { triangles, edges, hole_m } => {
+            Obstacle::Open { is_sheet: true, .. } => format!(
+                "the sheet of '{material}' has no thickness and counts as the front of a half-space: nothing passes it; give it one as a layer \
+                 on 'air', or draw it as a closed body"
+            ),
+            Obstacle::Open { triangles, edges, hole_m, .. } => {
                 let place = |p: &DVec3| format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z);
                 let hole = match hole_m {
                     Some([a, b]) => format!(
@@ -208,6 +216,14 @@ fn in_mesh(mesh: &Mesh, enters: &[bool], surfaces: &[Surface], wavenumber: f64) 
             continue;
         }
         let (mut edges, mut longest) = (0, None::<[DVec3; 2]>);
+        let (mut facing, mut area_m2) = (DVec3::ZERO, 0.0);
+        for t in (0..of.len() as u32).filter(|t| open(*t)) {
+            let [a, b, c] = triangles[t as usize].corners();
+            let doubled = (b - a).cross(c - a);
+            (facing, area_m2) = (facing + doubled, area_m2 + doubled.length());
+        }
+        // The areas of a closed body face all ways.
+        let is_sheet = facing.length() > SHEET * area_m2;
         for t in (0..of.len() as u32).filter(|t| open(*t)) {
             for (a, b) in sides(&welded.triangles[t as usize]) {
                 if welded.edges[&(a.min(b), a.max(b))].len() != 1 {
@@ -220,7 +236,7 @@ fn in_mesh(mesh: &Mesh, enters: &[bool], surfaces: &[Surface], wavenumber: f64) 
                 }
             }
         }
-        out.push((material, Obstacle::Open { triangles: triangles_open, edges, hole_m: longest }));
+        out.push((material, Obstacle::Open { triangles: triangles_open, edges, hole_m: longest, is_sheet }));
     }
     out
 }

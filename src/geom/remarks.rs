@@ -3,11 +3,15 @@
 //! What is taken otherwise than the file has it is said, and so is what can change by a leap when it is moved by a hair's breadth.
 
 use super::Geometry;
+use super::dielectrics::{self, Doubt, Obstacle};
 use super::faces::{Face, Faces, HalfSpace, LIES_M, bounds};
-use super::validate::check_mesh;
+use super::overlaps::without_doubles;
+use super::surface::surfaces_at;
+use super::validate::{check_mesh, check_scene};
 use crate::base::error::{Error, Result};
+use crate::base::units::wavenumber;
 use crate::geom::hash::FastMap;
-use crate::scene::{Scene, Shape};
+use crate::scene::{Object, Scene, Shape};
 use glam::DVec3;
 
 /// So many objects with corners that were moved are told one by one.
@@ -36,7 +40,71 @@ pub fn of_meshes(scene: &Scene, freq_hz: f64) -> Result<Vec<String>> {
         })?;
         lines.extend(report.in_frames().iter().map(|l| format!("object '{}': {l}", object.name)));
     }
+    lines.extend(curved_dielectrics(scene, freq_hz)?);
     Ok(lines)
+}
+
+/// What may make a cross section wrong, or what was taken otherwise than the meshes have it: remarks of the import, defects of meshes, bodies of
+/// dielectrics that are open or curved, metal that is there twice. One line each.
+///
+/// # Errors
+/// Returns the errors of [`check_scene`] and of a material without a value at the frequency.
+pub fn of_targets(scene: &Scene, freq_hz: f64) -> Result<Vec<String>> {
+    let mut lines = Vec::new();
+    for (name, report) in check_scene(scene, freq_hz)? {
+        lines.extend(report.warnings().iter().map(|w| format!("{name}: {w}")));
+    }
+    lines.extend(of_bodies(scene, freq_hz, false)?);
+    Ok(lines)
+}
+
+/// The part of [`of_targets`] that bodies and their materials give, `with_sheets` also of dielectric sheets without a thickness.
+///
+/// # Errors
+/// Returns an error for a material without a value at the frequency.
+pub fn of_bodies(scene: &Scene, freq_hz: f64, with_sheets: bool) -> Result<Vec<String>> {
+    let (single, doubled) = without_doubles(scene);
+    let mut lines: Vec<String> = doubled.iter().map(|d| d.line(scene)).collect();
+    let doubts = dielectrics::doubts(&single, &surfaces_at(&single, freq_hz)?, wavenumber(freq_hz));
+    if dielectrics::lone_sphere(&single, &doubts).is_none() {
+        let name = |d: &Doubt| single.objects[d.object].name.as_str();
+        // Behind a sheet that stands alone there is nothing to miss, and a road is one.
+        let parts = single.objects.iter().filter(|o| o.radar).count();
+        let is_road = |d: &Doubt| {
+            matches!(d.obstacle, Obstacle::Open { is_sheet: true, .. }) && (parts == 1 || !with_sheets)
+        };
+        let told = doubts.iter().filter(|d| !is_road(d));
+        lines.extend(told.map(|d| format!("object '{}': {}", name(d), d.line(&single))));
+    }
+    Ok(lines)
+}
+
+/// Curved bodies that waves enter, each mesh once: frames follow reflections alone.
+fn curved_dielectrics(scene: &Scene, freq_hz: f64) -> Result<Vec<String>> {
+    let surfaces = surfaces_at(scene, freq_hz)?;
+    // What is flat is not looked at: nobody waits for a road.
+    let curved = |o: &&Object| matches!(o.shape, Shape::Mesh(m) if scene.meshes[m].is_smooth());
+    let mut seen = vec![false; scene.meshes.len()];
+    let objects = scene.objects.iter().filter(curved).filter(|o| match o.shape {
+        Shape::Mesh(m) => !std::mem::replace(&mut seen[m], true),
+        _ => false,
+    });
+    let some = Scene {
+        objects: objects.cloned().collect(),
+        meshes: scene.meshes.clone(),
+        materials: scene.materials.clone(),
+        ..Scene::default()
+    };
+    let doubts = dielectrics::doubts(&some, &surfaces, wavenumber(freq_hz));
+    let is_curved = |d: &&Doubt| matches!(d.obstacle, Obstacle::Curved { .. });
+    let line = |d: &Doubt| {
+        format!(
+            "object '{}': {}; frames have what its front reflects, and nothing of what it focuses",
+            some.objects[d.object].name,
+            d.line(&some)
+        )
+    };
+    Ok(doubts.iter().filter(is_curved).map(line).collect())
 }
 
 /// Faces of one body that lie on another body.

@@ -97,13 +97,13 @@ impl MeshReport {
         let mut lines = Vec::new();
         if self.duplicates > 0 {
             lines.push(format!(
-                "{} triangles are there more than once and could radiate twice; remove the copies",
+                "{} triangles are there more than once; bare metal counts once, anything else may radiate twice: remove the copies",
                 self.duplicates
             ));
         }
         if self.overlaps > 0 {
             lines.push(format!(
-                "{} pairs of triangles overlap in one plane and could radiate twice; cut them apart",
+                "{} pairs of triangles overlap in one plane; bare metal counts once, anything else may radiate twice: cut them apart",
                 self.overlaps
             ));
         }

@@ -99,8 +99,7 @@ pub struct RcsOptions {
     /// Number of reflections of one beam, 1..=MAX_BOUNCES. Faces that it passes do not count: three reflections are all
     /// that a trihedral needs, filled or empty. Each way to and fro in a slab takes two more.
     pub bounces: usize,
-    /// [`Sweep::take`](crate::engine::sweep::Sweep::take) follows more reflections, up to so many, until two more change nothing within the
-    /// accuracy; as many as `bounces` or fewer leave it at those.
+    /// [`Sweep::take`](crate::engine::sweep::Sweep::take) follows more reflections, until the result is within the accuracy of that with so many; as many as `bounces` or fewer leave it at those.
     pub most_bounces: usize,
     /// How far the radar stands.
     pub distance: Distance,

@@ -37,7 +37,7 @@ pub struct Smoothed {
 /// Decides which edges are smooth, and gives the facets of smooth surfaces normals that agree over smooth edges alone.
 ///
 /// An edge that turns by more than `smooth_deg` is a crease. Another one is smooth where the normals of the mesh, if it has any, agree
-/// on both sides at one end of it or more, and where its curvature (turn over width) fits that of the facets beside it, on both sides or
+/// on both sides at one end of it or more, and where these turn over both facets as over arcs of one surface, or its curvature (turn over width) fits that of the facets beside it, on both sides or
 /// at the border of a surface that goes on on one side. Facets without a smooth edge are flat. Normals of the mesh that belong to one
 /// smooth surface stay to the bit.
 pub fn smooth(mesh: &mut Mesh, smooth_deg: f64) -> Smoothed {
@@ -289,12 +289,42 @@ impl<'a> Creases<'a> {
         (beside, most)
     }
 
+    /// How the mesh's own normals bend the facet on the side `i` of an edge across it, 1/m: 0 where they say that it is flat, None where
+    /// they do not turn on both sides of it alike, as a surface through all its corners does and a mean over a fold does not.
+    fn bend_by_normals(&self, edge: &Edge, i: usize) -> Option<f64> {
+        let side = edge.sides[i];
+        let facet = side as usize / 3;
+        let normals = self.mesh.corner_normals(facet)?;
+        if self.is_said_flat(facet) {
+            return Some(0.0);
+        }
+        let own = self.normals[facet];
+        let tilt = |k: u32| {
+            let n = normals[(side % 3 + k) as usize % 3];
+            (n * n.dot(own).signum()).dot(edge.inwards[i])
+        };
+        let (near, far) = (0.5 * (tilt(0) + tilt(1)), tilt(2));
+        let high_m = 2.0 * self.areas_m2[facet] / edge.length_m;
+        let is_arc = near * far < 0.0 && (1.0 / FITS..=FITS).contains(&(far / near).abs());
+        is_arc.then(|| (far - near) / high_m)
+    }
+
+    /// Whether the mesh's normals say of both facets of an edge that they are arcs of one surface, or of one that it is flat and of the other
+    /// that it begins there.
+    fn is_said_smooth(&self, edge: &Edge) -> bool {
+        match [0, 1].map(|i| self.bend_by_normals(edge, i)) {
+            [Some(a), Some(b)] if a == 0.0 || b == 0.0 => a != b,
+            [Some(a), Some(b)] => (1.0 / FITS..=FITS).contains(&(a / b)),
+            _ => false,
+        }
+    }
+
     /// Decides every open edge.
     fn decide(&mut self) {
         // None for what is decided, or for an edge across a surface that turns elsewhere.
         let judge = |e: &Edge| {
             let [(a, most_a), (b, most_b)] = [0, 1].map(|i| self.beside(e, i));
-            match e.turn.abs() < ACROSS * most_a.max(most_b) {
+            match e.turn.abs() < ACROSS * most_a.max(most_b) || self.is_said_smooth(e) {
                 true => [Beside::Fits; 2],
                 false => [a, b],
             }
@@ -744,6 +774,21 @@ mod tests {
             });
             assert_eq!(bent.count(), 8, "{from:?} {found:?}");
             assert!(off(&m, exact).0 < 1e-9, "{from:?}: {}", off(&m, exact).0);
+        }
+    }
+
+    #[test]
+    fn two_strips_with_the_normals_of_their_arc_are_one_and_with_means_a_fold() {
+        let arc = plates(&[-10.0, 10.0], &[0.02, 0.02]);
+        // The circle through all three corners.
+        let centre = arc.positions_m[2] + DVec3::X * (0.02 / (2.0 * 10f64.to_radians().sin()));
+        let exact = |p: DVec3, own: DVec3| {
+            let n = DVec3::new(p.x - centre.x, p.y - centre.y, 0.0).normalize();
+            n * n.dot(own).signum()
+        };
+        for (from, curved) in [(From::Surface, 4), (From::Means, 0), (From::Nowhere, 0)] {
+            let mut m = with_normals(&arc, from, exact);
+            assert_eq!(smooth(&mut m, SMOOTH_DEG).curved, curved, "{from:?}");
         }
     }
 

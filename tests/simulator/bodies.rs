@@ -7,6 +7,7 @@ use catseye::engine::sweep::{Accuracy, Sweep};
 use catseye::engine::{Engine, Precision};
 use catseye::geom::dielectrics::{Obstacle, doubts};
 use catseye::geom::overlaps::without_doubles;
+use catseye::geom::remarks::of_bodies;
 use catseye::geom::surfaces_at;
 use catseye::rcs::{Aspect, BistaticAspect, Diffraction, RcsOptions};
 use catseye::road::target;
@@ -172,16 +173,21 @@ fn an_open_body_is_said_with_its_hole_and_a_vertex_beside_its_place_is_no_hole()
     open.meshes[0].triangles.pop();
     open.meshes[0].material.pop();
     match &said(&open)[..] {
-        [Obstacle::Open { triangles: 11, edges: 3, hole_m: Some([a, b]) }] => {
+        [Obstacle::Open { triangles: 11, edges: 3, hole_m: Some([a, b]), is_sheet: false }] => {
             assert!((a.distance(*b) - 0.04 * 2f64.sqrt()).abs() < 1e-12 && a.x == 0.02 && b.x == 0.02);
         }
         other => panic!("{other:?}"),
     }
-    // A lossy body is opaque whether it is open or not, and so is a road.
+    // A lossy body is opaque whether it is open or not, and a road is a sheet.
+    let mut tank = dielectric_box(DVec3::new(2.0, 2.0, 0.5), "water");
+    tank.meshes[0].triangles.truncate(10);
+    tank.meshes[0].material.truncate(10);
+    assert!(said(&tank).is_empty());
     let mut road = dielectric_box(DVec3::new(20.0, 20.0, 0.5), "asphalt");
     road.meshes[0].triangles.truncate(2);
     road.meshes[0].material.truncate(2);
-    assert!(said(&road).is_empty());
+    assert!(matches!(said(&road)[..], [Obstacle::Open { is_sheet: true, .. }]));
+    assert!(of_bodies(&road, F, true).unwrap().is_empty());
     // Each triangle with corners of its own, off by nanometres and tenths of micrometres.
     for off_m in [1e-9, 2e-7, 5e-7] {
         let mut loose = closed.clone();
@@ -283,7 +289,7 @@ fn duct(width_m: f64, depth_m: f64) -> Scene {
 }
 
 #[test]
-fn bounces_are_followed_until_two_more_change_nothing() {
+fn bounces_are_followed_until_more_change_nothing() {
     let take = |scene: &Scene, azimuth_deg: f64, most_bounces: usize| {
         let options = RcsOptions { most_bounces, ..RcsOptions::default() };
         let sweep = Sweep {

@@ -351,7 +351,7 @@ impl Rcs {
             match self.bounces {
                 Some(n) => format!("bounces: {n}"),
                 None => {
-                    format!("bounces: {bounces} (two more change nothing within {} dB)", self.accuracy_db)
+                    format!("bounces: {bounces} (within {} dB of {MAX_BOUNCES})", self.accuracy_db)
                 }
             },
             format!("range_m: {}", self.range_m),

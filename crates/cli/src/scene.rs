@@ -1,21 +1,30 @@
 //! `catseye scene`: a road scene as glTF with its radar materials and labels.
 
 use super::global::{Global, print, print_json};
+use super::target::ImportArgs;
 use catseye::base::error::{BadInput, Result};
 use catseye::base::units::DEFAULT_FREQUENCY_HZ;
 use catseye::formats::stage;
+use catseye::geom::remarks::of_targets;
 use catseye::geom::validate::check_scene;
 use catseye::road::labels::RoadTruth;
 use catseye::road::{build, glb, scene_toml};
+use catseye::scene::mesh_file;
 use clap::Args;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Make a road scene (roads, markers, rails, walls, vehicles) as glTF with its radar materials and labels
+/// Make a road scene (roads, markers, rails, walls, vehicles) as glTF with its radar materials and labels, or check one
 #[derive(Debug, Args)]
 pub struct MakeScene {
-    /// TOML file that describes the roads
+    /// TOML file that describes the roads; with --check also a .glb, .gltf, .stl or .obj file
     pub file: PathBuf,
+    /// Write nothing, and say what may make results wrong: defects of meshes, creases and vertices that were taken otherwise than the file has
+    /// them, bodies of dielectrics that are open or curved, metal that is there twice
+    #[arg(long, conflicts_with = "output")]
+    pub check: bool,
+    #[command(flatten)]
+    pub import: ImportArgs,
     /// File to write, binary glTF (default: the name of FILE with .glb)
     #[arg(short, long, value_name = "F.glb")]
     pub output: Option<PathBuf>,
@@ -36,8 +45,62 @@ struct Made {
     warnings: Vec<String>,
 }
 
+#[derive(serde::Serialize)]
+struct Checked {
+    #[serde(serialize_with = "catseye::formats::path_text")]
+    file: PathBuf,
+    objects: usize,
+    triangles: usize,
+    /// What was taken otherwise than the file has it.
+    notes: Vec<String>,
+    /// What may make results wrong.
+    warnings: Vec<String>,
+}
+
 impl MakeScene {
+    fn check(&self, global: &Global) -> Result<()> {
+        let is_mesh = mesh_file::READ.contains(&mesh_file::extension(&self.file).as_str());
+        let scene = match is_mesh {
+            true => mesh_file::import_sized(&self.file, &self.import.options()?, mesh_file::SCENE_M)?,
+            false => build::build(&scene_toml::load(&self.file)?)?.0,
+        };
+        let mut notes = scene.import.notes.clone();
+        if scene.import.degenerate_triangles_dropped > 0 {
+            notes.push(format!(
+                "triangles without area that were left out: {}",
+                scene.import.degenerate_triangles_dropped
+            ));
+        }
+        let checked = Checked {
+            file: self.file.clone(),
+            objects: scene.objects.len(),
+            triangles: scene.triangle_count(),
+            notes,
+            warnings: of_targets(&scene, DEFAULT_FREQUENCY_HZ)?,
+        };
+        if global.json {
+            return print_json(&checked);
+        }
+        for n in &checked.notes {
+            print(&format!("note: {n}"))?;
+        }
+        for w in &checked.warnings {
+            print(&format!("warning: {w}"))?;
+        }
+        print(&format!(
+            "{}: {} objects, {} triangles, {} notes, {} warnings",
+            checked.file.display(),
+            checked.objects,
+            checked.triangles,
+            checked.notes.len(),
+            checked.warnings.len()
+        ))
+    }
+
     pub fn run(&self, global: &Global) -> Result<()> {
+        if self.check {
+            return self.check(global);
+        }
         let output = self.output.clone().unwrap_or_else(|| self.file.with_extension("glb"));
         if output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("glb")) {
             return Err(BadInput::new("is not the name of a binary glTF file")

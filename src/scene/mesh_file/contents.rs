@@ -18,7 +18,7 @@ pub(super) struct Contents {
 pub(super) const NO_MATERIAL: u32 = u32::MAX;
 
 /// The extension in small letters, "" without one.
-pub(super) fn extension(path: &Path) -> String {
+pub fn extension(path: &Path) -> String {
     path.extension().map_or_else(String::new, |e| e.to_string_lossy().to_ascii_lowercase())
 }
 

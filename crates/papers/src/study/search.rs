@@ -53,6 +53,10 @@ struct Score {
     guide: f64,
 }
 
+/// A least value is looked for between samples so many times, in so many steps along each axis.
+const REFINED_TIMES: usize = 2;
+const REFINED_STEPS: usize = 8;
+
 /// Best result of a search so far.
 #[derive(Debug, Default)]
 struct BestSoFar {
@@ -128,17 +132,71 @@ impl Problem<'_> {
         self.search.parameter.iter().zip(parameters).filter_map(|(l, x)| at(l, *x)).collect()
     }
 
+    /// A quantity at every point of a study's sweeps.
+    fn field(&self, study: &Study, quantity: Quantity) -> Result<Vec<f64>> {
+        let mut work = Work::collect(study, study.points(), &|i| study.values_at(i))?;
+        Ok(work.fields(self.solver, study, &[quantity], None, &|_, _| {})?.remove(0))
+    }
+
+    /// The least value of a quantity in the window, whose values at the sweeps' points are `field`: about the least of them, between
+    /// its neighbours on each axis of numbers in turn. A null is narrower than the steps of a sweep.
+    fn least_between(&self, study: &Study, quantity: Quantity, field: &[f64]) -> Result<f64> {
+        let Some((at, mut least)) = field.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))
+        else {
+            return Ok(f64::INFINITY);
+        };
+        let mut here = study.clone();
+        let mut rest = at;
+        for s in here.sweeps.iter_mut().rev() {
+            let n = s.values.len();
+            s.values = vec![s.values[rest % n].clone()];
+            rest /= n;
+        }
+        // Between which values of each axis it lies.
+        let mut spans: Vec<Option<[f64; 2]>> = study
+            .sweeps
+            .iter()
+            .zip(&here.sweeps)
+            .map(|(all, one)| {
+                let middle = one.values[0].number()?;
+                let numbers: Vec<f64> = all.values.iter().filter_map(Value::number).collect();
+                let below = numbers.iter().copied().filter(|x| *x < middle).fold(f64::NEG_INFINITY, f64::max);
+                let above = numbers.iter().copied().filter(|x| *x > middle).fold(f64::INFINITY, f64::min);
+                let span = [below, above].map(|x| if x.is_finite() { x } else { middle });
+                (numbers.len() == all.values.len() && span[0] < span[1]).then_some(span)
+            })
+            .collect();
+        for _ in 0..REFINED_TIMES {
+            for axis in 0..spans.len() {
+                let Some([from, to]) = spans[axis] else { continue };
+                let step = (to - from) / REFINED_STEPS as f64;
+                let values: Vec<f64> = (0..=REFINED_STEPS).map(|i| from + step * i as f64).collect();
+                let middle = here.sweeps[axis].values.clone();
+                here.sweeps[axis].values = values.iter().map(|x| Value::Number(*x)).collect();
+                let found = self.field(&here, quantity)?;
+                here.sweeps[axis].values = middle;
+                let best = (0..found.len()).min_by(|a, b| found[*a].total_cmp(&found[*b]));
+                let Some(best) = best.filter(|i| found[*i] <= least) else { continue };
+                least = found[best];
+                here.sweeps[axis].values = vec![Value::Number(values[best])];
+                spans[axis] = Some([values[best.saturating_sub(1)], values[(best + 1).min(REFINED_STEPS)]]);
+            }
+        }
+        Ok(least)
+    }
+
     fn score(&self, parameters: &[f64]) -> Result<Score> {
         let study = self.study(parameters);
         let quantity = match self.search.goal {
             Goal::LeastRcs => Quantity::Rcs,
             _ => Quantity::Margin,
         };
-        let mut work = Work::collect(&study, study.points(), &|i| study.values_at(i))?;
-        let field = work.fields(self.solver, &study, &[quantity], None, &|_, _| {})?.remove(0);
-        let least = field.iter().copied().fold(f64::INFINITY, f64::min);
+        let field = self.field(&study, quantity)?;
         Ok(match self.search.goal {
-            Goal::LeastRcs | Goal::LeastMargin => Score { worth: least, guide: least },
+            Goal::LeastRcs | Goal::LeastMargin => {
+                let least = self.least_between(&study, quantity, &field)?;
+                Score { worth: least, guide: least }
+            }
             Goal::Coverage => {
                 let n = field.len() as f64;
                 let worth = 100.0 * field.iter().filter(|m| **m >= 0.0).count() as f64 / n;
