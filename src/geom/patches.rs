@@ -55,13 +55,20 @@ pub(crate) struct SurfaceParts {
     pub(crate) of: Vec<u32>,
     /// The triangles of each.
     pub(crate) lists: Vec<Vec<usize>>,
+    /// Length of the edges around each, m: those that it does not go on beyond.
+    pub(crate) border_m: Vec<f64>,
     /// How far flat facets are off the curved surface through their corners, of each, m.
     pub(crate) sagitta_m: Vec<f64>,
 }
 
 impl SurfaceParts {
-    /// Joins triangles over edges that turn by `turn_rad` or less, however they are wound.
-    pub(crate) fn of(positions_m: &[DVec3], triangles: &[[u32; 3]], turn_rad: f64) -> SurfaceParts {
+    /// Joins triangles over edges that turn by `turn_rad` or less, however they are wound. Sagittas are those of triangles that are `faceted`.
+    pub(crate) fn of(
+        positions_m: &[DVec3],
+        triangles: &[[u32; 3]],
+        turn_rad: f64,
+        faceted: impl Fn(usize) -> bool,
+    ) -> SurfaceParts {
         let n = triangles.len();
         let place = places(positions_m);
         let at = |i: u32| positions_m[i as usize];
@@ -69,8 +76,9 @@ impl SurfaceParts {
         let mut parent: Vec<u32> = (0..n as u32).collect();
         // Sagitta of the edges of each triangle.
         let mut sagitta_m = vec![0f64; n];
-        let mut owner: FastMap<u64, (u32, DVec3)> =
+        let mut owner: FastMap<u64, (u32, DVec3, usize)> =
             FastMap::with_capacity_and_hasher(2 * n, Default::default());
+        let mut joined = vec![false; 3 * n];
         for (i, t) in triangles.iter().enumerate() {
             for k in 0..3 {
                 let (a, b, c) = (t[k], t[(k + 1) % 3], t[(k + 2) % 3]);
@@ -79,31 +87,43 @@ impl SurfaceParts {
                 let out = at(c) - at(a);
                 let inwards = (out - along * along.dot(out)).normalize_or_zero();
                 let edge = u64::from(p.min(q)) << 32 | u64::from(p.max(q));
-                let (j, other) = *owner.entry(edge).or_insert((i as u32, inwards));
+                let (j, other, side) = *owner.entry(edge).or_insert((i as u32, inwards, 3 * i + k));
                 // Facets of one plane run away from their edge against each other.
                 let turn = inwards.cross(other).length().atan2(-inwards.dot(other));
                 if j as usize == i || turn > turn_rad || inwards == DVec3::ZERO || other == DVec3::ZERO {
                     continue;
                 }
+                (joined[3 * i + k], joined[side]) = (true, true);
                 let wide_m = (area_m2(t) + area_m2(&triangles[j as usize])) / at(a).distance(at(b));
-                sagitta_m[i] = sagitta_m[i].max(wide_m * turn / 8.0);
+                if faceted(i) && faceted(j as usize) {
+                    sagitta_m[i] = sagitta_m[i].max(wide_m * turn / 8.0);
+                }
                 let (ri, rj) = (root(&mut parent, i as u32), root(&mut parent, j));
                 parent[ri.max(rj) as usize] = ri.min(rj);
             }
         }
         let mut number = vec![u32::MAX; n];
-        let mut out = SurfaceParts { of: Vec::with_capacity(n), lists: Vec::new(), sagitta_m: Vec::new() };
+        let mut out = SurfaceParts {
+            of: Vec::with_capacity(n),
+            lists: Vec::new(),
+            border_m: Vec::new(),
+            sagitta_m: Vec::new(),
+        };
         for (i, sagitta) in sagitta_m.iter().enumerate() {
             let r = root(&mut parent, i as u32) as usize;
             if number[r] == u32::MAX {
                 number[r] = out.lists.len() as u32;
                 out.lists.push(Vec::new());
+                out.border_m.push(0.0);
                 out.sagitta_m.push(0.0);
             }
             let part = number[r] as usize;
             out.of.push(part as u32);
             out.lists[part].push(i);
             out.sagitta_m[part] = out.sagitta_m[part].max(*sagitta);
+            let t = triangles[i];
+            let sides = (0..3).filter(|k| !joined[3 * i + k]);
+            out.border_m[part] += sides.map(|k| at(t[k]).distance(at(t[(k + 1) % 3]))).sum::<f64>();
         }
         out
     }

@@ -15,7 +15,7 @@ use crate::geom::patches::SurfaceParts;
 use crate::geom::{Geometry, surfaces_at};
 use crate::rcs::beam_sum::FrequencyPoint;
 use crate::rcs::cpu::beam_sum;
-use crate::scene::creases::SMOOTH_DEG;
+use crate::scene::creases::{SMOOTH_DEG, smooth};
 use crate::scene::{Material, Mesh, Scene, Shape};
 use crate::trace::beams::{BeamOptions, Port};
 use glam::DVec3;
@@ -93,7 +93,11 @@ impl Faces {
             let Shape::Mesh(m) = o.shape else { continue };
             let mesh = &scene.meshes[m];
             let world: Vec<DVec3> = mesh.positions_m.iter().map(|p| o.pose.point(*p)).collect();
-            let found = SurfaceParts::of(&world, &mesh.triangles, SMOOTH_DEG.to_radians());
+            // Facets without normals that turn as those of a curved surface do.
+            let mut smoothed = Mesh { normals: Vec::new(), ..mesh.clone() };
+            smooth(&mut smoothed, SMOOTH_DEG);
+            let faceted = |t: usize| smoothed.corner_normals(t).is_some() && mesh.corner_normals(t).is_none();
+            let found = SurfaceParts::of(&world, &mesh.triangles, SMOOTH_DEG.to_radians(), faceted);
             let first = parts.len() as u32;
             parts.extend((0..found.lists.len()).map(|i| part(mesh, &world, &found, i)));
             triangles += mesh.triangles.len();
@@ -296,7 +300,7 @@ fn part(mesh: &Mesh, world: &[DVec3], found: &SurfaceParts, i: usize) -> Part {
         let [a, b, c] = corners(t);
         (b - a).cross(c - a)
     };
-    let area_m2 = own.iter().map(|t| 0.5 * doubled(*t).length()).sum();
+    let area_m2: f64 = own.iter().map(|t| 0.5 * doubled(*t).length()).sum();
     let normal =
         own.iter().map(|t| doubled(*t).normalize_or_zero()).find(|n| *n != DVec3::ZERO).unwrap_or(DVec3::X);
     let is_flat =
@@ -306,9 +310,7 @@ fn part(mesh: &Mesh, world: &[DVec3], found: &SurfaceParts, i: usize) -> Part {
         let (lo, hi) = points().fold((DVec3::MAX, DVec3::MIN), |(lo, hi), p| (lo.min(p), hi.max(p)));
         let mut extents = (hi - lo).to_array();
         extents.sort_by(f64::total_cmp);
-        let is_faceted = own.iter().any(|t| mesh.corner_normals(*t).is_none());
-        let sagitta_m = if is_faceted { found.sagitta_m[i] } else { 0.0 };
-        return Part { normal: None, area_m2, width_m: extents[1], sagitta_m };
+        return Part { normal: None, area_m2, width_m: extents[1], sagitta_m: found.sagitta_m[i] };
     }
     let across = own
         .iter()
@@ -323,12 +325,11 @@ fn part(mesh: &Mesh, world: &[DVec3], found: &SurfaceParts, i: usize) -> Part {
         let ends = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
         ends.1 - ends.0
     };
-    Part {
-        normal: Some(normal),
-        area_m2,
-        width_m: across.map(width).fold(f64::INFINITY, f64::min),
-        sagitta_m: 0.0,
-    }
+    let widest = across.map(width).fold(f64::INFINITY, f64::min);
+    // A lattice is as wide as its bars: a strip has twice its area over its border.
+    let border_m = found.border_m[i];
+    let width_m = if 4.0 * area_m2 < 0.5 * widest * border_m { 2.0 * area_m2 / border_m } else { widest };
+    Part { normal: Some(normal), area_m2, width_m, sagitta_m: 0.0 }
 }
 
 #[cfg(test)]

@@ -19,6 +19,8 @@ const ACROSS: f64 = 0.3;
 /// Normals that differ by less, or by less than this share of the turn of their edge, agree: files round.
 const AGREE: f64 = 1e-3;
 const AGREE_SHARE: f64 = 0.25;
+/// Normals beyond an edge leave their facets by this share of its turn or more where the surface goes on.
+const BENT_SHARE: f64 = 0.2;
 /// Cosine between a facet and the normals at its corners above which a file says that it is flat.
 const SAID_FLAT: f64 = 1.0 - 1e-6;
 /// Cosine below which a normal says nothing about a facet, as where surfaces are refined.
@@ -319,12 +321,29 @@ impl<'a> Creases<'a> {
         }
     }
 
+    /// Whether the normals at the corners opposite to an edge leave their facets as those of a curved surface do: a mean over a fold leaves
+    /// alone what lies beside it. Facets much wider than their neighbours have to be arcs beside.
+    fn is_bent_beyond(&self, edge: &Edge) -> bool {
+        let bent = |i: usize| {
+            let side = edge.sides[i];
+            let facet = side as usize / 3;
+            self.mesh.corner_normals(facet).is_some_and(|normals| {
+                let far = normals[(side as usize % 3 + 2) % 3];
+                let tilt = far.cross(self.normals[facet]).length();
+                tilt >= BENT_SHARE * edge.turn.abs() || self.is_said_flat(facet)
+            })
+        };
+        let [a, b] = edge.sides.map(|s| self.areas_m2[s as usize / 3]);
+        (1.0 / FITS..=FITS).contains(&(a / b)) && bent(0) && bent(1)
+    }
+
     /// Decides every open edge.
     fn decide(&mut self) {
         // None for what is decided, or for an edge across a surface that turns elsewhere.
         let judge = |e: &Edge| {
             let [(a, most_a), (b, most_b)] = [0, 1].map(|i| self.beside(e, i));
-            match e.turn.abs() < ACROSS * most_a.max(most_b) || self.is_said_smooth(e) {
+            let said = self.is_said_smooth(e) || self.is_bent_beyond(e);
+            match e.turn.abs() < ACROSS * most_a.max(most_b) || said {
                 true => [Beside::Fits; 2],
                 false => [a, b],
             }

@@ -36,5 +36,6 @@ mod road;
 mod scattering_table;
 mod steady;
 mod trajectories;
+mod validity;
 mod vehicles;
 mod waveforms;

@@ -184,7 +184,11 @@ impl<'a> Importer<'a> {
                 .remedy("export meshes, or give a node extras.catseye.rcs_dbsm")
                 .into());
         }
-        tidy(&mut self.scene, self.options.smooth_deg, false);
+        // What this program wrote needs no second look: its normals are those of its surfaces.
+        let is_own = self.root.asset.generator.as_ref().is_some_and(|g| g.starts_with("catseye "));
+        if !is_own || self.options.smooth_deg.is_some() {
+            tidy(&mut self.scene, self.options.smooth_deg, false);
+        }
         self.scene.import.triangles = self.scene.triangle_count();
         Ok(self.scene)
     }
