@@ -208,10 +208,8 @@ pub(crate) fn curved_dielectric(
         };
         let Some((series, centre)) = series else {
             return Err(bad(first.line(scene))
-                .allowed("curved bodies of a dielectric: one sphere alone, by its series (Mie)")
-                .remedy(
-                    "give it flat faces (--smooth-deg 0 where its facets are meant), a metal, or for a thin wall a layer on 'air'",
-                )
+                .allowed("one sphere alone, by its series (Mie)")
+                .remedy("take flat faces, a metal, or for a thin wall a layer on 'air'")
                 .into());
         };
         if let Distance::At(range_m) = options.distance {

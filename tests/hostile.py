@@ -464,6 +464,24 @@ case("stl binary of NaN", ["rcs", "mesh.stl", "--unit", "m", "--up", "z", "--def
 for text in (b"f 1 2 3\n", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99\n", b"v 0 0\nf 1 1 1\n", b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
              b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -9 2 3\n", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n"):
     case(f"obj {text[-14:]!r}", ["rcs", "mesh.obj", "--unit", "m", "--up", "z"], {"mesh.obj": text}, 2, "mesh.obj")
+OBJ = ["rcs", "mesh.obj", "--unit", "m", "--up", "z", "--default-material", "pec"]
+SQUARE = "v 0 0 0\nv 0 0.1 0\nv 0 0.1 0.1\nv 0 0 0.1\nv 0.1 0 0\n"
+for name, faces, words in [
+    ("twice and flipped", "f 1 2 3\nf 1 2 3\nf 3 2 1\nf 1 3 4\n", "counts once"), ("without area", "f 1 2 3\nf 1 2 2\nf 1 3 4\n", ""),
+    ("with three faces at an edge", "f 1 2 3\nf 1 3 4\nf 1 3 5\n", ""), ("with normals of zero", "vn 0 0 0\nf 1//1 2//1 3//1\nf 1//1 3//1 4//1\n", ""),
+    ("with slanting normals", "vn 1 1 1\nvn -1 0 1\nf 1//1 2//2 3//1\nf 1//2 3//1 4//2\n", ""), ("of one triangle", "vn 1 0 0\nf 1//1 2//1 3//1\n", ""),
+    ("with folds over itself", "f 1 2 3\nf 1 3 2\nf 1 3 4\nf 1 4 3\n", "counts once"),
+]:
+    case(f"obj {name}", OBJ, {"mesh.obj": (SQUARE + faces).encode()}, 0, words)
+    case(f"obj {name}, checked", ["scene", "mesh.obj", "--check", "--unit", "m", "--up", "z", "--default-material", "pec"], {"mesh.obj": (SQUARE + faces).encode()}, 0, "warnings")
+case("obj with normals of NaN", OBJ, {"mesh.obj": (SQUARE + "vn nan 0 0\nf 1//1 2//1 3//1\n").encode()}, 2, "mesh.obj")
+case("an open body of plastic", ["rcs", "mesh.obj", "--unit", "m", "--up", "z", "--default-material", "polypropylene"], {"mesh.obj": (SQUARE + "f 1 3 2\nf 1 5 3\nf 2 3 5\n").encode()}, 0, "is not closed")
+for angle in ("nan", "-1", "61", "x", "1e300"):
+    case(f"smooth deg {angle}", [*OBJ, f"--smooth-deg={angle}"], {"mesh.obj": (SQUARE + "f 1 2 3\n").encode()}, 2, "smooth-deg")
+case("a rod of plastic", ["rcs", "cylinder:radius_m=0.005,length_m=0.1,material=polypropylene"], exits=2, words="curved")
+for name in ("eps", "eps0", "eps-1", "epsnan", "eps2-j", "eps2+1j", "eps1e99", "eps2.5.5", "air+eps0:0.001"):
+    case(f"material {name}", ["rcs", f"plate:material={name}"], exits=2, words="eps")
+case("checked and written", ["scene", "mesh.glb", "--check", "-o", "out.glb"], exits=2, words="--check")
 case("a file name is no kind", ["rcs", "missing.stl", "--unit", "m", "--up", "z"], exits=2, words="no such file")
 
 # ---- cubes ----------------------------------------------------------------------------------------------------------------

@@ -23,11 +23,11 @@ pub struct MakeScene {
     /// them, bodies of dielectrics that are open or curved, metal that is there twice
     #[arg(long, conflicts_with = "output")]
     pub check: bool,
-    #[command(flatten)]
-    pub import: ImportArgs,
     /// File to write, binary glTF (default: the name of FILE with .glb)
     #[arg(short, long, value_name = "F.glb")]
     pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub import: ImportArgs,
 }
 
 #[derive(serde::Serialize)]
