@@ -160,17 +160,17 @@ fn overlaps(all: &[Flat], left: &mut HashMap<usize, (Vec<Vec<DVec3>>, usize)>) {
     pairs.dedup();
     for of_one in pairs.chunk_by(|a, b| a.1 == b.1) {
         let later = of_one[0].1;
-        let whole = all[later].corners.to_vec();
-        let (mut rest, mut on) = (vec![whole.clone()], None);
+        let whole = area(&[all[later].corners.to_vec()]);
+        let (mut rest, mut on) = (vec![all[later].corners.to_vec()], None);
         for (first, _) in of_one {
             let cut: Vec<Vec<DVec3>> = rest.iter().flat_map(|p| outside(p, &all[*first])).collect();
-            if area(&cut) < area(&rest) - SLIVER * area(&[whole.clone()]) {
+            if area(&cut) < area(&rest) - SLIVER * whole {
                 on.get_or_insert(*first);
                 rest = cut;
             }
         }
         if let Some(on) = on {
-            rest.retain(|p| area(std::slice::from_ref(p)) > SLIVER * area(&[whole.clone()]));
+            rest.retain(|p| area(std::slice::from_ref(p)) > SLIVER * whole);
             left.insert(later, (rest, on));
         }
     }

@@ -70,7 +70,7 @@ fn metal_that_is_there_twice_returns_once() {
     let whole = plate(0.0, 0.0, 0.1, 0.1);
     let looks = [aspect(0.0, 0.0), aspect(3.0, 2.0), aspect(-20.0, 7.0), aspect(180.0, 0.0)];
     let options = RcsOptions::default();
-    let want = level(&metal(&[whole.clone()]), &looks, &options);
+    let want = level(&metal(std::slice::from_ref(&whole)), &looks, &options);
     assert!((want[0] - 19.185).abs() < 1e-3, "{want:?}");
     let mut turned = whole.clone();
     turned.triangles.iter_mut().for_each(|t| t.swap(1, 2));

@@ -167,8 +167,8 @@ impl Problem<'_> {
             })
             .collect();
         for _ in 0..REFINED_TIMES {
-            for axis in 0..spans.len() {
-                let Some([from, to]) = spans[axis] else { continue };
+            for (axis, span) in spans.iter_mut().enumerate() {
+                let Some([from, to]) = *span else { continue };
                 let step = (to - from) / REFINED_STEPS as f64;
                 let values: Vec<f64> = (0..=REFINED_STEPS).map(|i| from + step * i as f64).collect();
                 let middle = here.sweeps[axis].values.clone();
@@ -179,7 +179,7 @@ impl Problem<'_> {
                 let Some(best) = best.filter(|i| found[*i] <= least) else { continue };
                 least = found[best];
                 here.sweeps[axis].values = vec![Value::Number(values[best])];
-                spans[axis] = Some([values[best.saturating_sub(1)], values[(best + 1).min(REFINED_STEPS)]]);
+                *span = Some([values[best.saturating_sub(1)], values[(best + 1).min(REFINED_STEPS)]]);
             }
         }
         Ok(least)
