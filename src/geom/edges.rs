@@ -80,7 +80,7 @@ impl Edge {
 const THIN: f64 = 0.05;
 
 /// Whether edges of such a surface diffract as those of a perfect conductor at a wavelength, m. Dielectrics, and metal under layers of
-/// [`THIN`] of it and more, do not: their edges get no diffraction.
+/// a twentieth of it and more, do not: their edges get no diffraction.
 pub fn is_metal(surface: &Surface, wavelength_m: f64) -> bool {
     let bare = surface.stack.thickness_m() < THIN * wavelength_m;
     match surface.stack.backing {
