@@ -21,6 +21,8 @@ const AGREE: f64 = 1e-3;
 const AGREE_SHARE: f64 = 0.25;
 /// Normals beyond an edge leave their facets by this share of its turn or more where the surface goes on.
 const BENT_SHARE: f64 = 0.2;
+/// A normal at a border is the mean of its facets if it is nearer to it by this factor than to the surface's.
+const FALLS_SHORT: f64 = 0.25;
 /// Cosine between a facet and the normals at its corners above which a file says that it is flat.
 const SAID_FLAT: f64 = 1.0 - 1e-6;
 /// Cosine below which a normal says nothing about a facet, as where surfaces are refined.
@@ -439,12 +441,22 @@ impl<'a> Creases<'a> {
             return out;
         }
         let given = |c: u32| self.mesh.normals.get(self.corner(c) as usize).copied().unwrap_or(DVec3::ZERO);
-        let stays = |c: u32| !self.mesh.normals.is_empty() && !means[c as usize];
-        let mut normals = self.fan_normals(&fan);
+        let belongs = |c: u32| !self.mesh.normals.is_empty() && !means[c as usize];
+        let mean = self.fan_normals(&fan);
         let borders =
-            self.borders(&is_curved, &fan, |c| if stays(c) { given(c) } else { normals[c as usize] });
+            self.borders(&is_curved, &fan, |c| if belongs(c) { given(c) } else { mean[c as usize] });
+        let outwards = |c: usize| borders.get(&fan[c]).copied().unwrap_or(DVec3::ZERO);
+        // At a border a mean over facets on one side alone falls short.
+        let falls_short = |c: u32| {
+            let (n, mean, out) = (given(c), mean[c as usize], outwards(c as usize));
+            let n = n * n.dot(mean).signum();
+            out != DVec3::ZERO
+                && n.distance(mean) < FALLS_SHORT * n.distance((mean + out).normalize_or_zero())
+        };
+        let stays = |c: u32| belongs(c) && !falls_short(c);
+        let mut normals = mean.clone();
         for (c, n) in normals.iter_mut().enumerate() {
-            *n = (*n + borders.get(&fan[c]).copied().unwrap_or(DVec3::ZERO)).normalize_or_zero();
+            *n = (*n + outwards(c)).normalize_or_zero();
             // A file may have its normals on the other side.
             if given(c as u32).dot(self.normals[c / 3]) < 0.0 {
                 *n = -*n;
@@ -759,9 +771,11 @@ mod tests {
         let mut half = whole.clone();
         half.triangles.truncate(36);
         half.material.truncate(36);
-        let mut m = with_normals(&half, From::Nowhere, of_tube);
-        assert_eq!(smooth(&mut m, SMOOTH_DEG).curved, 36);
-        assert!(off(&m, of_tube).0 < 1e-12, "{}", off(&m, of_tube).0);
+        for from in [From::Nowhere, From::Means, From::Surface] {
+            let mut m = with_normals(&half, from, of_tube);
+            assert_eq!(smooth(&mut m, SMOOTH_DEG).curved, 36);
+            assert!(off(&m, of_tube).0 < 1e-12, "{from:?}: {}", off(&m, of_tube).0);
+        }
     }
 
     #[test]

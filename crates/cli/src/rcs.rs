@@ -283,6 +283,8 @@ impl Rcs {
                 "height_m": self.height_m,
                 "turned_deg": [self.yaw_deg, self.pitch_deg, self.roll_deg],
                 "warnings": warnings,
+                // What was taken otherwise than the file has it.
+                "notes": target.scene.import.notes,
                 "version": env!("CARGO_PKG_VERSION"),
                 "accuracy_db": self.accuracy_db,
                 "convergence_db": swept.accuracy.db(),
