@@ -66,8 +66,21 @@ def test_a_mesh_is_given_by_arrays():
     # Columns of a larger array, in another order of memory.
     wide = np.asfortranarray(np.pad(np.array(CORNERS, float), ((0, 0), (0, 2))))
     assert catseye.Scene.from_mesh(wide[:, :3], FACES).to_glb() == catseye.Scene.from_mesh(CORNERS, FACES).to_glb()
+    # A plane stays one, whatever its normals say; a quarter of a tube is curved by its own normals, and by an angle where it has none.
     tilted = catseye.Scene.from_mesh(CORNERS, FACES, normals=[[1, 0, z] for z in (-0.1, -0.1, 0.1, 0.1)])
-    assert tilted.to_glb() != catseye.Scene.from_mesh(CORNERS, FACES, normals=[[5, 0, 0]] * 4).to_glb()
+    assert tilted.to_glb() == catseye.Scene.from_mesh(CORNERS, FACES, normals=[[5, 0, 0]] * 4).to_glb()
+    turn = np.radians(15 * np.arange(7))
+    tube = np.array([[np.cos(a), np.sin(a), z] for a in turn for z in (0, 1)])
+    strips = [t for i in range(0, 12, 2) for t in ([i, i + 2, i + 3], [i, i + 3, i + 1])]
+    flat = catseye.Scene.from_mesh(tube, strips).to_glb()
+    assert catseye.Scene.from_mesh(tube, strips, normals=tube * [1, 1, 0]).to_glb() != flat
+    smooth = catseye.Scene.from_mesh(tube, strips, smooth_deg=20)
+    assert smooth.to_glb() != flat and "smooth_deg" in smooth.notes[0]
+    with pytest.raises(catseye.BadInput, match="smooth_deg"):
+        catseye.Scene.from_mesh(tube, strips, smooth_deg=61)
+    # The same metal twice is reported.
+    twice = catseye.Scene.from_mesh([*CORNERS, *CORNERS], [*FACES, *(np.array(FACES) + 4)])
+    assert any("counts once" in line for line in twice.check())
     dropped = catseye.Scene.from_mesh(CORNERS, [*FACES, [1, 1, 2]])
     assert dropped.triangle_count == 2 and "1 triangles without area" in dropped.notes[0]
     world = catseye.Scene()

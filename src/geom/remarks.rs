@@ -73,15 +73,14 @@ pub fn of_bodies(scene: &Scene, freq_hz: f64, with_sheets: bool) -> Result<Vec<S
         let is_road = |d: &Doubt| {
             matches!(d.obstacle, Obstacle::Open { is_sheet: true, .. }) && (parts == 1 || !with_sheets)
         };
-        let told = doubts.iter().filter(|d| !is_road(d));
-        lines.extend(told.map(|d| format!("object '{}': {}", name(d), d.line(&single))));
+        let shown = doubts.iter().filter(|d| !is_road(d));
+        lines.extend(shown.map(|d| format!("object '{}': {}", name(d), d.line(&single))));
     }
     Ok(lines)
 }
 
 /// Curved bodies that waves enter, each mesh once: frames follow reflections alone.
 fn curved_dielectrics(scene: &Scene, freq_hz: f64) -> Result<Vec<String>> {
-    let surfaces = surfaces_at(scene, freq_hz)?;
     // What is flat is not looked at: nobody waits for a road.
     let curved = |o: &&Object| matches!(o.shape, Shape::Mesh(m) if scene.meshes[m].is_smooth());
     let mut seen = vec![false; scene.meshes.len()];
@@ -89,13 +88,17 @@ fn curved_dielectrics(scene: &Scene, freq_hz: f64) -> Result<Vec<String>> {
         Shape::Mesh(m) => !std::mem::replace(&mut seen[m], true),
         _ => false,
     });
+    let objects: Vec<Object> = objects.cloned().collect();
+    if objects.is_empty() {
+        return Ok(Vec::new());
+    }
     let some = Scene {
-        objects: objects.cloned().collect(),
+        objects,
         meshes: scene.meshes.clone(),
         materials: scene.materials.clone(),
         ..Scene::default()
     };
-    let doubts = dielectrics::doubts(&some, &surfaces, wavenumber(freq_hz));
+    let doubts = dielectrics::doubts(&some, &surfaces_at(scene, freq_hz)?, wavenumber(freq_hz));
     let is_curved = |d: &&Doubt| matches!(d.obstacle, Obstacle::Curved { .. });
     let line = |d: &Doubt| {
         format!(
