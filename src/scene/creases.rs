@@ -450,7 +450,7 @@ impl<'a> Creases<'a> {
         let falls_short = |c: u32| {
             let (n, mean, out) = (given(c), mean[c as usize], outwards(c as usize));
             let n = n * n.dot(mean).signum();
-            out != DVec3::ZERO
+            out.length() > AGREE
                 && n.distance(mean) < FALLS_SHORT * n.distance((mean + out).normalize_or_zero())
         };
         let stays = |c: u32| belongs(c) && !falls_short(c);
