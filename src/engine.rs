@@ -181,21 +181,12 @@ pub(crate) fn curved_dielectric(
     options: &RcsOptions,
 ) -> Result<Option<Vec<Scattering>>> {
     let mut out = Vec::with_capacity(frequencies_hz.len() * aspects.len());
+    let mut entered = 0;
     for (f, surfaces) in frequencies_hz.iter().zip(surfaces) {
         let mut doubts = dielectrics::doubts(scene, surfaces, wavenumber(*f));
         doubts.retain(|d| matches!(d.obstacle, Obstacle::Curved { .. }));
-        let Some(first) = doubts.first() else {
-            if out.is_empty() {
-                continue;
-            }
-            return Err(BadInput::new(
-                "waves enter the sphere at some of these frequencies and not at others",
-            )
-            .key("frequency_hz")
-            .value(f)
-            .remedy("ask for them one after the other")
-            .into());
-        };
+        let Some(first) = doubts.first() else { continue };
+        entered += 1;
         let bad = |problem: String| {
             let name = &scene.objects[first.object].name;
             BadInput::new(problem).key(format!("object '{name}'"))
@@ -222,7 +213,16 @@ pub(crate) fn curved_dielectric(
         }
         out.extend(rcs::sphere::scattering(&series, centre, *f, aspects));
     }
-    Ok((!out.is_empty()).then_some(out))
+    match entered {
+        0 => Ok(None),
+        n if n == frequencies_hz.len() => Ok((!aspects.is_empty()).then_some(out)),
+        n => Err(BadInput::new("waves enter the sphere at some of these frequencies and not at the others")
+            .key("frequency_hz")
+            .value(format!("{n} of {}", frequencies_hz.len()))
+            .allowed("frequencies at all of which it is opaque, or at none")
+            .remedy("ask for them one after the other")
+            .into()),
+    }
 }
 
 /// The complaint about what waves pass through, made of `material`.

@@ -88,7 +88,7 @@ impl Doubt {
                 )
             }
             Obstacle::Walls { turn_rad } => format!(
-                "the curved walls of '{material}' are taken as the flat facets of the mesh (they turn by {:.1} deg over their thickness): \
+                "the curved walls of '{material}' are taken as the flat facets of the mesh (they turn by {:.1} deg over their mean chord): \
                  what passes through them is right, what they reflect themselves is that of the facets",
                 turn_rad.to_degrees()
             ),

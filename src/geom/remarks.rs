@@ -44,7 +44,7 @@ pub fn of_meshes(scene: &Scene, freq_hz: f64) -> Result<Vec<String>> {
     Ok(lines)
 }
 
-/// What may make a cross section wrong, or what was taken otherwise than the meshes have it: remarks of the import, defects of meshes, bodies of
+/// What may make a cross section wrong, or what was taken otherwise than the meshes have it: defects of meshes, bodies of
 /// dielectrics that are open or curved, metal that is there twice. One line each.
 ///
 /// # Errors

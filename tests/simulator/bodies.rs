@@ -241,6 +241,13 @@ fn spheres_that_waves_enter_are_taken_by_their_series_and_other_curved_bodies_ar
         let e = engine().rcs(&scene, &[F], &look, &RcsOptions::default()).unwrap_err().to_string();
         assert!(e.contains("is curved") && e.contains("polypropylene") && !e.contains('\n'), "{e}");
     }
+    // Water is opaque at 77 GHz and not at 1 GHz, whichever comes first.
+    let drop = named("sphere:radius_m=0.05,material=water");
+    for frequencies_hz in [[1e9, 77e9], [77e9, 1e9]] {
+        let options = RcsOptions { accuracy_db: 1.0, ..Default::default() };
+        let e = engine().rcs(&drop, &frequencies_hz, &looks, &options).unwrap_err().to_string();
+        assert!(e.contains("1 of 2") && e.contains("frequency_hz"), "{e}");
+    }
     // What is opaque by its loss stays what it was, and so do thin curved walls.
     let water = named("sphere:radius_m=0.05,material=water");
     assert!(

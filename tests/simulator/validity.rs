@@ -11,7 +11,7 @@ use catseye::scene::{Material, Mesh, Scene};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// First words of the remarks on a target in one direction (azimuth, elevation in degrees).
+/// First words of the warnings of a target in one direction (azimuth, elevation in degrees).
 fn said(scene: &Scene, azimuth_deg: f64, elevation_deg: f64) -> Vec<String> {
     let aspect = Aspect { azimuth: azimuth_deg.to_radians(), elevation: elevation_deg.to_radians() };
     let options = RcsOptions::default();
