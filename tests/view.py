@@ -307,7 +307,7 @@ def a_design(browser, room):
         one = f"{kind}:{more}" if more else kind
         for ptd in (False, True):
             state = "Object.assign(v.parse(spec), {from: -20, to: 20, steps: 41, elevation: 3, bounces: 2, ptd})"
-            told = page.evaluate("([spec, ptd]) => { const v = catseye.view; v.state = STATE; v.update(); return v.told.textContent; }".replace("STATE", state), [one, ptd])
+            told = page.evaluate("([spec, ptd]) => { const v = catseye.view; v.state = STATE; v.update(); return v.done.then(() => v.told.textContent); }".replace("STATE", state), [one, ptd])
             if told:
                 other = run("rcs", one, "--azimuth-deg=0", "--diffraction", "ptd" if ptd else "none", "-o", room / "none.csv", "--quiet", "--device", "cpu", "--precision", "f64", "--force", expect=2)
                 check(f"{one}{' with edges' if ptd else ''} is refused with the program's words", told.split(";")[0] in other.stderr or other.stderr.strip().endswith(told), (told, other.stderr))
@@ -318,11 +318,12 @@ def a_design(browser, room):
             scale = max(float(b[k]) ** 2 for _, b in pairs for k in b if k.endswith("_re_m") or k.endswith("_im_m")) ** 0.5
             apart = max(abs(float(a[k]) - float(b[k])) for a, b in pairs for k in b if k.endswith("_m"))
             check(f"{one}{' with edges' if ptd else ''}: the page's S is the program's", apart < 1e-6 * scale, f"{apart} of {scale}: run scripts/page-module")
-    page.evaluate("s => { const v = catseye.view; v.state = v.parse(s); v.make_controls(); v.update(); }", spec)
+    page.evaluate("s => { const v = catseye.view; v.state = v.parse(s); v.make_controls(); v.update(); return v.done; }", spec)
     before = page.evaluate("catseye.view.levels[0][225]")
     field = page.get_by_label("height_m", exact=True)
     field.fill("0.008")
     field.press("Enter")
+    page.evaluate("catseye.view.done")
     after = page.evaluate("catseye.view.levels[0][225]")
     check("a value changes the curve", abs(after - before) > 1.0, (before, after))
     field.fill("-1")
@@ -330,7 +331,16 @@ def a_design(browser, room):
     told = page.locator(".told").inner_text()
     check("a bad value tells what is allowed and changes nothing", "height_m" in told and "allowed" in told and page.evaluate("catseye.view.levels[0][225]") == after, told)
     page.get_by_title("Undo (Ctrl+Z)").click()
+    page.evaluate("catseye.view.done")
     check("undo takes it back", page.evaluate("catseye.view.levels[0][225]") == before)
+    # Spheres take some 0.1 s a direction: the page answers between slices, and a new value ends the cut before it is complete.
+    gap = page.evaluate("""async () => { const v = catseye.view; v.state = v.parse("sphere"); v.update(); const gaps = []; let t = performance.now();
+        for (let i = 0; i < 20; i++) { await new Promise((go) => setTimeout(go)); gaps.push(performance.now() - t); t = performance.now(); }
+        return [v.cut.at, v.cut.x.length, v.levels[0].length, Math.max(...gaps)]; }""")
+    check("a long cut is drawn while it is computed", 0 < gap[2] <= gap[0] < gap[1], gap)
+    print(f"     sphere: {gap[0]} of {gap[1]} directions, longest time without an answer {gap[3]:.0f} ms")
+    page.evaluate("s => { const v = catseye.view; v.state = v.parse(s); v.make_controls(); v.update(); return v.done; }", spec)
+    check("a new value ends the long cut", page.evaluate("catseye.view.levels[0].length") == gap[1] and page.evaluate("catseye.view.levels[0][225]") == before)
     # From a slider's step to the drawn curve.
     ms = page.evaluate("""async () => { const s = document.querySelector('[aria-label="width_m by a slider"]'), all = [];
         for (let i = 0; i < 20; i++) { const t = performance.now(); s.value = 400 + 10 * i; s.dispatchEvent(new Event('input')); await new Promise(requestAnimationFrame); all.push(performance.now() - t); }

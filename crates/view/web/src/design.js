@@ -13,6 +13,21 @@ const PAIRS = ["vv", "vh", "hv", "hh"];
 const COLUMNS = ["frequency_hz", "azimuth_deg", "elevation_deg", ...PAIRS.map((p) => `${p}_dbsm`), ...PAIRS.flatMap((p) => [`${p}_re_m`, `${p}_im_m`])];
 /** Sliders of spans over decades are even in the logarithm. */
 const DECADES = 30;
+/** Longest that the page computes before it answers, ms (a single direction may take longer). */
+const SLICE_MS = 60;
+/** Time between two drawings of a cut that is not complete, ms. */
+const REDRAW_MS = 250;
+
+/** 0 … n − 1, the ends first, then ever finer: what is there of a cut shows its shape. */
+export function coarse_to_fine(n) {
+  const order = new Uint32Array(n), seen = new Uint8Array(n);
+  let at = 0;
+  const put = (i) => { if (!seen[i]) { seen[i] = 1; order[at++] = i; } };
+  put(0);
+  put(n - 1);
+  for (let step = 2 ** Math.ceil(Math.log2(Math.max(2, n))); step >= 1; step /= 2) for (let i = 0; i < n; i += step) put(i);
+  return order;
+}
 
 export class DesignView {
   constructor() {
@@ -23,6 +38,8 @@ export class DesignView {
     this.note = el("p", { class: "hint" });
     this.past = [];
     this.future = [];
+    this.done = Promise.resolve();
+    this.resolve = () => {};
     const button = (text, title, act) => el("button", { type: "button", title, onclick: act }, text);
     this.tools = el("div", { class: "tools" },
       button("↶", "Undo (Ctrl+Z)", () => this.undo()), button("↷", "Redo (Ctrl+Y)", () => this.redo()), button("hold", "Keep the curve to compare with", () => this.hold()),
@@ -159,36 +176,97 @@ export class DesignView {
     return along === "azimuth" ? [x, other, x] : [other, x, x];
   }
 
-  /** Makes the reflector and its cut anew. */
+  /** Makes the reflector anew and begins its cut: what takes no longer than a slice is there on return, the rest when `done` is. */
   update() {
-    const began = performance.now();
-    const { frequency_ghz, bounces, ptd } = this.state;
-    let target, parts, found;
-    const [azimuth, elevation, x] = this.directions();
+    clearTimeout(this.next);
+    this.finish();
+    let target, parts;
     try {
       target = new bindings.Target(this.spec());
       parts = triangles_of(target.glb());
-      found = target.cut(1e9 * frequency_ghz, azimuth, elevation, bounces, ptd);
     } catch (e) {
-      // A fault in the module is none of the user's, and leaves it unusable.
-      if (e instanceof WebAssembly.RuntimeError) throw e;
       target?.free();
-      this.complain(e.message);
+      this.refuse(e);
       return;
     }
-    target.free();
-    this.complain("");
-    this.ms = performance.now() - began;
-    this.result = { azimuth, elevation, x, found };
-    this.levels = PAIRS.map((_, k) => Array.from(x, (_, i) => {
-      const [re, im] = [found[8 * i + 2 * k], found[8 * i + 2 * k + 1]];
+    const [azimuth, elevation, x] = this.directions();
+    this.target = target;
+    this.cut = { azimuth, elevation, x, found: new Float64Array(8 * x.length), order: coarse_to_fine(x.length), at: 0, count: 1 };
+    this.ms = 0;
+    this.drawn = -Infinity;
+    this.done = new Promise((resolve) => { this.resolve = resolve; });
+    this.advance(parts);
+  }
+
+  /** Shows the error of a target; a fault in the module is none of the user's, and leaves it unusable. */
+  refuse(e) {
+    if (e instanceof WebAssembly.RuntimeError) throw e;
+    this.complain(e.message);
+  }
+
+  /** Computes directions for a slice of time, draws them, and leaves the rest to later slices so that the page answers meanwhile. */
+  advance(parts) {
+    const { cut, target } = this;
+    const { frequency_ghz, bounces, ptd } = this.state;
+    const began = performance.now();
+    try {
+      while (cut.at < cut.order.length) {
+        const some = cut.order.slice(cut.at, cut.at + cut.count);
+        const start = performance.now();
+        const found = target.cut(1e9 * frequency_ghz, Float64Array.from(some, (i) => cut.azimuth[i]), Float64Array.from(some, (i) => cut.elevation[i]), bounces, ptd);
+        some.forEach((i, k) => cut.found.set(found.subarray(8 * k, 8 * k + 8), 8 * i));
+        cut.at += some.length;
+        // As many directions at once as fit into a slice: a call has a fixed cost, which is most of that of flat metal.
+        const ms = performance.now() - start;
+        cut.count = Math.max(1, Math.floor(cut.count * Math.min(8, SLICE_MS / Math.max(ms, 0.01))));
+        if (performance.now() - began > SLICE_MS) break;
+      }
+    } catch (e) {
+      this.finish();
+      this.refuse(e);
+      return;
+    }
+    this.ms += performance.now() - began;
+    const complete = cut.at === cut.order.length;
+    if (parts) {
+      this.complain("");
+      this.scene.triangles(parts);
+    }
+    if (complete || performance.now() - this.drawn > REDRAW_MS) {
+      this.take();
+      this.draw();
+      this.drawn = performance.now();
+    }
+    if (!complete) {
+      this.next = setTimeout(() => this.advance());
+      return;
+    }
+    this.finish();
+  }
+
+  /** Ends the cut that is being computed, if there is one. */
+  finish() {
+    this.target?.free();
+    this.target = undefined;
+    this.resolve();
+  }
+
+  /** Levels of the directions that are there, in the order of their angles. */
+  take() {
+    const { cut } = this;
+    const has = Uint32Array.from(cut.order.subarray(0, cut.at)).sort();
+    const those = (list) => Float64Array.from(has, (i) => list[i]);
+    const found = new Float64Array(8 * has.length);
+    has.forEach((i, k) => found.set(cut.found.subarray(8 * i, 8 * i + 8), 8 * k));
+    this.result = { azimuth: those(cut.azimuth), elevation: those(cut.elevation), x: those(cut.x), found };
+    this.levels = PAIRS.map((_, p) => Array.from(has, (_, k) => {
+      const [re, im] = [found[8 * k + 2 * p], found[8 * k + 2 * p + 1]];
       const level = 10 * Math.log10(4 * Math.PI * (re * re + im * im));
       return Number.isFinite(level) ? level : null;
     }));
-    this.scene.triangles(parts);
-    this.draw();
     const best = this.levels[0].reduce((b, v, i) => (v != null && (this.levels[0][b] == null || v > this.levels[0][b]) ? i : b), 0);
-    this.note.textContent = `${this.told_spec()} · VV ${number(this.levels[0][best])} dBsm at ${number(x[best])}° at most · ${x.length} directions in ${number(this.ms, 1)} ms`;
+    const count = cut.at === cut.x.length ? `${cut.x.length}` : `${cut.at} of ${cut.x.length}`;
+    this.note.textContent = `${this.told_spec()} · VV ${number(this.levels[0][best])} dBsm at ${number(this.result.x[best])}° at most · ${count} directions in ${number(this.ms, 1)} ms`;
   }
 
   draw() {
@@ -236,7 +314,9 @@ export class DesignView {
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
   }
 
-  csv() {
+  /** The whole cut as a table, when it is complete. */
+  async csv() {
+    while (this.target) await this.done;
     const { azimuth, elevation, found } = this.result;
     const s = this.state;
     const lines = [`# target: ${this.spec()}`, `# convention: every (which bounces radiate)`, `# bounces: ${s.bounces}`, `# range_m: inf`, `# diffraction: ${s.ptd ? "ptd" : "none"}`, `# engine: cpu (f64) in a page of the browser`, `# version: catseye ${data.version}`, COLUMNS.join(",")];
@@ -248,8 +328,8 @@ export class DesignView {
     return `${lines.join("\n")}\n`;
   }
 
-  save_csv() {
-    this.save(`${this.state.kind}.csv`, "text/csv", this.csv());
+  async save_csv() {
+    this.save(`${this.state.kind}.csv`, "text/csv", await this.csv());
   }
 
   save_glb() {
