@@ -359,7 +359,8 @@ impl Engine {
     /// S of the scene's objects by exact beams, phases referred to the world's origin, for each frequency
     /// and each aspect (`[frequency, aspect]`). What beams meet does not depend on frequency and is found once.
     ///
-    /// Through sheets and bodies of dielectric waves are followed from plane waves and by the cpu engine alone (CONVENTIONS eq. 70-75).
+    /// Through sheets and bodies of dielectric waves are followed from plane waves and by the cpu engine alone (CONVENTIONS eq. 70-75). Paths
+    /// of several bounces by way of curved surfaces are followed by the host in f64 on either engine ([`Solver::remarks`] says so).
     ///
     /// # Errors
     /// Returns an error for a material or a scattering table without a value at a frequency, for options that are out
@@ -465,14 +466,17 @@ impl Engine {
         let mut beams = BeamOptions::new(options.bounces, options.accuracy_db, options.last);
         beams.tau /= finer;
         let mut by_aspect: Vec<Vec<Scattering>> = Vec::with_capacity(aspects.len());
+        let on_device = match self {
+            Engine::Gpu(gpu) if !solver::takes_host(scene, options.bounces) => Some(gpu),
+            _ => None,
+        };
         for batch in aspects.chunks(self.aspects_per_batch(geometry.faces().faces.len())) {
-            by_aspect.extend(match self {
-                Engine::Cpu(_) => {
-                    beam_sum::by_beams(&geometry, &frequencies, batch, options.distance, &beams).map_err(
-                        |why| impassable(why, passed.as_deref().unwrap_or_default(), options.distance),
-                    )?
-                }
-                Engine::Gpu(gpu) => {
+            by_aspect.extend(match on_device {
+                None => beam_sum::by_beams(&geometry, &frequencies, batch, options.distance, &beams)
+                    .map_err(|why| {
+                        impassable(why, passed.as_deref().unwrap_or_default(), options.distance)
+                    })?,
+                Some(gpu) => {
                     rcs::beam_sum::by_beams(gpu, &geometry, &frequencies, batch, options.distance, &beams)?
                 }
             });

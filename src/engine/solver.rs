@@ -151,6 +151,12 @@ impl Solver for Engine {
         // A material without a value is an error of the run.
         let mut lines = of_bodies(scene, freq_hz, true).unwrap_or_default();
         lines.extend(unit_line(scene));
+        if matches!(self, Engine::Gpu(_)) && takes_host(scene, sweep.options.bounces) {
+            lines.push(
+                "device: paths of several bounces by way of curved surfaces are followed by the host's processors in f64, not by the adapter"
+                    .into(),
+            );
+        }
         let (single, _) = overlaps::without_doubles(scene);
         if is_series(&single, &sweep.frequencies_hz) {
             return lines;
@@ -190,6 +196,11 @@ fn is_series(scene: &Scene, frequencies_hz: &[f64]) -> bool {
             dielectrics::lone_sphere(scene, &dielectrics::doubts(scene, &surfaces, wavenumber(*f))).is_some()
         })
     })
+}
+
+/// Whether paths of several bounces may touch curved surfaces, which the host follows, whatever the engine is.
+pub(super) fn takes_host(scene: &Scene, bounces: usize) -> bool {
+    bounces > 1 && scene.meshes.iter().any(curved::has_curved) && !is_convex(scene)
 }
 
 /// Whether nothing of the scene can see another part of it: one mesh that is flat, or closed and convex. Large ones are not looked at.

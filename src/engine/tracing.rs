@@ -162,7 +162,16 @@ fn traced_together(gpu: &Gpu, looks: &[Look<'_>]) -> Result<Vec<Echoes>> {
                     other => {
                         let why = if let Some(Traced::Refused(why)) = other { Some(why) } else { None };
                         let (faces, windows) = (beams.faces(), &all_windows[*i]);
-                        (beams::clip_windows(faces, windows, &beams.options, beams.ends), why)
+                        (
+                            beams::clip_shining(
+                                faces,
+                                windows,
+                                &beams.options,
+                                beams.ends,
+                                Some(beams.shine),
+                            ),
+                            why,
+                        )
                     }
                 };
                 let mut all = beams.echoes(clipped, &look.pose, look.velocity_mps, options);

@@ -16,6 +16,7 @@ pub(crate) mod patches;
 mod planes;
 pub mod remarks;
 mod rigid;
+mod shape;
 mod smooth;
 pub mod surface;
 pub mod triangle;
