@@ -141,16 +141,23 @@ pub struct NearFaces {
     pub numbers: Vec<u32>,
 }
 
+/// What is known of the triangles of a mesh; the lists may be empty.
+pub(super) struct Known<'a> {
+    /// Of each its curved surface.
+    pub(super) curved: &'a [Option<CurvedFacet>],
+    /// Of each how the surface over it is curved.
+    pub(super) shapes: &'a [Option<DMat3>],
+    /// Of each the number of the plane that it was found to lie in.
+    pub(super) planes: &'a [u32],
+    /// How far the file's corners were off each plane, m.
+    pub(super) off_m: &'a [f64],
+}
+
 impl Faces {
-    /// The faces of a body in its own frame. Of each triangle: its curved surface, how that is curved, and the number of the plane that it
-    /// was found to lie in; these lists may be empty. `off_m` tells how far the file's corners were off each plane. `enters` says of each surface
-    /// whether it is the front of a dielectric volume. Corners nearer to a plane than `flat_m` lie in it.
-    pub(super) fn build(
-        mesh: &Welded,
-        (curved, shapes, planes, off_m): (&[Option<CurvedFacet>], &[Option<DMat3>], &[u32], &[f64]),
-        enters: &[bool],
-        flat_m: f64,
-    ) -> Faces {
+    /// The faces of a body in its own frame. `enters` says of each surface whether it is the front of a dielectric volume. Corners nearer to
+    /// a plane than `flat_m` lie in it.
+    pub(super) fn build(mesh: &Welded, known: &Known<'_>, enters: &[bool], flat_m: f64) -> Faces {
+        let Known { curved, shapes, planes, off_m } = known;
         let mut faces = Faces { flat_m, ..Default::default() };
         let triangles = mesh.of;
         if triangles.is_empty() {

@@ -4,6 +4,7 @@
 pub mod bvh;
 pub mod cells;
 mod coarser;
+pub mod convex;
 pub mod curved;
 pub mod curved_facet;
 pub mod dielectrics;

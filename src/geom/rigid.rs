@@ -1,7 +1,7 @@
 //! What belongs to a mesh wherever it stands, found once in its own frame, and meshes as they stand in the world.
 
 use super::curved_facet::{self, CurvedFacet};
-use super::faces::Faces;
+use super::faces::{Faces, Known};
 use super::hash::FastMap;
 use super::patches::{COPLANAR, coplanar_patches};
 use super::planes;
@@ -231,7 +231,7 @@ impl RigidMesh {
         let welded = Welded::new(&triangles, &self.points, &self.triangles);
         Faces::build(
             &welded,
-            (&self.curved, &self.shapes, &self.planes, &self.off_m),
+            &Known { curved: &self.curved, shapes: &self.shapes, planes: &self.planes, off_m: &self.off_m },
             &self.terms.enters,
             self.terms.flat_m,
         )

@@ -97,7 +97,7 @@ fn reflected(
     options: &BeamOptions,
 ) -> Vec<Scattering> {
     let clipped = clip(faces, transmit, receive, options);
-    let has_curved = options.bounces > 1 && faces.faces.iter().any(Face::is_curved);
+    let has_curved = clipped.tubes && options.bounces > 1 && faces.faces.iter().any(Face::is_curved);
     // What the receiver sees of curved surfaces over planes.
     let apart = (has_curved && transmit != receive)
         .then(|| clip(faces, receive, receive, &BeamOptions { last: false, ..*options }));
@@ -204,7 +204,7 @@ fn spread(faces: &Faces, clipped: &Clipped, node: u32, place: DVec3) -> Option<(
         n += 1;
         i = clipped.nodes[i as usize].parent;
     }
-    if !is_curved {
+    if !(is_curved && clipped.tubes) {
         return None;
     }
     let chain = &mut chain[..n];

@@ -4,7 +4,6 @@
 //! lines in which two planes cross, never along edges that were computed before: short computed edges have
 //! random directions.
 
-use super::shine::{Onward, Shine};
 use crate::base::tasks::Tasks;
 use crate::geom::Surface;
 use crate::geom::faces::{Face, Faces, HalfSpace, LIES_M, MOST_CORNERS, NOT_CURVED};
@@ -562,6 +561,8 @@ pub struct Clipped {
     pub imaged: Vec<Piece>,
     /// Beams that the limit of bounces ended; only with [`Ends`].
     pub ended: Vec<Ended>,
+    /// Facets of curved surfaces stand for ray tubes (`BeamOptions::facets_reflect`).
+    pub tubes: bool,
     /// Beams towards curved surfaces, until these are looked at.
     pub(super) onward: Vec<Onward>,
 }
@@ -583,8 +584,18 @@ pub(super) struct Clipper<'a> {
     pub(super) options: &'a BeamOptions,
     /// None says nothing of the beams that the limit of bounces ends.
     pub(super) ends: Option<Ends<'a>>,
-    /// With it facets of curved surfaces are lit where they can return something, without it everywhere.
-    pub(super) shine: Option<Shine<'a>>,
+    /// Facets of curved surfaces are lit later, where they can return something: beams only list them.
+    pub(super) later: bool,
+}
+
+/// A beam that leaves a plane towards facets of curved surfaces.
+#[derive(Debug, Clone)]
+pub(super) struct Onward {
+    /// The node that it leaves.
+    pub(super) node: u32,
+    pub(super) polygon: Polygon,
+    /// Facets ahead of it, seen or not.
+    pub(super) facets: Box<[u32]>,
 }
 
 /// What of each face can be seen from a port, in the (u, v) of the port's frame.
@@ -633,13 +644,14 @@ pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions)
     } else {
         faces.radius_m
     };
-    let clipper = Clipper { faces, eps: 1e-12 * extent, lies_m: 0.0, options, ends: None, shine: None };
+    let clipper = Clipper { faces, eps: 1e-12 * extent, lies_m: 0.0, options, ends: None, later: false };
     let lit = [clipper.seen_from(frame, false)];
     let far_seen = (transmit != receive).then(|| {
         let frame = Frame::new(receive, faces.centre_m);
         [clipper.seen_from(frame, false)]
     });
-    clipper.follow_all(&lit, far_seen.as_ref().map(|s| &s[..]), receive)
+    let found = clipper.follow_all(&lit, far_seen.as_ref().map(|s| &s[..]), receive);
+    Clipped { tubes: options.facets_reflect, ..found }
 }
 
 /// Follows the beams of a radar that may stand amid the faces, up to their `ends`. Each window is a frame from the radar's
@@ -650,25 +662,10 @@ pub fn clip_windows(
     options: &BeamOptions,
     ends: Option<Ends<'_>>,
 ) -> Clipped {
-    clip_shining(faces, windows, options, ends, None)
-}
-
-/// [`clip_windows`] which, with `shine`, lights facets of curved surfaces only where they can return something.
-pub fn clip_shining(
-    faces: &Faces,
-    windows: &[Frame],
-    options: &BeamOptions,
-    ends: Option<Ends<'_>>,
-    shine: Option<Shine<'_>>,
-) -> Clipped {
     let Some(at) = windows.first().map(|w| w.origin) else { return Clipped::default() };
-    let clipper = Clipper { faces, eps: 1e-12, lies_m: LIES_M, options, ends, shine };
+    let clipper = Clipper { faces, eps: 1e-12, lies_m: LIES_M, options, ends, later: false };
     let lit: Vec<VisibleFaces> = windows.iter().map(|w| clipper.seen_from(*w, true)).collect();
-    let mut clipped = clipper.follow_all(&lit, None, Port::At(at));
-    if let Some(shine) = &shine {
-        clipper.add_shining(shine, windows, &mut clipped);
-    }
-    clipped
+    clipper.follow_all(&lit, None, Port::At(at))
 }
 
 /// What was found apart, the first nodes of which stand for those that are known by other numbers.
@@ -885,7 +882,12 @@ impl Clipper<'_> {
     }
 
     /// Follows what every face is lit by; `far_seen` when the receiver stands elsewhere.
-    fn follow_all(&self, lit: &[VisibleFaces], far_seen: Option<&[VisibleFaces]>, receive: Port) -> Clipped {
+    pub(super) fn follow_all(
+        &self,
+        lit: &[VisibleFaces],
+        far_seen: Option<&[VisibleFaces]>,
+        receive: Port,
+    ) -> Clipped {
         let beams = Receiver { seen: far_seen.unwrap_or(lit), monostatic: far_seen.is_none(), port: receive };
         let follow = |some: &Vec<Lit<'_>>| {
             let (mut out, mut scratch) = (Clipped::default(), Scratch::new());
@@ -927,7 +929,7 @@ impl Clipper<'_> {
     }
 
     /// What of every face is seen along the rays of `frame`, or of those in its window.
-    fn seen_from(&self, frame: Frame, window: bool) -> VisibleFaces {
+    pub(super) fn seen_from(&self, frame: Frame, window: bool) -> VisibleFaces {
         let n = self.faces.faces.len();
         let parts = in_chunks(n, |range| {
             let (mut counts, mut whole) = (Vec::with_capacity(range.len()), Vec::with_capacity(range.len()));
@@ -1300,7 +1302,7 @@ impl Clipper<'_> {
     /// Whether a face is lit when it is known whether it can return anything.
     #[inline]
     fn is_later(&self, face: &Face) -> bool {
-        face.curved != NOT_CURVED && self.shine.is_some()
+        self.later && face.curved != NOT_CURVED
     }
 
     /// Whether no beam goes on from a face: a curved surface is no mirror made of facets. What leads from it over planes to the receiver is
@@ -1337,11 +1339,8 @@ impl Clipper<'_> {
             }
             self.radiate(index, &node, &polygon, first_is_seen, seen, receive, &mut out.every);
             let is_curved = self.is_tube(&self.faces.faces[node.face as usize]);
-            if is_curved {
-                self.radiate(index, &node, &polygon, true, seen, receive, &mut out.imaged);
-            } else if node.imaged
-                && self.faces.mirrors(first_patch, self.faces.faces[node.face as usize].patch)
-            {
+            let patch = self.faces.faces[node.face as usize].patch;
+            if is_curved || node.imaged && self.faces.mirrors(first_patch, patch) {
                 self.radiate(index, &node, &polygon, true, seen, receive, &mut out.imaged);
             }
             let begins = self.begins(&node, first_patch);
@@ -1428,7 +1427,7 @@ impl Clipper<'_> {
             if !go_on {
                 continue;
             }
-            if self.shine.is_some() {
+            if self.later {
                 let curved = targets
                     .list
                     .iter()

@@ -4,7 +4,7 @@
 //! made of. Its physical-optics integral is that of its outline, so that a wall costs as many echoes as it
 //! has corners and places of stationary phase.
 
-use super::beams::{Clipped, Ends, Node, Piece, Polygon, clip_shining, overlaps};
+use super::beams::{Clipped, Ends, Node, Piece, Polygon, overlaps};
 use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::{Holds, Plane, Wave, spread_for};
 use super::curved::Curved;
@@ -12,7 +12,7 @@ use super::diffuse;
 use super::ended;
 use super::field::{Bounce, sent};
 use super::points::{Reflecting, SAME, TAU, point_echoes_over};
-use super::shine::Shine;
+use super::shine::{Shine, clip_shining};
 use super::two_curved;
 use crate::base::convention::Convention;
 use crate::base::frames::{Pose, Sensor, World};
@@ -59,26 +59,6 @@ fn is_finite(r: &Echo) -> bool {
         && r.last_velocity_mps.is_finite()
 }
 
-/// The same way backwards.
-pub(super) fn reversed(r: &Echo) -> Echo {
-    let n = r.bounces as usize;
-    let mut chain = r.chain;
-    chain[..n].reverse();
-    let [[vv, vh], [hv, hh]] = r.path_gain;
-    Echo {
-        departure: r.arrival,
-        first_range_m: r.last_range_m,
-        first_velocity_mps: r.last_velocity_mps,
-        arrival: r.departure,
-        last_range_m: r.first_range_m,
-        last_velocity_mps: r.first_velocity_mps,
-        path_gain: [[vv, hv], [vh, hh]],
-        chain,
-        between_m: r.between_m.iter().rev().copied().collect(),
-        ..r.clone()
-    }
-}
-
 /// Echoes at the radar `pose` moving with `velocity_mps` (world), from the directions in `windows`, in the
 /// same order whatever the number of threads. Point targets and scattering tables included.
 pub fn echoes(
@@ -90,7 +70,7 @@ pub fn echoes(
 ) -> Echoes {
     let shine = Shine::of(geometry);
     let clip = |faces: &Faces, beams: &BeamOptions, ends: Option<Ends<'_>>| {
-        Ok::<_, Infallible>(clip_shining(faces, windows, beams, ends, Some(shine)))
+        Ok::<_, Infallible>(clip_shining(faces, windows, beams, ends, shine))
     };
     match echoes_by(geometry, clip, pose, velocity_mps, options) {
         Ok(echoes) => echoes,
@@ -143,11 +123,7 @@ impl<'a> FrameBeams<'a> {
                 // An echo may stand for paths that are longer by the spread.
                 false => faces.near(place_m, options.reach_m + spread_for(options.bandwidth_hz)),
             },
-            options: BeamOptions {
-                images,
-                facets_reflect: false,
-                ..BeamOptions::new(options.bounces, options.accuracy_db, last)
-            },
+            options: BeamOptions { images, ..BeamOptions::new(options.bounces, options.accuracy_db, last) },
             ends: options.least_cut.filter(|_| !last).map(ends),
             shine: Shine::of(geometry),
         }
@@ -489,7 +465,7 @@ impl Station<'_> {
             (false, true) => Vec::new(),
             (true, false) => {
                 let mut list = self.echoes(region, false);
-                let back: Vec<Echo> = list.iter().map(reversed).collect();
+                let back: Vec<Echo> = list.iter().map(Echo::reversed).collect();
                 list.extend(back);
                 list
             }
@@ -640,7 +616,7 @@ impl Station<'_> {
                     }
                 };
                 if i != j {
-                    list.extend(found.iter().map(reversed));
+                    list.extend(found.iter().map(Echo::reversed));
                 }
                 list.extend(found);
             }

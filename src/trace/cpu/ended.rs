@@ -8,6 +8,7 @@ use crate::base::frames::{Pose, Sensor, World};
 use crate::base::tasks::Tasks;
 use crate::base::units::wavenumber;
 use crate::geom::Geometry;
+use crate::geom::faces::NOT_CURVED;
 use crate::geom::hash::FastMap;
 use crate::trace::{Echo, MAX_BOUNCES};
 use glam::DVec3;
@@ -89,7 +90,9 @@ fn estimate(
     let x = k * along * (area_m2 / PI).sqrt();
     let lobe = 1.0 / (1.0 + PI / 8.0 * x.powi(3));
     let disc = k * e.solid_angle_sr * out_m / (2.0 * PI * back_m) * lobe.sqrt();
-    let size = e.left * disc;
+    // What comes back from a curved surface over the planes is found from there, and as long.
+    let ways = if target.curved == NOT_CURVED { 1.0 } else { 2.0 };
+    let size = ways * e.left * disc;
     if !size.is_finite() || size <= 0.0 || !geometry.sees(e.place, radar) {
         return None;
     }
@@ -127,7 +130,7 @@ fn estimate(
         bounces: (bounces + 1).min(MAX_BOUNCES) as u8,
         between_m: Box::default(),
     };
-    let most = e.left / (out_m + back_m);
+    let most = ways * e.left / (out_m + back_m);
     Some(Estimate {
         amplitude: Complex64::from_polar(size, -k * (out_m + back_m)),
         strongest: size,

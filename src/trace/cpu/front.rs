@@ -15,7 +15,7 @@ pub struct Front {
     offset: DMat3,
 }
 
-pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 

@@ -5,16 +5,16 @@
 //! something only where the unit vectors from both add up to almost its normal, which is a matter of a few operations for a facet and a
 //! pair. What is left, a few facets of a car, is clipped against all that hides it.
 
-use super::beams::{Clipped, Clipper, Node, Piece, Polygon, Scratch, Side};
+use super::beams::{Clipped, Clipper, Ends, Node, Piece, Polygon, Scratch, Side, VisibleFaces};
 use super::curved::Curved;
 use crate::base::tasks::Tasks;
 use crate::base::units::wavenumber;
 use crate::geom::Geometry;
 use crate::geom::curved_facet::CurvedFacet;
-use crate::geom::faces::{Face, NOT_CURVED};
+use crate::geom::faces::{Face, Faces, LIES_M, NOT_CURVED};
 use crate::geom::hash::FastMap;
 use crate::trace::MAX_BOUNCES;
-use crate::trace::beams::Frame;
+use crate::trace::beams::{BeamOptions, Frame, Port};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -37,14 +37,21 @@ impl Shine<'_> {
     }
 }
 
-/// A beam that leaves a plane towards facets of curved surfaces.
-#[derive(Debug, Clone)]
-pub(super) struct Onward {
-    /// The node that it leaves.
-    pub(super) node: u32,
-    pub(super) polygon: Polygon,
-    /// Facets ahead of it, seen or not.
-    pub(super) facets: Box<[u32]>,
+/// What the beams of a radar that may stand amid the faces meet, as [`super::beams::clip_windows`] has it, but that facets of curved surfaces
+/// are lit only where they can return something.
+pub fn clip_shining(
+    faces: &Faces,
+    windows: &[Frame],
+    options: &BeamOptions,
+    ends: Option<Ends<'_>>,
+    shine: Shine<'_>,
+) -> Clipped {
+    let Some(at) = windows.first().map(|w| w.origin) else { return Clipped::default() };
+    let clipper = Clipper { faces, eps: 1e-12, lies_m: LIES_M, options, ends, later: true };
+    let lit: Vec<VisibleFaces> = windows.iter().map(|w| clipper.seen_from(*w, true)).collect();
+    let mut clipped = clipper.follow_all(&lit, None, Port::At(at));
+    clipper.add_shining(&shine, windows, &mut clipped);
+    clipped
 }
 
 /// The radar or one of its images, as a facet sees it.
@@ -65,7 +72,7 @@ type Lit = Vec<(Node, Vec<Polygon>)>;
 
 impl Clipper<'_> {
     /// Adds what the radar lights of facets that can return something, straight and by the beams that `clipped` keeps.
-    pub(super) fn add_shining(&self, shine: &Shine<'_>, windows: &[Frame], clipped: &mut Clipped) {
+    fn add_shining(&self, shine: &Shine<'_>, windows: &[Frame], clipped: &mut Clipped) {
         let Some(radar) = windows.first().map(|w| w.origin) else { return };
         let images = self.image_numbers(clipped);
         // Of each facet the beams ahead of which it is.

@@ -8,7 +8,6 @@
 
 use super::bend::Bends;
 use super::curved::Curved;
-use super::echoes::reversed;
 use super::field::{Bounce, CVec, sent};
 use super::front::Front;
 use crate::base::frames::{Pose, Sensor, World};
@@ -31,6 +30,9 @@ const CLOSED: f64 = 1e-9;
 const ON_FACET: f64 = -1e-7;
 /// Ends of a way this far from a surface do not count as hidden by it, m: facets are chords.
 const GAP_M: f64 = 0.02;
+/// A path is left out for its level at the middles of its facets where that is this many times too weak, and not near grazing, by the cosine.
+const SURE: f64 = 4.0;
+const STEEP: f64 = 0.1;
 /// Where a facet is looked at near its corners, as a share of the way from its middle.
 const NEAR_CORNER: f64 = 0.7;
 /// Places nearer than this are one, m.
@@ -247,11 +249,12 @@ impl Seeker<'_> {
             }
             for g in node.first..node.first + node.count {
                 // The other way round it is the same path.
-                if g > f && self.facet_may_return(&bundle, g) {
-                    if let Some((echo, places)) = self.echo([f, g]) {
-                        let back = reversed(&echo);
-                        found.extend([(echo, places), (back, [places[1], places[0]])]);
-                    }
+                if g > f
+                    && self.facet_may_return(&bundle, g)
+                    && let Some((echo, places)) = self.echo([f, g])
+                {
+                    let back = echo.reversed();
+                    found.extend([(echo, places), (back, [places[1], places[0]])]);
                 }
             }
         }
@@ -387,8 +390,32 @@ impl Seeker<'_> {
         None
     }
 
+    /// Whether a path over the middles of two facets would be strong enough to be kept, or whether it would is not certain.
+    fn counts(&self, of: [u32; 2]) -> bool {
+        let [Some(p), Some(q)] = of.map(|f| self.seen[f as usize]) else { return false };
+        let ways = [p.centre - self.radar(), q.centre - p.centre, self.radar() - q.centre];
+        let lengths = ways.map(DVec3::length);
+        let [out, between, back] = [0, 1, 2].map(|i: usize| ways[i] / lengths[i]);
+        let mut front = Front::from_point(out, lengths[0]);
+        for (seen, f, way, length) in [(p, of[0], between, lengths[1]), (q, of[1], back, lengths[2])] {
+            let shape = self.faces.shapes.get(self.faces.faces[f as usize].shape as usize);
+            let Some(shape) = shape.filter(|_| way.dot(seen.cone.axis) > STEEP) else { return true };
+            front.reflect(seen.cone.axis, way, Some(*shape * seen.sign));
+            front.advance(length, self.narrowest(length));
+        }
+        SURE / (lengths[0] * front.wider().sqrt()) >= self.options.least
+    }
+
+    /// Share of its width at which diffraction keeps a tube over so long a way: that of its first Fresnel zone at a line of focus.
+    fn narrowest(&self, length_m: f64) -> f64 {
+        (1.0 / (wavenumber(self.geometry.freq_hz) * length_m)).sqrt()
+    }
+
     /// The echo of the path over two facets; None where there is none.
     fn echo(&self, [f, g]: [u32; 2]) -> Option<(Echo, [DVec3; 2])> {
+        if !self.counts([f, g]) {
+            return None;
+        }
         let radar = self.radar();
         let facets =
             [self.facet(f, self.seen[f as usize]?.sign)?, self.facet(g, self.seen[g as usize]?.sign)?];
@@ -428,8 +455,7 @@ impl Seeker<'_> {
             [(between, n, shapes[0], lengths[1]), (back, m, shapes[1], lengths[2])]
         {
             front.reflect(normal, way, Some(shape));
-            // At a line of focus diffraction keeps the tube as wide as its first Fresnel zone there.
-            front.advance(length, (1.0 / (k * length)).sqrt());
+            front.advance(length, self.narrowest(length));
         }
         let level = front.turn() / (lengths[0] * front.wider().sqrt());
         let surface = |f: u32| &geometry.surfaces[self.faces.faces[f as usize].surface as usize];
