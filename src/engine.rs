@@ -25,6 +25,7 @@ use crate::base::frames::direction_from_angles;
 use crate::base::matrix;
 use crate::base::units::{power_from_db, wavenumber};
 use crate::dsp;
+use crate::geom::convex::is_convex;
 use crate::geom::dielectrics::{self, Obstacle};
 use crate::geom::{Geometry, Surface, curved, edges, overlaps, surfaces_at};
 use crate::gpu::{Gpu, GpuCounts, Kernel, Profile, Want, adapters, selftest};
@@ -139,6 +140,11 @@ const ASPECTS_PER_BATCH: usize = 1024;
 /// On a device, which is waited for six times in each batch: looks between two reports at most, and so many pairs of looks and faces where that
 /// is fewer.
 const ASPECTS_ON_DEVICE: [usize; 2] = [1 << 14, 1 << 18];
+
+/// Whether paths of several bounces may touch curved surfaces, which the host follows, whatever the engine is.
+pub(crate) fn takes_host(scene: &Scene, bounces: usize) -> bool {
+    bounces > 1 && scene.meshes.iter().any(curved::has_curved) && !is_convex(scene)
+}
 
 impl Engine {
     /// Looks between two reports of progress of a sweep over so many faces.
@@ -359,7 +365,8 @@ impl Engine {
     /// S of the scene's objects by exact beams, phases referred to the world's origin, for each frequency
     /// and each aspect (`[frequency, aspect]`). What beams meet does not depend on frequency and is found once.
     ///
-    /// Through sheets and bodies of dielectric waves are followed from plane waves and by the cpu engine alone (CONVENTIONS eq. 70-75).
+    /// Through sheets and bodies of dielectric waves are followed from plane waves and by the cpu engine alone (CONVENTIONS eq. 70-75). Paths
+    /// of several bounces by way of curved surfaces are followed by the host in f64 on either engine ([`Solver::remarks`] says so).
     ///
     /// # Errors
     /// Returns an error for a material or a scattering table without a value at a frequency, for options that are out
@@ -464,15 +471,19 @@ impl Engine {
         }
         let mut beams = BeamOptions::new(options.bounces, options.accuracy_db, options.last);
         beams.tau /= finer;
+        beams.facets_reflect = true;
         let mut by_aspect: Vec<Vec<Scattering>> = Vec::with_capacity(aspects.len());
+        let on_device = match self {
+            Engine::Gpu(gpu) if !takes_host(scene, options.bounces) => Some(gpu),
+            _ => None,
+        };
         for batch in aspects.chunks(self.aspects_per_batch(geometry.faces().faces.len())) {
-            by_aspect.extend(match self {
-                Engine::Cpu(_) => {
-                    beam_sum::by_beams(&geometry, &frequencies, batch, options.distance, &beams).map_err(
-                        |why| impassable(why, passed.as_deref().unwrap_or_default(), options.distance),
-                    )?
-                }
-                Engine::Gpu(gpu) => {
+            by_aspect.extend(match on_device {
+                None => beam_sum::by_beams(&geometry, &frequencies, batch, options.distance, &beams)
+                    .map_err(|why| {
+                        impassable(why, passed.as_deref().unwrap_or_default(), options.distance)
+                    })?,
+                Some(gpu) => {
                     rcs::beam_sum::by_beams(gpu, &geometry, &frequencies, batch, options.distance, &beams)?
                 }
             });

@@ -11,7 +11,8 @@ use crate::gpu::Gpu;
 use crate::scene::radar::Radar;
 use crate::trace::beams::Frame;
 use crate::trace::cpu::echoes::FrameBeams;
-use crate::trace::cpu::{beams, echoes, volume};
+use crate::trace::cpu::shine::clip_shining;
+use crate::trace::cpu::{echoes, volume};
 use crate::trace::tracing::Tracing;
 use crate::trace::view_clipper::{self, Beams, Traced};
 use crate::trace::windows::windows;
@@ -162,7 +163,7 @@ fn traced_together(gpu: &Gpu, looks: &[Look<'_>]) -> Result<Vec<Echoes>> {
                     other => {
                         let why = if let Some(Traced::Refused(why)) = other { Some(why) } else { None };
                         let (faces, windows) = (beams.faces(), &all_windows[*i]);
-                        (beams::clip_windows(faces, windows, &beams.options, beams.ends), why)
+                        (clip_shining(faces, windows, &beams.options, beams.ends, beams.shine), why)
                     }
                 };
                 let mut all = beams.echoes(clipped, &look.pose, look.velocity_mps, options);

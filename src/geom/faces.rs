@@ -7,7 +7,7 @@ use super::curved_facet::CurvedFacet;
 use super::welded::{NO_PLANE, Welded, sides};
 use crate::base::frames::{Pose, Target, World};
 use crate::geom::hash::FastMap;
-use glam::{DVec2, DVec3, Vec3Swizzles};
+use glam::{DMat3, DVec2, DVec3, Vec3Swizzles};
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::bvh2::{Bvh2, node::Bvh2Node};
@@ -62,9 +62,19 @@ pub struct Face {
     pub cell: u32,
     /// Index into `Faces::curved` of a triangle that stands for a curved surface, or [`NOT_CURVED`].
     pub curved: u32,
+    /// Index into `Faces::shapes` of a face that is part of a curved surface, also where facets are taken for flat; or [`NOT_CURVED`].
+    pub shape: u32,
 }
 
-/// Value of `Face::curved` for a face that is flat.
+impl Face {
+    /// Whether the face is part of a curved surface.
+    #[inline]
+    pub fn is_curved(&self) -> bool {
+        self.shape != NOT_CURVED
+    }
+}
+
+/// Value of `Face::curved` and `Face::shape` for a face that is flat.
 pub const NOT_CURVED: u32 = u32::MAX;
 
 /// A box of the tree: `count` faces from `first` on, or, when 0, the two nodes `first` and `first + 1`.
@@ -104,6 +114,9 @@ pub struct Faces {
     pub cells: Vec<Cell>,
     /// The surfaces over faces that are curved, their corners in the face's order; none where facets are taken for flat.
     pub curved: Vec<CurvedFacet>,
+    /// How the surfaces over faces are curved: second fundamental forms as tensors of the world, 1/m, positive where they are convex to the
+    /// face's front.
+    pub shapes: Vec<DMat3>,
     /// Area of each patch, m².
     pub patch_area_m2: Vec<f64>,
     /// Body of each patch, as `Face::body`.
@@ -121,23 +134,30 @@ pub struct Faces {
 /// The faces of a scene that come near to a place.
 #[derive(Debug)]
 pub struct NearFaces {
-    /// These faces alone, in a tree of their own, for clipping: as if they were flat. Their patches, with the areas of
+    /// These faces alone, in a tree of their own, for clipping; curved facets are those of the scene. Their patches, with the areas of
     /// all they hold, and the sides on which they are seen are those of the scene.
     pub faces: Faces,
     /// The number of each among the scene's faces, rising.
     pub numbers: Vec<u32>,
 }
 
+/// What is known of the triangles of a mesh; the lists may be empty.
+pub(super) struct Known<'a> {
+    /// Of each its curved surface.
+    pub(super) curved: &'a [Option<CurvedFacet>],
+    /// Of each how the surface over it is curved.
+    pub(super) shapes: &'a [Option<DMat3>],
+    /// Of each the number of the plane that it was found to lie in.
+    pub(super) planes: &'a [u32],
+    /// How far the file's corners were off each plane, m.
+    pub(super) off_m: &'a [f64],
+}
+
 impl Faces {
-    /// The faces of a body in its own frame. Of each triangle: its curved surface, and the number of the plane that it was found to lie
-    /// in; both lists may be empty. `off_m` tells how far the file's corners were off each plane. `enters` says of each surface
-    /// whether it is the front of a dielectric volume. Corners nearer to a plane than `flat_m` lie in it.
-    pub(super) fn build(
-        mesh: &Welded,
-        (curved, planes, off_m): (&[Option<CurvedFacet>], &[u32], &[f64]),
-        enters: &[bool],
-        flat_m: f64,
-    ) -> Faces {
+    /// The faces of a body in its own frame. `enters` says of each surface whether it is the front of a dielectric volume. Corners nearer to
+    /// a plane than `flat_m` lie in it.
+    pub(super) fn build(mesh: &Welded, known: &Known<'_>, enters: &[bool], flat_m: f64) -> Faces {
+        let Known { curved, shapes, planes, off_m } = known;
         let mut faces = Faces { flat_m, ..Default::default() };
         let triangles = mesh.of;
         if triangles.is_empty() {
@@ -183,6 +203,13 @@ impl Faces {
                             faces.curved.len() as u32 - 1
                         }
                     },
+                    shape: match shapes.get(patch[0] as usize).copied().flatten() {
+                        None => NOT_CURVED,
+                        Some(shape) => {
+                            faces.shapes.push(shape);
+                            faces.shapes.len() as u32 - 1
+                        }
+                    },
                 });
             }
         }
@@ -205,6 +232,7 @@ impl Faces {
             patch_area_m2: self.patch_area_m2.clone(),
             patch_body: self.patch_body.clone(),
             curved: self.curved.iter().map(|b| b.turned(|d| pose.direction(d))).collect(),
+            shapes: self.shapes.iter().map(|s| turned(s, pose)).collect(),
             mirrors: self.mirrors.clone(),
             flat_m: self.flat_m,
             ..Default::default()
@@ -230,6 +258,7 @@ impl Faces {
             let faces = all.faces.len() as u32;
             let (corners, patches) = (all.corners.len() as u32, all.patch_area_m2.len() as u32);
             let (cells, curved) = (all.cells.len() as u32, all.curved.len() as u32);
+            let shapes = all.shapes.len() as u32;
             if let Some(root) = body.nodes.first() {
                 boxes.push((root.centre - root.half, root.centre + root.half));
                 planted.push((*body, faces));
@@ -240,9 +269,11 @@ impl Faces {
                 patch: face.patch + patches,
                 cell: if face.cell == NO_CELL { NO_CELL } else { face.cell + cells },
                 curved: if face.curved == NOT_CURVED { NOT_CURVED } else { face.curved + curved },
+                shape: if face.shape == NOT_CURVED { NOT_CURVED } else { face.shape + shapes },
                 ..*face
             }));
             all.curved.extend(&body.curved);
+            all.shapes.extend(&body.shapes);
             all.corners.extend(&body.corners);
             all.patch_area_m2.extend(&body.patch_area_m2);
             all.patch_body.extend(body.patch_body.iter().map(|_| number as u32));
@@ -309,7 +340,7 @@ impl Faces {
         let numbers: Vec<u32> = (0..self.faces.len() as u32).filter(|i| is_near[*i as usize]).collect();
         for i in &numbers {
             let face = self.faces[*i as usize];
-            faces.faces.push(Face { first: faces.corners.len() as u32, curved: NOT_CURVED, ..face });
+            faces.faces.push(Face { first: faces.corners.len() as u32, ..face });
             faces.corners.extend(self.corners(&face));
         }
         // The scene's tree without what is empty: a node here and the one there that it is made of.
@@ -527,6 +558,13 @@ impl Faces {
 }
 
 /// All nodes, each before those below it.
+/// A symmetric tensor of a body where the body stands in `pose`.
+fn turned(tensor: &DMat3, pose: &Pose<Target, World>) -> DMat3 {
+    let turn =
+        DMat3::from_cols_array_2d(&[DVec3::X, DVec3::Y, DVec3::Z].map(|d| pose.direction(d).to_array()));
+    turn * *tensor * turn.transpose()
+}
+
 fn parents_first(nodes: &[Node]) -> Vec<usize> {
     let mut order = if nodes.is_empty() { vec![] } else { vec![0] };
     let mut i = 0;

@@ -4,6 +4,7 @@
 pub mod bvh;
 pub mod cells;
 mod coarser;
+pub mod convex;
 pub mod curved;
 pub mod curved_facet;
 pub mod dielectrics;
@@ -16,6 +17,7 @@ pub(crate) mod patches;
 mod planes;
 pub mod remarks;
 mod rigid;
+mod shape;
 mod smooth;
 pub mod surface;
 pub mod triangle;

@@ -1,15 +1,16 @@
 //! What belongs to a mesh wherever it stands, found once in its own frame, and meshes as they stand in the world.
 
 use super::curved_facet::{self, CurvedFacet};
-use super::faces::Faces;
+use super::faces::{Faces, Known};
 use super::hash::FastMap;
 use super::patches::{COPLANAR, coplanar_patches};
 use super::planes;
+use super::shape::shape;
 use super::triangle::Triangle;
 use super::welded::{NO_PLANE, Welded, sides, weld};
 use crate::base::frames::{Pose, Target, World};
 use crate::scene::Mesh;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::sync::{Arc, OnceLock};
 
 /// Corners that were moved by less into their plane are not worth a word, m: λ/200 at 77 GHz.
@@ -40,6 +41,8 @@ pub(super) struct RigidMesh {
     kinds: Vec<(u32, u32)>,
     /// Those of them that are curved; empty where none is.
     curved: Vec<Option<CurvedFacet>>,
+    /// How the surface over each is curved; empty where none is.
+    shapes: Vec<Option<DMat3>>,
     /// Plane of each of them, or [`NO_PLANE`]; empty where facets alone count.
     planes: Vec<u32>,
     /// How far corners of each plane were off it, at most, m.
@@ -151,6 +154,7 @@ impl RigidMesh {
         let positions_m = positions_m.as_ref().unwrap_or(&mesh.positions_m);
         let (patch, patches) = coplanar_patches(positions_m, &mesh.triangles, COPLANAR);
         let (mut triangles, mut kinds, mut curved_of) = (Vec::new(), Vec::new(), Vec::new());
+        let mut shapes = Vec::new();
         let mut planes = Vec::new();
         for (i, ((t, patch), surface)) in mesh.triangles.iter().zip(patch).zip(&mesh.material).enumerate() {
             let mut corners = t.map(|i| positions_m[i as usize]);
@@ -161,6 +165,7 @@ impl RigidMesh {
                 triangles.push(corners);
                 kinds.push((patch, *surface));
                 curved_of.push(all_curved.get(i).copied().flatten());
+                shapes.push(shape(mesh, i).map(|s| if turned(i) { -s } else { s }));
                 planes.push(planes_of.get(i).copied().unwrap_or(NO_PLANE));
             }
         }
@@ -174,10 +179,14 @@ impl RigidMesh {
             keep_only(&mut triangles, &first);
             keep_only(&mut kinds, &first);
             keep_only(&mut curved_of, &first);
+            keep_only(&mut shapes, &first);
             keep_only(&mut planes, &first);
         }
         if curved_of.iter().all(Option::is_none) {
             curved_of.clear();
+        }
+        if shapes.iter().all(Option::is_none) {
+            shapes.clear();
         }
         RigidMesh {
             terms,
@@ -185,6 +194,7 @@ impl RigidMesh {
             triangles,
             kinds,
             curved: curved_of,
+            shapes,
             planes,
             off_m,
             moved,
@@ -221,7 +231,7 @@ impl RigidMesh {
         let welded = Welded::new(&triangles, &self.points, &self.triangles);
         Faces::build(
             &welded,
-            (&self.curved, &self.planes, &self.off_m),
+            &Known { curved: &self.curved, shapes: &self.shapes, planes: &self.planes, off_m: &self.off_m },
             &self.terms.enters,
             self.terms.flat_m,
         )

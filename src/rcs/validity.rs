@@ -199,7 +199,7 @@ impl Faces {
         let geometry = Geometry::build(&coded.scene, 0.0, freq_hz)?;
         let surfaces = surfaces_at(&coded.scene, freq_hz)?;
         let point = FrequencyPoint { wavenumber: wavenumber(freq_hz), surfaces: &surfaces };
-        let options = BeamOptions::new(bounces.max(1), 0.2, false);
+        let options = BeamOptions { facets_reflect: true, ..BeamOptions::new(bounces.max(1), 0.2, false) };
         let looks: Vec<Vec<(Vec<u32>, f64)>> = directions
             .map(|a| {
                 let port = Port::Far(direction_from_angles(a.azimuth, a.elevation));

@@ -29,6 +29,9 @@ pub struct BeamOptions {
     /// Whether to list also what is lit by way of a plane beside which it is small, whether the receiver sees it or
     /// not.
     pub images: bool,
+    /// Cross sections: facets of curved surfaces stand for ray tubes that reflect to other curved surfaces alone. Otherwise beams end on facets
+    /// that are curved, and those that are taken for flat are as any plane.
+    pub facets_reflect: bool,
     /// Number of faces ahead of a beam up to which the faces that hide one of them are looked for among them; above it,
     /// and with 0 always, in the tree of all faces. It changes only the time: both find the same.
     pub occluders_listed: usize,
@@ -45,6 +48,7 @@ impl BeamOptions {
             tau: TAU_AT_FIFTH_DB * (accuracy_db / 0.2).sqrt(),
             last,
             images: false,
+            facets_reflect: false,
             occluders_listed: OCCLUDERS_LISTED,
             followed_alone: FOLLOWED_ALONE,
         }

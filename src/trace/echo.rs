@@ -72,6 +72,25 @@ impl Echo {
             _ => None,
         }
     }
+    /// The echo of the same path backwards.
+    pub fn reversed(&self) -> Echo {
+        let n = self.bounces as usize;
+        let mut chain = self.chain;
+        chain[..n].reverse();
+        let [[vv, vh], [hv, hh]] = self.path_gain;
+        Echo {
+            departure: self.arrival,
+            first_range_m: self.last_range_m,
+            first_velocity_mps: self.last_velocity_mps,
+            arrival: self.departure,
+            last_range_m: self.first_range_m,
+            last_velocity_mps: self.first_velocity_mps,
+            path_gain: [[vv, hv], [vh, hh]],
+            chain,
+            between_m: self.between_m.iter().rev().copied().collect(),
+            ..self.clone()
+        }
+    }
     /// The object that scattered last.
     pub fn object_id(&self) -> u32 {
         self.chain[(self.bounces as usize).saturating_sub(1)]

@@ -12,6 +12,7 @@ mod bursts;
 mod closest;
 mod clutter;
 mod curved;
+mod curved_chains;
 mod detect;
 mod device_trace;
 mod doa;

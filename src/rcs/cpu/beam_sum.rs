@@ -1,4 +1,9 @@
 //! Scattering matrix from exact beams, in f64 (CONVENTIONS eq. 50-54).
+//!
+//! A path that touches curved surfaces is summed up on the last of these: the wave from the transmitter arrives there by its chain of
+//! reflections, the receiver by a chain of planes, in which its image is exact, and the integral is that of the current of one and the field
+//! of the other (reciprocity). So no beam from a curved facet ever lights a plane, where facets would have to be narrower than what they
+//! light. Between curved surfaces a facet's beam stands for the ray tube of its surface, which spreads (CONVENTIONS eq. 57a).
 
 use super::refract_sum;
 use crate::base::frames::polarisation_basis;
@@ -6,15 +11,16 @@ use crate::base::matrix::{Matrix2, add_scaled};
 use crate::base::tasks::Tasks;
 use crate::em::aperture::{Moments, phase_integral};
 use crate::geom::Geometry;
-use crate::geom::faces::Faces;
+use crate::geom::faces::{Face, Faces};
 pub use crate::rcs::beam_sum::FrequencyPoint;
 use crate::rcs::{BistaticAspect, Distance, Impassable, Scattering};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
-use crate::trace::cpu::beams::{Clipped, Piece, clip};
+use crate::trace::cpu::beams::{Clipped, Piece, Polygon, clip, overlaps};
 use crate::trace::cpu::field::{Bounce, CVec};
+use crate::trace::cpu::front::Front;
 use crate::trace::cpu::refract::Media;
-use glam::{DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -78,18 +84,166 @@ pub fn between(
     if media.iter().any(Option::is_some) {
         return between_passing(faces, frequencies, &media, transmit, receive, options);
     }
+    let all: Vec<&FrequencyPoint> = frequencies.iter().collect();
+    Ok(reflected(faces, &all, transmit, receive, options))
+}
+
+/// The same where waves pass through nothing.
+fn reflected(
+    faces: &Faces,
+    frequencies: &[&FrequencyPoint],
+    transmit: Port,
+    receive: Port,
+    options: &BeamOptions,
+) -> Vec<Scattering> {
     let clipped = clip(faces, transmit, receive, options);
-    let sums = frequencies
-        .iter()
-        .map(|point| {
-            let sum = |pieces| match (transmit, receive) {
-                (Port::Far(t), Port::Far(s)) => far_sum(faces, &clipped, pieces, point, t, s),
-                _ => near_sum(faces, &clipped, pieces, point, transmit, receive, options.tau),
-            };
-            Scattering { every: sum(&clipped.every), last: sum(&clipped.last) }
+    let has_curved = clipped.tubes && options.bounces > 1 && faces.faces.iter().any(Face::is_curved);
+    // What the receiver sees of curved surfaces over planes.
+    let apart = (has_curved && transmit != receive)
+        .then(|| clip(faces, receive, receive, &BeamOptions { last: false, ..*options }));
+    let back = apart.as_ref().unwrap_or(&clipped);
+    let pairs = if has_curved { pairs(faces, &clipped, back, options.bounces) } else { Vec::new() };
+    let sums = |point: &&FrequencyPoint| {
+        let sum = |pieces| match (transmit, receive) {
+            (Port::Far(t), Port::Far(s)) => far_sum(faces, &clipped, pieces, point, t, s),
+            _ => near_sum(faces, &clipped, pieces, point, transmit, receive, options.tau),
+        };
+        let mut found = Scattering { every: sum(&clipped.every), last: sum(&clipped.last) };
+        let over = paired_sum(faces, (&clipped, back), &pairs, point, [transmit, receive], options.tau);
+        for to in [&mut found.every, &mut found.last] {
+            add_scaled(to, &over, Complex64::ONE);
+        }
+        found
+    };
+    frequencies.iter().map(sums).collect()
+}
+
+/// What a transmitter and a receiver light together of a facet of a curved surface.
+struct Pair {
+    /// Nodes of the wave from the transmitter and of that which the receiver would send.
+    nodes: [u32; 2],
+    polygon: Polygon,
+}
+
+/// What of facets of curved surfaces is lit from the transmitter and seen by the receiver over at least one plane, by so many bounces.
+fn pairs(faces: &Faces, lit: &Clipped, seen: &Clipped, bounces: usize) -> Vec<Pair> {
+    let node = |of: &Clipped, piece: &Piece| of.nodes[piece.node as usize];
+    let is_over_planes = |piece: &Piece| {
+        let own = node(seen, piece);
+        let mut next = own;
+        own.bounce > 1 && {
+            let mut planes = true;
+            while next.parent != u32::MAX {
+                next = seen.nodes[next.parent as usize];
+                planes &= !faces.faces[next.face as usize].is_curved();
+            }
+            planes
+        }
+    };
+    let mut back: Vec<&Piece> = seen.imaged.iter().filter(|p| is_over_planes(p)).collect();
+    back.retain(|p| faces.faces[node(seen, p).face as usize].is_curved());
+    back.sort_by_key(|p| node(seen, p).face);
+    let mut found = Vec::new();
+    for piece in &lit.imaged {
+        let own = node(lit, piece);
+        let first = back.partition_point(|p| node(seen, p).face < own.face);
+        for other in back[first..].iter().take_while(|p| node(seen, p).face == own.face) {
+            let there = node(seen, other);
+            if usize::from(own.bounce + there.bounce) > bounces + 1 || own.normal.dot(there.normal) <= 0.0 {
+                continue;
+            }
+            let nodes = [piece.node, other.node];
+            let shared = overlaps(&[piece.polygon], &[other.polygon]);
+            found.extend(shared.into_iter().map(|polygon| Pair { nodes, polygon }));
+        }
+    }
+    found
+}
+
+/// The sum over pairs of waves.
+fn paired_sum(
+    faces: &Faces,
+    (lit, seen): (&Clipped, &Clipped),
+    pairs: &[Pair],
+    point: &FrequencyPoint,
+    [transmit, receive]: [Port; 2],
+    tau: f64,
+) -> Matrix2 {
+    let k = point.wavenumber;
+    let blocks: Vec<Matrix2> = pairs
+        .par_chunks(64)
+        .map_tasks(|block| {
+            let mut sum = Matrix2::default();
+            for pair in block {
+                let [node, back] = pair.nodes;
+                let piece = Piece { node, polygon: pair.polygon };
+                let ports = [transmit, receive];
+                cells(faces, lit, &piece, ports, Some((seen, back)), k, tau, |cell| {
+                    let m = cell.radiated(faces, lit, Some((seen, back)), point);
+                    add_scaled(&mut sum, &m, cell.integral * Complex64::new(0.0, -k / (4.0 * PI)));
+                });
+            }
+            sum
         })
         .collect();
-    Ok(sums)
+    let mut sum = Matrix2::default();
+    blocks.iter().for_each(|b| add_scaled(&mut sum, b, Complex64::ONE));
+    sum
+}
+
+/// What the ray tube of a beam is at `place`, on the last face of a node's chain, against the tube of the flat facets that it was reflected by:
+/// the square root of how many times wider it is, times j for each line of focus between, and how places along the face's axes move apart. By
+/// the curvature of the wave's front, which reflections at curved surfaces change (Deschamps 1972; CONVENTIONS eq. 57a). None where no surface
+/// before is curved.
+fn spread(faces: &Faces, clipped: &Clipped, node: u32, place: DVec3) -> Option<(Complex64, DMat2)> {
+    let mut chain = [0u32; MAX_BOUNCES];
+    let (mut n, mut i, mut is_curved) = (0, node, false);
+    while i != u32::MAX {
+        is_curved |= n > 0 && faces.faces[clipped.nodes[i as usize].face as usize].is_curved();
+        chain[n] = i;
+        n += 1;
+        i = clipped.nodes[i as usize].parent;
+    }
+    if !(is_curved && clipped.tubes) {
+        return None;
+    }
+    let chain = &mut chain[..n];
+    chain.reverse();
+    let of = |i: u32| {
+        let node = &clipped.nodes[i as usize];
+        (node, &faces.faces[node.face as usize])
+    };
+    let last = of(node).0;
+    let uv = last.frame.project(place);
+    let at = |i: u32| {
+        let (node, face) = of(i);
+        node.frame.lift(uv, node.frame.nearness(face.normal, face.offset_m))
+    };
+    let first = of(chain[0]).0;
+    let (mut from, mut flat, mut front) = (at(chain[0]), 1.0, Front::plane());
+    if first.frame.from_point {
+        let range_m = from.distance(first.frame.origin);
+        front = Front::from_point(first.frame.direction(uv), range_m);
+        flat = (place.distance(last.frame.origin) / range_m).powi(2);
+    }
+    for pair in chain.windows(2) {
+        let (node, face) = of(pair[0]);
+        let shape = faces.shapes.get(face.shape as usize);
+        let shape = shape.map(|s| *s * node.normal.dot(face.normal).signum());
+        front.reflect(node.normal, of(pair[1]).0.frame.direction(uv), shape);
+        let next = if pair[1] == chain[n - 1] { place } else { at(pair[1]) };
+        front.advance(from.distance(next), 0.0);
+        from = next;
+    }
+    let (node, face) = of(chain[n - 1]);
+    let along = node.frame.direction(uv);
+    let onto = |axis: DVec3| {
+        let moved = front.offset(axis - along * along.dot(axis)) / flat.sqrt();
+        let on_face = moved - along * (face.normal.dot(moved) / face.normal.dot(along));
+        DVec2::new(face.axis[0].dot(on_face), face.axis[1].dot(on_face))
+    };
+    let moves = DMat2::from_cols(onto(face.axis[0]), onto(face.axis[1]));
+    Some((front.turn() * (front.wider() / flat).sqrt(), moves))
 }
 
 /// The same where waves pass through something at some of the frequencies.
@@ -114,12 +268,8 @@ fn between_passing(
                 refract_sum::between(faces, m, &frequencies, t, s, options)?
             }
             None => {
-                let clipped = clip(faces, transmit, receive, options);
-                let both = |point: &FrequencyPoint| Scattering {
-                    every: far_sum(faces, &clipped, &clipped.every, point, t, s),
-                    last: far_sum(faces, &clipped, &clipped.last, point, t, s),
-                };
-                alike.iter().map(|j| both(&frequencies[*j])).collect()
+                let frequencies: Vec<&FrequencyPoint> = alike.iter().map(|j| &frequencies[*j]).collect();
+                reflected(faces, &frequencies, transmit, receive, options)
             }
         };
         alike.into_iter().zip(found).for_each(|(j, s)| out[j] = s);
@@ -150,10 +300,20 @@ pub fn by_chains(
         of_chain.entry(chain(piece)).or_default().push(*piece);
     }
     let largest = |m: Matrix2| m.iter().flatten().map(|z| z.norm()).fold(0.0, f64::max);
-    of_chain
+    let mut found: Vec<(Vec<u32>, f64)> = of_chain
         .into_iter()
         .map(|(chain, pieces)| (chain, largest(far_sum(faces, &clipped, &pieces, point, s, s))))
-        .collect()
+        .collect();
+    // And over planes back.
+    let mut of_ways: BTreeMap<Vec<u32>, Vec<Pair>> = BTreeMap::new();
+    for pair in pairs(faces, &clipped, &clipped, options.bounces) {
+        let [out, back] = pair.nodes.map(|node| chain(&Piece { node, polygon: pair.polygon }));
+        of_ways.entry(back.into_iter().skip(1).rev().chain(out).collect()).or_default().push(pair);
+    }
+    found.extend(of_ways.into_iter().map(|(way, pairs)| {
+        (way, largest(paired_sum(faces, (&clipped, &clipped), &pairs, point, [port; 2], options.tau)))
+    }));
+    found
 }
 
 /// What the currents of the first bounce radiate to a receiver behind the faces that carry them, for each frequency: the forward scatter,
@@ -226,9 +386,18 @@ fn far_sum(
         let w = (node.frame.k - s) * -k;
         let gradient = DVec2::new(w.dot(face.axis[0]), w.dot(face.axis[1]));
         let start = -k * (node.frame.length_m(corner) - s.dot(corner));
-        let amplitude = Complex64::new(0.0, -k / (4.0 * PI))
-            * Complex64::cis(start)
-            * phase_integral(piece.polygon.corners(), gradient);
+        let corners = piece.polygon.corners();
+        let middle = corners.iter().sum::<DVec2>() / corners.len() as f64;
+        let place = corner + face.axis[0] * middle.x + face.axis[1] * middle.y;
+        let integral = match spread(faces, clipped, piece.node, place) {
+            None => phase_integral(corners, gradient),
+            Some((wider, moves)) => {
+                let about = piece.polygon.mapped(|p| p - middle);
+                let turned = phase_integral(about.corners(), moves.transpose() * gradient);
+                turned * Complex64::cis(gradient.dot(middle)) * wider
+            }
+        };
+        let amplitude = Complex64::new(0.0, -k / (4.0 * PI)) * Complex64::cis(start) * integral;
         add_scaled(&mut sum, &radiated[piece.node as usize].0, amplitude);
     }
     sum
@@ -275,8 +444,8 @@ fn near_sum(
         .map_tasks(|block| {
             let mut sum = Matrix2::default();
             for piece in block {
-                cells(faces, clipped, piece, transmit, receive, point.wavenumber, tau, |cell| {
-                    let m = cell.radiated(faces, clipped, point);
+                cells(faces, clipped, piece, [transmit, receive], None, point.wavenumber, tau, |cell| {
+                    let m = cell.radiated(faces, clipped, None, point);
                     add_scaled(
                         &mut sum,
                         &m,
@@ -304,14 +473,15 @@ struct Cell {
     integral: Complex64,
 }
 
-/// Bisects a piece until the quadratic phase across each cell is below `tau` (CONVENTIONS eq. 53).
+/// Bisects a piece until the quadratic phase across each cell is below `tau` (CONVENTIONS eq. 53). The receiver sees it by way of a node
+/// of beams that it would send, or straight.
 #[allow(clippy::too_many_arguments)] // the physics has these inputs; a struct would only rename them
 fn cells(
     faces: &Faces,
     clipped: &Clipped,
     piece: &Piece,
-    transmit: Port,
-    receive: Port,
+    [transmit, receive]: [Port; 2],
+    back: Option<(&Clipped, u32)>,
     k: f64,
     tau: f64,
     mut emit: impl FnMut(Cell),
@@ -320,10 +490,21 @@ fn cells(
     let face = &faces.faces[node.face as usize];
     let corner = faces.corners[face.first as usize];
     // The image of the transmitter in the mirrors met so far; at infinity only its direction has moved.
-    let image = if node.frame.from_point { Port::At(node.frame.origin) } else { Port::Far(-node.frame.k) };
-    let reference = match transmit {
+    let image_of =
+        |frame: &Frame| if frame.from_point { Port::At(frame.origin) } else { Port::Far(-frame.k) };
+    let reference = |port: Port| match port {
         Port::At(p) => p.length(),
         Port::Far(_) => 0.0,
+    };
+    let image = image_of(&node.frame);
+    let mut shift = length_shift(&node.frame, image, reference(transmit));
+    let receiver = match back {
+        None => receive,
+        Some((seen, node)) => {
+            let frame = &seen.nodes[node as usize].frame;
+            shift += length_shift(frame, image_of(frame), reference(receive));
+            image_of(frame)
+        }
     };
     let mut stack = vec![piece.polygon];
     while let Some(polygon) = stack.pop() {
@@ -332,7 +513,7 @@ fn cells(
             continue;
         }
         let place = corner + face.axis[0] * moments.centroid.x + face.axis[1] * moments.centroid.y;
-        let ways = [PortPath::new(image, place), PortPath::new(receive, place)];
+        let ways = [PortPath::new(image, place), PortPath::new(receiver, place)];
         let (mut slope, mut bend, mut mixed) = (DVec2::ZERO, DVec2::ZERO, 0.0);
         let mut nearest = 0.0f64;
         for w in &ways {
@@ -361,8 +542,10 @@ fn cells(
         } else if farthest.0.sqrt() * nearest > CELL_TO_DISTANCE {
             farthest.1
         } else {
-            let g = slope * -k;
-            let total = ways[0].length_m + ways[1].length_m + length_shift(&node.frame, image, reference);
+            let (wider, moves) =
+                spread(faces, clipped, piece.node, place).unwrap_or((Complex64::ONE, DMat2::IDENTITY));
+            let g = moves.transpose() * (slope * -k);
+            let total = ways[0].length_m + ways[1].length_m + shift;
             let phase = -k * (total + 0.5 * moments.quadratic(bend, mixed)) - g.dot(moments.centroid);
             emit(Cell {
                 node: piece.node,
@@ -370,6 +553,7 @@ fn cells(
                 to_receiver: -ways[1].dir,
                 integral: Complex64::cis(phase)
                     * phase_integral(polygon.corners(), g)
+                    * wider
                     * (ways[0].spreading() * ways[1].spreading()),
             });
             continue;
@@ -390,38 +574,59 @@ fn length_shift(frame: &Frame, image: Port, reference: f64) -> f64 {
 }
 
 impl Cell {
-    fn radiated(&self, faces: &Faces, clipped: &Clipped, point: &FrequencyPoint) -> Matrix2 {
+    /// What the cell's currents radiate, for an area of 1 m^2 but for -j k / 4 pi; the receiver sees it by way of a node of beams that it
+    /// would send, or straight.
+    fn radiated(
+        &self,
+        faces: &Faces,
+        clipped: &Clipped,
+        back: Option<(&Clipped, u32)>,
+        point: &FrequencyPoint,
+    ) -> Matrix2 {
+        let uv = clipped.nodes[self.node as usize].frame.project(self.place);
+        let field = self.arrives(faces, clipped, self.node, point);
+        let last = bounce(faces, clipped, point, self.node, uv, field);
+        let by = match back {
+            None => {
+                let (v, h) = polarisation_basis(self.to_receiver);
+                [v, h].map(CVec::real)
+            }
+            Some((seen, node)) => self.arrives(faces, seen, node, point),
+        };
+        last.received(self.to_receiver, &by)
+    }
+
+    /// Field of unit waves V and H from a port where they arrive at the cell by a node's chain.
+    fn arrives(&self, faces: &Faces, clipped: &Clipped, of: u32, point: &FrequencyPoint) -> [CVec; 2] {
         let mut chain = [0u32; MAX_BOUNCES];
         let mut n = 0;
-        let mut i = self.node;
+        let mut i = of;
         while i != u32::MAX {
             chain[n] = i;
             n += 1;
             i = clipped.nodes[i as usize].parent;
         }
         let node = |i: u32| &clipped.nodes[i as usize];
-        let uv = node(self.node).frame.project(self.place);
+        let uv = node(of).frame.project(self.place);
         let (v, h) = polarisation_basis(-node(chain[n - 1]).frame.direction(uv));
         let mut field = [CVec::real(v), CVec::real(h)];
         for &i in chain[1..n].iter().rev() {
-            field = self.bounce(faces, clipped, point, i, uv, field).reflected;
+            field = bounce(faces, clipped, point, i, uv, field).reflected;
         }
-        let last = self.bounce(faces, clipped, point, self.node, uv, field);
-        let (v, h) = polarisation_basis(self.to_receiver);
-        last.radiated(self.to_receiver, v, h)
+        field
     }
+}
 
-    fn bounce(
-        &self,
-        faces: &Faces,
-        clipped: &Clipped,
-        point: &FrequencyPoint,
-        i: u32,
-        uv: DVec2,
-        field: [CVec; 2],
-    ) -> Bounce {
-        let node = &clipped.nodes[i as usize];
-        let surface = &point.surfaces[faces.faces[node.face as usize].surface as usize];
-        Bounce::new(field, node.frame.direction(uv), node.normal, surface, point.wavenumber)
-    }
+/// The bounce of waves at a node, by the ray at `uv`.
+fn bounce(
+    faces: &Faces,
+    clipped: &Clipped,
+    point: &FrequencyPoint,
+    i: u32,
+    uv: DVec2,
+    field: [CVec; 2],
+) -> Bounce {
+    let node = &clipped.nodes[i as usize];
+    let surface = &point.surfaces[faces.faces[node.face as usize].surface as usize];
+    Bounce::new(field, node.frame.direction(uv), node.normal, surface, point.wavenumber)
 }

@@ -6,7 +6,7 @@
 
 use crate::base::tasks::Tasks;
 use crate::geom::Surface;
-use crate::geom::faces::{Face, Faces, HalfSpace, LIES_M, MOST_CORNERS};
+use crate::geom::faces::{Face, Faces, HalfSpace, LIES_M, MOST_CORNERS, NOT_CURVED};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
 use glam::{DVec2, DVec3};
@@ -23,6 +23,8 @@ const MOST_LINES: usize = MOST_CORNERS + 2;
 pub(super) const GRAZING: f64 = 1e-9;
 /// Faces of one task where several follow a beam.
 const SOME: usize = 8;
+/// Lengths below this share of a polygon's size are none where two of one plane overlap.
+const OVERLAP: f64 = 1e-12;
 /// Pieces below this share of the polygon that they were cut from are dropped.
 pub(super) const SLIVER: f64 = 1e-11;
 
@@ -554,10 +556,15 @@ pub struct Clipped {
     pub every: Vec<Piece>,
     /// Pieces from which the beam leaves the target, alone.
     pub last: Vec<Piece>,
-    /// What is lit by chains that begin with a mirror of their last face (`Faces::mirrors`), seen by the receiver or not.
+    /// What is lit, seen by the receiver or not, by chains that begin with a mirror of their last face (`Faces::mirrors`), and of curved
+    /// surfaces.
     pub imaged: Vec<Piece>,
     /// Beams that the limit of bounces ended; only with [`Ends`].
     pub ended: Vec<Ended>,
+    /// Facets of curved surfaces stand for ray tubes (`BeamOptions::facets_reflect`).
+    pub tubes: bool,
+    /// Beams towards curved surfaces, until these are looked at.
+    pub(super) onward: Vec<Onward>,
 }
 
 /// Walls of a window: inside where positive, in coordinates along (u, v, k).
@@ -577,6 +584,18 @@ pub(super) struct Clipper<'a> {
     pub(super) options: &'a BeamOptions,
     /// None says nothing of the beams that the limit of bounces ends.
     pub(super) ends: Option<Ends<'a>>,
+    /// Facets of curved surfaces are lit later, where they can return something: beams only list them.
+    pub(super) later: bool,
+}
+
+/// A beam that leaves a plane towards facets of curved surfaces.
+#[derive(Debug, Clone)]
+pub(super) struct Onward {
+    /// The node that it leaves.
+    pub(super) node: u32,
+    pub(super) polygon: Polygon,
+    /// Facets ahead of it, seen or not.
+    pub(super) facets: Box<[u32]>,
 }
 
 /// What of each face can be seen from a port, in the (u, v) of the port's frame.
@@ -625,13 +644,14 @@ pub fn clip(faces: &Faces, transmit: Port, receive: Port, options: &BeamOptions)
     } else {
         faces.radius_m
     };
-    let clipper = Clipper { faces, eps: 1e-12 * extent, lies_m: 0.0, options, ends: None };
+    let clipper = Clipper { faces, eps: 1e-12 * extent, lies_m: 0.0, options, ends: None, later: false };
     let lit = [clipper.seen_from(frame, false)];
     let far_seen = (transmit != receive).then(|| {
         let frame = Frame::new(receive, faces.centre_m);
         [clipper.seen_from(frame, false)]
     });
-    clipper.follow_all(&lit, far_seen.as_ref().map(|s| &s[..]), receive)
+    let found = clipper.follow_all(&lit, far_seen.as_ref().map(|s| &s[..]), receive);
+    Clipped { tubes: options.facets_reflect, ..found }
 }
 
 /// Follows the beams of a radar that may stand amid the faces, up to their `ends`. Each window is a frame from the radar's
@@ -643,7 +663,7 @@ pub fn clip_windows(
     ends: Option<Ends<'_>>,
 ) -> Clipped {
     let Some(at) = windows.first().map(|w| w.origin) else { return Clipped::default() };
-    let clipper = Clipper { faces, eps: 1e-12, lies_m: LIES_M, options, ends };
+    let clipper = Clipper { faces, eps: 1e-12, lies_m: LIES_M, options, ends, later: false };
     let lit: Vec<VisibleFaces> = windows.iter().map(|w| clipper.seen_from(*w, true)).collect();
     clipper.follow_all(&lit, None, Port::At(at))
 }
@@ -683,11 +703,14 @@ impl Clipped {
         };
         let piece = |part: &Apart, base: u32, p: &Piece| Piece { node: part.number(p.node, base), ..*p };
         let ended = |part: &Apart, base: u32, e: &Ended| Ended { node: part.number(e.node, base), ..*e };
+        let onward =
+            |part: &Apart, base: u32, o: &Onward| Onward { node: part.number(o.node, base), ..o.clone() };
         gather(&mut self.nodes, &based, Apart::new_nodes, node);
         gather(&mut self.every, &based, |part| &part.found.every, piece);
         gather(&mut self.last, &based, |part| &part.found.last, piece);
         gather(&mut self.imaged, &based, |part| &part.found.imaged, piece);
         gather(&mut self.ended, &based, |part| &part.found.ended, ended);
+        gather(&mut self.onward, &based, |part| &part.found.onward, onward);
     }
 }
 
@@ -759,7 +782,7 @@ pub(super) fn in_chunks<T: Send>(n: usize, work: impl Fn(std::ops::Range<usize>)
 impl Clipper<'_> {
     /// Facing of the face, or None when it cannot be lit from there.
     #[inline]
-    fn lit(&self, frame: &Frame, face: &Face) -> Option<f64> {
+    pub(super) fn lit(&self, frame: &Frame, face: &Face) -> Option<f64> {
         let facing = frame.facing(face.normal, face.offset_m);
         let grazing = if frame.from_point { GRAZING * self.faces.radius_m } else { GRAZING };
         (facing.abs() > grazing && !(face.one_sided && facing > 0.0)).then_some(facing)
@@ -859,7 +882,12 @@ impl Clipper<'_> {
     }
 
     /// Follows what every face is lit by; `far_seen` when the receiver stands elsewhere.
-    fn follow_all(&self, lit: &[VisibleFaces], far_seen: Option<&[VisibleFaces]>, receive: Port) -> Clipped {
+    pub(super) fn follow_all(
+        &self,
+        lit: &[VisibleFaces],
+        far_seen: Option<&[VisibleFaces]>,
+        receive: Port,
+    ) -> Clipped {
         let beams = Receiver { seen: far_seen.unwrap_or(lit), monostatic: far_seen.is_none(), port: receive };
         let follow = |some: &Vec<Lit<'_>>| {
             let (mut out, mut scratch) = (Clipped::default(), Scratch::new());
@@ -901,7 +929,7 @@ impl Clipper<'_> {
     }
 
     /// What of every face is seen along the rays of `frame`, or of those in its window.
-    fn seen_from(&self, frame: Frame, window: bool) -> VisibleFaces {
+    pub(super) fn seen_from(&self, frame: Frame, window: bool) -> VisibleFaces {
         let n = self.faces.faces.len();
         let parts = in_chunks(n, |range| {
             let (mut counts, mut whole) = (Vec::with_capacity(range.len()), Vec::with_capacity(range.len()));
@@ -911,7 +939,8 @@ impl Clipper<'_> {
                 let face = &self.faces.faces[f];
                 pieces.clear();
                 let mut cut = false;
-                if let Some(facing) = self.lit(&frame, face) {
+                let later = self.is_later(face);
+                if let Some(facing) = self.lit(&frame, face).filter(|_| !later) {
                     let (p, whole) = self.start(&frame, window, face);
                     if p.n >= 3 {
                         cut = self.unhidden(&frame, None, f as u32, facing, &p, &mut pieces, &mut scratch)
@@ -946,7 +975,7 @@ impl Clipper<'_> {
     }
 
     /// A face as it would be seen if nothing hid it, and whether that is all of it.
-    fn start(&self, frame: &Frame, window: bool, face: &Face) -> (Polygon, bool) {
+    pub(super) fn start(&self, frame: &Frame, window: bool, face: &Face) -> (Polygon, bool) {
         let corners = self.faces.corners(face);
         let mut out = Polygon::EMPTY;
         if !window {
@@ -1008,7 +1037,7 @@ impl Clipper<'_> {
     /// Appends what of `start`, a polygon on `target`, is seen along the rays of `frame` that set out from
     /// `source`. True when something was cut away.
     #[allow(clippy::too_many_arguments)] // what it takes to cut; a struct would only rename it
-    fn unhidden(
+    pub(super) fn unhidden(
         &self,
         frame: &Frame,
         source: Option<&Side>,
@@ -1235,6 +1264,54 @@ impl Clipper<'_> {
         (self.options.bounces + usize::from(endless)).min(MAX_BOUNCES)
     }
 
+    /// Whether a node is that of a plane which may mirror what follows it.
+    pub(super) fn begins(&self, node: &Node, first_patch: u32) -> bool {
+        self.options.images && node.bounce == 1 && self.faces.mirrors_points(first_patch)
+    }
+
+    /// The part of a beam that leaves `source` which a face covers if nothing hides it, and how the face is turned to it.
+    pub(super) fn met(
+        &self,
+        frame: &Frame,
+        source: &Side,
+        face: u32,
+        polygon: &Polygon,
+        scratch: &mut Scratch,
+    ) -> Option<(f64, Polygon)> {
+        let target = &self.faces.faces[face as usize];
+        let facing = self.lit(frame, target)?;
+        let beyond = match self.ahead(self.faces.corners(target), source) {
+            PlaneSide::Behind => return None,
+            PlaneSide::Before => None,
+            PlaneSide::Across => Some(self.beyond(frame, source, target)),
+        };
+        let mut lines = self.outline(frame, target, facing, polygon)?;
+        if !beyond.into_iter().all(|l| lines.narrow(l, polygon, self.eps)) {
+            return None;
+        }
+        let p = cut_by(polygon, lines.all(), self.eps, &mut scratch.halves)?;
+        (p.area().abs() > SLIVER * polygon.area().abs()).then_some((facing, *p))
+    }
+
+    /// Whether a face is a facet of a curved surface that stands for a ray tube.
+    #[inline]
+    fn is_tube(&self, face: &Face) -> bool {
+        face.is_curved() && self.options.facets_reflect
+    }
+
+    /// Whether a face is lit when it is known whether it can return anything.
+    #[inline]
+    fn is_later(&self, face: &Face) -> bool {
+        self.later && face.curved != NOT_CURVED
+    }
+
+    /// Whether no beam goes on from a face: a curved surface is no mirror made of facets. What leads from it over planes to the receiver is
+    /// found from the receiver's side.
+    #[inline]
+    pub(super) fn ends_on(&self, face: &Face) -> bool {
+        face.curved != NOT_CURVED && !self.options.facets_reflect
+    }
+
     /// Follows beams through their bounces that light polygons of nodes of `out`, all of them chains that begin with the face `first`.
     fn follow(
         &self,
@@ -1252,11 +1329,21 @@ impl Clipper<'_> {
         while let Some((index, polygon)) = stack.pop() {
             let node = out.nodes[index as usize];
             let first_is_seen = node.bounce == 1 && monostatic;
+            if self.ends_on(&self.faces.faces[node.face as usize]) {
+                if first_is_seen && self.options.last {
+                    self.radiate(index, &node, &polygon, true, seen, receive, &mut out.last);
+                }
+                let to = if first_is_seen { &mut out.every } else { &mut out.imaged };
+                self.radiate(index, &node, &polygon, true, seen, receive, to);
+                continue;
+            }
             self.radiate(index, &node, &polygon, first_is_seen, seen, receive, &mut out.every);
-            if node.imaged && self.faces.mirrors(first_patch, self.faces.faces[node.face as usize].patch) {
+            let is_curved = self.is_tube(&self.faces.faces[node.face as usize]);
+            let patch = self.faces.faces[node.face as usize].patch;
+            if is_curved || node.imaged && self.faces.mirrors(first_patch, patch) {
                 self.radiate(index, &node, &polygon, true, seen, receive, &mut out.imaged);
             }
-            let begins = self.options.images && node.bounce == 1 && self.faces.mirrors_points(first_patch);
+            let begins = self.begins(&node, first_patch);
             let go_on = (node.bounce as usize) < self.most(node.endless || begins);
             // What the limit ends here is asked for where it could show at all.
             let ends = self.ends.filter(|e| {
@@ -1340,6 +1427,17 @@ impl Clipper<'_> {
             if !go_on {
                 continue;
             }
+            if self.later {
+                let curved = targets
+                    .list
+                    .iter()
+                    .map(|t| t.0)
+                    .filter(|f| self.is_later(&self.faces.faces[*f as usize]));
+                let facets: Box<[u32]> = curved.collect();
+                if !facets.is_empty() {
+                    out.onward.push(Onward { node: index, polygon, facets });
+                }
+            }
             let mark = stack.len();
             // What hides a target is among the targets; of many, a tree of boxes finds it sooner.
             let few = targets.list.len() <= self.options.occluders_listed;
@@ -1350,6 +1448,11 @@ impl Clipper<'_> {
             // How its chain goes on with a target; None where it does not.
             let kind = |f: u32| {
                 let patch = self.faces.faces[f as usize].patch;
+                // What a curved surface reflects to planes is found from the receiver's side.
+                let target = &self.faces.faces[f as usize];
+                if self.is_later(target) || is_curved && !self.is_tube(target) {
+                    return None;
+                }
                 let imaged = node.imaged || begins && self.faces.mirrors(first_patch, patch);
                 let endless = node.endless || begins && self.faces.is_endless(first_patch, patch);
                 ((node.bounce as usize) < self.most(endless)).then_some((imaged, endless))
@@ -1520,6 +1623,21 @@ pub(super) fn keep(p: &Polygon, least: f64, pieces: &mut Vec<Polygon>) {
     } else {
         pieces.push(*p);
     }
+}
+
+/// What two lists of polygons in one plane share.
+pub(crate) fn overlaps(a: &[Polygon], b: &[Polygon]) -> Vec<Polygon> {
+    let mut shared = Vec::new();
+    for p in a {
+        let size = p.area().abs();
+        for q in b {
+            let both = overlap(*p, q, OVERLAP * size.sqrt());
+            if both.area().abs() > SLIVER * size {
+                keep(&both, 0.0, &mut shared);
+            }
+        }
+    }
+    shared
 }
 
 /// Where two convex polygons overlap. Edges of no length have no direction and are passed over. A polygon that rounding has left without

@@ -113,6 +113,21 @@ impl Bends {
         }
     }
 
+    /// Half the time of the frame, s.
+    pub(super) fn reach_s(&self) -> f64 {
+        self.reach_s
+    }
+
+    /// Rate at which the radar turns, rad/s.
+    pub(super) fn spin_rad_per_s(&self) -> DVec3 {
+        self.spin_rad_per_s
+    }
+
+    /// Position of the radar at the frame's start (0) or end (1), m.
+    pub(super) fn radar_at_end(&self, end: usize) -> DVec3 {
+        self.radar_m[2 * end]
+    }
+
     /// Completes a path of `length_m` from the radar `out` over mirrors to `end` and `back` over mirrors, whose first and last places lie
     /// at `ranges_m`. `rate_mps` is that of an end that keeps its place.
     pub fn of(

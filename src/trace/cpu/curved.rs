@@ -8,7 +8,7 @@ use super::beams::{CAP, Polygon, keep};
 use super::boundary::{GAUSS, Holds, RUN};
 use crate::em::aperture::{Moments, phase_integral};
 use crate::geom::curved_facet::{Crease, CurvedFacet};
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -24,6 +24,8 @@ const FINER: f64 = 0.25;
 const LEAST: f64 = 1e-4;
 /// Times a facet or a side may be halved.
 const DEPTH: u32 = 16;
+/// How far beyond its values at three places the slope along a crease may go, as a share of their span.
+const EDGE_WIDER: f64 = 0.25;
 /// Shares of a crease this near to its ends are its ends.
 const AT_END: f64 = 1e-6;
 
@@ -43,8 +45,6 @@ pub(super) struct Curved<'a> {
     stations: [DVec3; 2],
     /// 1 where the front is lit, else -1.
     sign: f64,
-    /// What the mirrors of the chain add to the curvature.
-    mirrors_per_m: f64,
 }
 
 /// The surface over a place of the facet.
@@ -113,13 +113,12 @@ struct Glance {
 }
 
 impl<'a> Curved<'a> {
-    /// A facet with its face's corners and axes, which begin at the first of them; `sign` is 1 where its front is lit, else -1, and
-    /// the mirrors of the chain before it add `mirrors_per_m` to its curvature. `k` and `tau` as in `Plane::new`.
+    /// A facet with its face's corners and axes, which begin at the first of them; `sign` is 1 where its front is lit, else -1. `k` and
+    /// `tau` as in `Plane::new`.
     pub(super) fn new(
         (facet, corners, axis): (&'a CurvedFacet, &[DVec3], [DVec3; 2]),
         sign: f64,
         stations: [DVec3; 2],
-        mirrors_per_m: f64,
         (k, tau): (f64, f64),
     ) -> Curved<'a> {
         let corner = corners[0];
@@ -135,7 +134,38 @@ impl<'a> Curved<'a> {
             let grow = (b - a).perp() / twice;
             (if i == 0 { 1.0 } else { 0.0 }, grow)
         });
-        Curved { facet, k, tau, corner, axis, corners: p, shares, stations, sign, mirrors_per_m }
+        Curved { facet, k, tau, corner, axis, corners: p, shares, stations, sign }
+    }
+
+    /// Radians from the place of mirror reflection from which on nothing is summed up.
+    pub(super) const WINDOW_ENDS: f64 = WINDOW[1];
+
+    /// Whether any of the facet, or with `edges` of its creases, may lie within the window.
+    pub(super) fn may_shine(&self, edges: bool) -> bool {
+        let middle = self.middle();
+        if !self.is_shut(&self.glances(&self.corners)[..3], &self.glance(middle)) {
+            return true;
+        }
+        edges && (0..3).any(|s| self.facet.creases[s].as_ref().is_some_and(|c| self.edge_may_shine(s, c)))
+    }
+
+    /// Whether a crease, on the side from corner `s` on, returns anything.
+    fn edge_may_shine(&self, s: usize, crease: &Crease) -> bool {
+        if crease.corners != [false; 2] {
+            return true;
+        }
+        let (a, b) = (self.corners[s], self.corners[(s + 1) % 3]);
+        let way = (b - a).normalize_or_zero();
+        let [mut least, mut most, mut turn] = [f64::INFINITY, f64::NEG_INFINITY, 0f64];
+        for p in [a, 0.5 * (a + b), b] {
+            let spot = self.at(p);
+            let slope = way.dot(spot.slope);
+            let [p, q] = crease.curvature_per_m;
+            (least, most) = (least.min(slope), most.max(slope));
+            turn = turn.max(p.max(q) * spot.sum + spot.spherical);
+        }
+        let off = (least - EDGE_WIDER * (most - least)).max(-most - EDGE_WIDER * (most - least)).max(0.0);
+        self.k * off * off < 2.0 * turn * WINDOW[1]
     }
 
     /// Shares of the corners at a place.
@@ -177,8 +207,48 @@ impl<'a> Curved<'a> {
         }
         let normal = normal.normalize_or_zero();
         let depth = normal.dot(sum);
-        let turn = self.curvature(&share) * depth.abs() + self.mirrors_per_m + spherical;
+        let turn = self.curvature(&share) * depth.abs() + spherical;
         Glance { across: sum - normal * depth, turn }
+    }
+
+    /// Middle of the facet.
+    pub(super) fn middle(&self) -> DVec2 {
+        (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0
+    }
+
+    /// Longest side, m.
+    pub(super) fn size(&self) -> f64 {
+        let [a, b, c] = self.corners;
+        a.distance(b).max(b.distance(c)).max(c.distance(a))
+    }
+
+    /// The face's axes.
+    pub(super) fn axes(&self) -> [DVec3; 2] {
+        self.axis
+    }
+
+    /// Least share of a corner, negative outside the facet.
+    pub(super) fn least_share(&self, p: DVec2) -> f64 {
+        self.shares(p).into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Place of the surface and its unit normal on the lit side.
+    pub(super) fn place_and_normal(&self, p: DVec2) -> (DVec3, DVec3) {
+        let (place, normal) = self.surface(p, &self.shares(p));
+        (place, normal.normalize_or_zero())
+    }
+
+    /// Second fundamental form of the surface, 1/m, positive where the lit side is convex.
+    pub(super) fn shape(&self, p: DVec2) -> DMat3 {
+        let step = 1e-4 * self.size();
+        let (_, normal) = self.place_and_normal(p);
+        let [x, y] = [DVec2::X, DVec2::Y].map(|d| {
+            let [(to, n), (from, m)] = [d, -d].map(|d| self.place_and_normal(p + d * step));
+            ((to - from) / (2.0 * step), (n - m) / (2.0 * step))
+        });
+        let steps = DMat3::from_cols(x.0, y.0, normal);
+        let form = DMat3::from_cols(x.1, y.1, DVec3::ZERO) * steps.inverse();
+        (form + form.transpose()) * 0.5
     }
 
     pub(super) fn at(&self, p: DVec2) -> Spot {
@@ -213,7 +283,7 @@ impl<'a> Curved<'a> {
         }
         let normal = normal.normalize_or_zero();
         let depth = normal.dot(sum);
-        let turn = self.curvature(&share) * depth.abs() + self.mirrors_per_m + spherical;
+        let turn = self.curvature(&share) * depth.abs() + spherical;
         let glance = Glance { across: sum - normal * depth, turn };
         Spot {
             place,
@@ -451,7 +521,7 @@ impl<'a> Curved<'a> {
             let spot = self.at(a + way * (t * length));
             let share = along[0] + (along[1] - along[0]) * t;
             let [p, q] = crease.curvature_per_m;
-            let turn = (p + (q - p) * share).max(0.0) * spot.sum + self.mirrors_per_m + spot.spherical;
+            let turn = (p + (q - p) * share).max(0.0) * spot.sum + spot.spherical;
             let slope = way.dot(spot.slope);
             let kernel = (1.0 - self.weight(&spot.glance)) * spot.stretch * outward.dot(spot.slope)
                 / spot.slope.length_squared();
@@ -543,7 +613,7 @@ mod tests {
         let axis = [x, normal.cross(x)];
         let stations = [DVec3::new(0.6, 0.5, 8.0); 2];
         let k = TAU * 77e9 / 299_792_458.0;
-        let curved = Curved::new((&facet, &corners, axis), 1.0, stations, 0.0, (k, 0.3));
+        let curved = Curved::new((&facet, &corners, axis), 1.0, stations, (k, 0.3));
         let whole = Polygon::of(&curved.corners)[0];
         work(&curved, whole)
     }

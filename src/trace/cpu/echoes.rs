@@ -4,7 +4,7 @@
 //! made of. Its physical-optics integral is that of its outline, so that a wall costs as many echoes as it
 //! has corners and places of stationary phase.
 
-use super::beams::{Clipped, Ends, Node, Piece, Polygon, clip_windows};
+use super::beams::{Clipped, Ends, Node, Piece, Polygon, overlaps};
 use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::{Holds, Plane, Wave, spread_for};
 use super::curved::Curved;
@@ -12,6 +12,8 @@ use super::diffuse;
 use super::ended;
 use super::field::{Bounce, sent};
 use super::points::{Reflecting, SAME, TAU, point_echoes_over};
+use super::shine::{Shine, clip_shining};
+use super::two_curved;
 use crate::base::convention::Convention;
 use crate::base::frames::{Pose, Sensor, World};
 use crate::base::matrix::Matrix2;
@@ -57,26 +59,6 @@ fn is_finite(r: &Echo) -> bool {
         && r.last_velocity_mps.is_finite()
 }
 
-/// The same way backwards.
-fn reversed(r: &Echo) -> Echo {
-    let n = r.bounces as usize;
-    let mut chain = r.chain;
-    chain[..n].reverse();
-    let [[vv, vh], [hv, hh]] = r.path_gain;
-    Echo {
-        departure: r.arrival,
-        first_range_m: r.last_range_m,
-        first_velocity_mps: r.last_velocity_mps,
-        arrival: r.departure,
-        last_range_m: r.first_range_m,
-        last_velocity_mps: r.first_velocity_mps,
-        path_gain: [[vv, hv], [vh, hh]],
-        chain,
-        between_m: r.between_m.iter().rev().copied().collect(),
-        ..r.clone()
-    }
-}
-
 /// Echoes at the radar `pose` moving with `velocity_mps` (world), from the directions in `windows`, in the
 /// same order whatever the number of threads. Point targets and scattering tables included.
 pub fn echoes(
@@ -86,8 +68,9 @@ pub fn echoes(
     velocity_mps: DVec3,
     options: &TraceOptions,
 ) -> Echoes {
+    let shine = Shine::of(geometry);
     let clip = |faces: &Faces, beams: &BeamOptions, ends: Option<Ends<'_>>| {
-        Ok::<_, Infallible>(clip_windows(faces, windows, beams, ends))
+        Ok::<_, Infallible>(clip_shining(faces, windows, beams, ends, shine))
     };
     match echoes_by(geometry, clip, pose, velocity_mps, options) {
         Ok(echoes) => echoes,
@@ -120,6 +103,8 @@ pub struct FrameBeams<'a> {
     pub options: BeamOptions,
     /// What tells of beams that the limit of bounces ends, if they are asked.
     pub ends: Option<Ends<'a>>,
+    /// Facets of curved surfaces.
+    pub shine: Shine<'a>,
 }
 
 impl<'a> FrameBeams<'a> {
@@ -140,6 +125,7 @@ impl<'a> FrameBeams<'a> {
             },
             options: BeamOptions { images, ..BeamOptions::new(options.bounces, options.accuracy_db, last) },
             ends: options.least_cut.filter(|_| !last).map(ends),
+            shine: Shine::of(geometry),
         }
     }
 
@@ -177,8 +163,20 @@ pub fn from_clipped(
     let last = options.convention == Convention::Last;
     let tau = BeamOptions::new(options.bounces, options.accuracy_db, last).tau;
     let numbers = RegionNumbers::new(geometry, clipped);
-    let direct = regions(geometry, clipped, &numbers, if last { &clipped.last } else { &clipped.every });
-    let imaged = regions(geometry, clipped, &numbers, &clipped.imaged);
+    let mut direct = regions(geometry, clipped, &numbers, if last { &clipped.last } else { &clipped.every });
+    let mut imaged = regions(geometry, clipped, &numbers, &clipped.imaged);
+    let is_curved = |r: &mut Region| {
+        geometry.faces().faces[clipped.nodes[r.node as usize].face as usize].curved != NOT_CURVED
+    };
+    let mut of_facets: Vec<Region> = direct.extract_if(.., is_curved).collect();
+    of_facets.extend(imaged.extract_if(.., is_curved));
+    of_facets.sort_by_key(|r| {
+        let node = &clipped.nodes[r.node as usize];
+        (node.face, node.bounce, r.node)
+    });
+    let same_face =
+        |a: &Region, b: &Region| clipped.nodes[a.node as usize].face == clipped.nodes[b.node as usize].face;
+    let facets: Vec<&[Region]> = of_facets.chunk_by(same_face).collect();
     let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
     let spread_m = spread_for(options.bandwidth_hz);
     let least = options.least;
@@ -194,6 +192,7 @@ pub fn from_clipped(
         spread_m,
         least,
         places: options.places,
+        bounces: options.bounces,
         lit,
     };
     // What counts of a region's echoes, and how many are broken.
@@ -208,11 +207,13 @@ pub fn from_clipped(
         true => counted(radar.with_reciprocals(r)),
         false => counted(radar.echoes(r, false)),
     });
-    let lists: Vec<(Vec<Echo>, u64)> =
-        all.chain(imaged.par_iter().map_tasks(|r| counted(radar.echoes(r, true)))).collect();
+    let over = imaged.par_iter().map_tasks(|r| counted(radar.echoes(r, true)));
+    let curved = facets.par_iter().map_tasks(|f| counted(radar.of_facet(f)));
+    let lists: Vec<(Vec<Echo>, u64)> = all.chain(over).chain(curved).collect();
     let mut broken: u64 = lists.iter().map(|l| l.1).sum();
     let mut others = diffuse::echoes(geometry, clipped, pose, velocity_mps, options);
     let rays = others.len() as u64;
+    others.extend(two_curved::echoes(geometry, windows_of(clipped), pose, velocity_mps, &bends, options));
     let is_pointed = !(geometry.points.is_empty() && geometry.tables.is_empty());
     let planes = if images && is_pointed { radar.lit_planes(&direct) } else { Vec::new() };
     others.extend(point_echoes_over(&planes, geometry, pose, velocity_mps, options));
@@ -242,21 +243,43 @@ impl Region {
     /// Sides of its outline, corners within `near_m` taken for one. Where these do not enclose what the pieces cover (slivers narrower
     /// than that, corners of which three lie in a row of it) they are the sides of all pieces: those inside cancel in the sum of the waves.
     fn sides(&self, near_m: f64) -> Vec<[DVec2; 2]> {
-        if let [whole] = &self.pieces[..] {
-            return sides_of(whole).collect();
-        }
-        let sides = outline(self.pieces.iter().map(|p| p.corners()), near_m);
-        match (enclosed_m2(&sides) - self.area_m2()).abs() <= SAME_AREA * self.area_m2() {
-            true => sides,
-            false => self.pieces.iter().flat_map(sides_of).collect(),
-        }
+        outline_of(&self.pieces, near_m)
     }
+}
+
+/// As [`Region::sides`].
+fn outline_of(pieces: &[Polygon], near_m: f64) -> Vec<[DVec2; 2]> {
+    if let [whole] = pieces {
+        return sides_of(whole).collect();
+    }
+    let sides = outline(pieces.iter().map(|p| p.corners()), near_m);
+    let area_m2: f64 = pieces.iter().map(|p| p.area().abs()).sum();
+    match (enclosed_m2(&sides) - area_m2).abs() <= SAME_AREA * area_m2 {
+        true => sides,
+        false => pieces.iter().flat_map(sides_of).collect(),
+    }
+}
+
+/// Ways back of a chain: straight, or over its first plane.
+fn back_over(chain: &[u32], over: bool) -> &[u32] {
+    &chain[..if over { 2 } else { 1 }]
 }
 
 /// What directed sides enclose, m².
 fn enclosed_m2(sides: &[[DVec2; 2]]) -> f64 {
     let Some([origin, _]) = sides.first() else { return 0.0 };
     sides.iter().map(|[a, b]| 0.5 * (*a - *origin).perp_dot(*b - *origin)).sum()
+}
+
+/// The windows in which something was lit.
+fn windows_of(clipped: &Clipped) -> Vec<Frame> {
+    let mut windows: Vec<Frame> = Vec::new();
+    for node in clipped.nodes.iter().filter(|n| n.bounce == 1) {
+        if !windows.contains(&node.frame) {
+            windows.push(node.frame);
+        }
+    }
+    windows
 }
 
 /// Areas of each region of one plane that one chain of planes lights: what its pieces cover, and what its outline
@@ -418,6 +441,8 @@ struct Station<'a> {
     least: f64,
     /// As `TraceOptions::places`.
     places: bool,
+    /// As `TraceOptions::bounces`.
+    bounces: usize,
     /// What the radar sees at first hand of small planes that mirror, by their patches.
     lit: FastMap<u32, Reflecting>,
 }
@@ -440,7 +465,7 @@ impl Station<'_> {
             (false, true) => Vec::new(),
             (true, false) => {
                 let mut list = self.echoes(region, false);
-                let back: Vec<Echo> = list.iter().map(reversed).collect();
+                let back: Vec<Echo> = list.iter().map(Echo::reversed).collect();
                 list.extend(back);
                 list
             }
@@ -455,10 +480,8 @@ impl Station<'_> {
         let face = &faces.faces[node.face as usize];
         let corner = faces.corners[face.first as usize];
         let chain = self.chain(region.node);
-        let receiver = match over {
-            false => self.pose.translation_m,
-            true => self.clipped.nodes[chain[1] as usize].frame.origin,
-        };
+        let back = back_over(&chain, over);
+        let receiver = self.origin(back);
         let stations = [node.frame.origin, receiver].map(|p| p - corner);
         let height = stations.map(|d| node.normal.dot(d));
         if height.iter().any(|h| *h <= 0.0) {
@@ -469,17 +492,9 @@ impl Station<'_> {
         if over && (chain.len() == MAX_BOUNCES || !self.is_seen_over(&chain, &region.pieces, place)) {
             return Vec::new();
         }
-        if let Some(facet) = faces.curved.get(face.curved as usize) {
-            let sign = node.normal.dot(face.normal).signum();
-            let stations = [node.frame.origin, receiver];
-            let mirrors_per_m = self.mirrors_per_m(&chain);
-            let surface = (facet, faces.corners(face), face.axis);
-            let facet = Curved::new(surface, sign, stations, mirrors_per_m, (k, self.tau));
-            return self.curved(&chain, region, &facet, over);
-        }
         let plane = Plane::new(k, stations.map(|d| on_axes(face, d)), height, self.tau, self.spread_m)
-            .drifting(self.drifts(&chain, over));
-        let at = |p: DVec2| self.echo(&chain, place(p), node.normal, over);
+            .drifting(self.drifts(&chain, back));
+        let at = |p: DVec2| self.echo(&chain, back, place(p), node.normal);
         let sides = region.sides(SAME * faces.radius_m);
         let mut waves: Vec<Wave> = Vec::new();
         // The waves of the two sides of a corner are one echo.
@@ -501,7 +516,7 @@ impl Station<'_> {
             let turned = |w: &Wave| w.value * Complex64::cis(-k * (w.length_m - whole.path_length_m));
             let value = waves.iter().map(turned).sum::<Complex64>() * over_k;
             whole.path_gain.as_flattened_mut().iter_mut().for_each(|a| *a *= value);
-            self.bend(&chain, place(centre), PathEnd::Place, over, &mut whole);
+            self.bend(&chain, back, (place(centre), PathEnd::Place), &mut whole);
             return vec![whole];
         }
         // Far from the place of mirror reflection the amplitude in a wave's own place says enough.
@@ -539,7 +554,7 @@ impl Station<'_> {
                     *sum += a * turn;
                 }
             }
-            self.bend(&chain, place(centre), PathEnd::Place, over, &mut whole);
+            self.bend(&chain, back, (place(centre), PathEnd::Place), &mut whole);
             return vec![whole];
         }
         waves
@@ -548,7 +563,7 @@ impl Station<'_> {
             .map(|w| {
                 let mut echo = radiated(w);
                 let keeps = keeps(face, w.holds, node.normal);
-                self.bend(&chain, place(w.place), keeps, over, &mut echo);
+                self.bend(&chain, back, (place(w.place), keeps), &mut echo);
                 echo
             })
             .collect()
@@ -556,7 +571,7 @@ impl Station<'_> {
 
     /// How far the source and the receiver of a chain's last face go from it until the end of the frame, along the face's axes and
     /// over its lit side. Mirrors count as if they stood still.
-    fn drifts(&self, chain: &[u32], over: bool) -> [(DVec2, f64); 2] {
+    fn drifts(&self, chain: &[u32], back: &[u32]) -> [(DVec2, f64); 2] {
         let last = chain[chain.len() - 1];
         let (face, normal) = (self.face(last), self.clipped.nodes[last as usize].normal);
         let own = self.geometry.bodies[face.body as usize]
@@ -567,51 +582,90 @@ impl Station<'_> {
             let f = &self.clipped.nodes[i as usize].frame;
             f.u * first.u.dot(v) + f.v * first.v.dot(v) + f.k * first.k.dot(v)
         };
-        [of_image(last), if over { of_image(chain[1]) } else { v }].map(|v| {
+        [last, back[back.len() - 1]].map(of_image).map(|v| {
             let way = (v - own) * (DRIFT * self.geometry.reach_s);
             (on_axes(face, way), normal.dot(way))
         })
     }
 
-    /// How much faster directions turn along the last face of a chain for the curvature of the mirrors before it, at most, 1/m.
-    fn mirrors_per_m(&self, chain: &[u32]) -> f64 {
-        let all = &self.geometry.faces().curved;
-        let curved = chain[..chain.len() - 1].iter().filter_map(|i| all.get(self.face(*i).curved as usize));
-        curved.map(|c| 2.0 * c.curvature_per_m.iter().fold(0.0, |a: f64, b| a.max(*b))).sum()
+    /// Place from which the last wave of a way comes: the radar, or its image in the planes before.
+    fn origin(&self, way: &[u32]) -> DVec3 {
+        self.clipped.nodes[way[way.len() - 1] as usize].frame.origin
     }
 
-    /// Echoes of a lit part of a curved surface.
-    fn curved(&self, chain: &[u32], region: &Region, facet: &Curved, over: bool) -> Vec<Echo> {
+    /// Echoes of a facet of a curved surface, of which these are the parts that the radar lights straight and over planes: by every pair
+    /// of a way there and a way back, the images of the radar being exact for planes. A pair of two ways is one the other way round, too.
+    fn of_facet(&self, lit: &[Region]) -> Vec<Echo> {
+        let ways: Vec<Vec<u32>> = lit.iter().map(|r| self.chain(r.node)).collect();
+        let last = |way: &[u32]| &self.clipped.nodes[way[way.len() - 1] as usize];
+        let mut list = Vec::new();
+        for (i, out) in ways.iter().enumerate() {
+            for (j, back) in ways[..=i].iter().enumerate() {
+                // Planes that are as good as endless come on top, as for beams.
+                let free = [out, back].iter().filter(|way| last(way).imaged).count();
+                let bounces = out.len() + back.len() - 1;
+                let are_one_side = last(out).normal.dot(last(back).normal) > 0.0;
+                if bounces > (self.bounces + free).min(MAX_BOUNCES) || !are_one_side {
+                    continue;
+                }
+                let found = match i == j {
+                    true => self.curved(out, back, &lit[i].pieces, true),
+                    // An edge lit over a plane and seen over another is left out.
+                    false => {
+                        self.curved(out, back, &overlaps(&lit[i].pieces, &lit[j].pieces), back.len() == 1)
+                    }
+                };
+                if i != j {
+                    list.extend(found.iter().map(Echo::reversed));
+                }
+                list.extend(found);
+            }
+        }
+        list
+    }
+
+    /// Echoes of a lit part of a curved facet by one way there and one back, with `edges` those of its creases, too.
+    fn curved(&self, chain: &[u32], back: &[u32], pieces: &[Polygon], edges: bool) -> Vec<Echo> {
         let faces = self.geometry.faces();
         let last = chain[chain.len() - 1];
         let (face, flat) = (self.face(last), self.clipped.nodes[last as usize].normal);
+        let Some(facet) = faces.curved.get(face.curved as usize).filter(|_| !pieces.is_empty()) else {
+            return Vec::new();
+        };
+        let stations = [self.origin(chain), self.origin(back)];
+        let corner = faces.corners[face.first as usize];
+        if stations.iter().any(|s| flat.dot(*s - corner) <= 0.0) {
+            return Vec::new();
+        }
         let k = wavenumber(self.geometry.freq_hz);
+        let sign = flat.dot(face.normal).signum();
+        let facet = Curved::new((facet, faces.corners(face), face.axis), sign, stations, (k, self.tau));
         let mut list = Vec::new();
         let mut radiate = |place: DVec2, value: Complex64, holds: Holds| {
             let spot = facet.at(place);
-            let [out, back] = facet.ranges(&spot);
-            if MOST_RADIATED * k / (4.0 * PI) * value.norm() < self.least * out * back {
+            let [out_m, back_m] = facet.ranges(&spot);
+            if MOST_RADIATED * k / (4.0 * PI) * value.norm() < self.least * out_m * back_m {
                 return;
             }
             let normal = facet.lit_normal(&spot).unwrap_or(flat);
-            let mut echo = self.echo(chain, spot.place, normal, over);
+            let mut echo = self.echo(chain, back, spot.place, normal);
             for a in echo.path_gain.as_flattened_mut() {
                 *a *= value * Complex64::new(0.0, -k / (4.0 * PI));
             }
-            self.bend(chain, spot.place, keeps(face, holds, normal), over, &mut echo);
+            self.bend(chain, back, (spot.place, keeps(face, holds, normal)), &mut echo);
             list.push(echo);
         };
-        if let Some(inner) = facet.inner(&region.pieces) {
+        if let Some(inner) = facet.inner(pieces) {
             radiate(inner.place, inner.value, inner.holds);
         }
-        if facet.has_crease() {
+        if edges && facet.has_crease() {
             let near_m = SAME * faces.radius_m;
             let mut radiate_from = |side| {
                 if let Some((crease, along)) = facet.crease(side, near_m) {
                     facet.edge(side, crease, along, |w| radiate(w.place, w.value, w.holds));
                 }
             };
-            region.sides(near_m).into_iter().for_each(&mut radiate_from);
+            outline_of(pieces, near_m).into_iter().for_each(&mut radiate_from);
         }
         list
     }
@@ -694,8 +748,8 @@ impl Station<'_> {
         })
     }
 
-    /// What the first plane of a chain that begins with a mirror of the next brings of an endless mirror, out and, if `over` it, back.
-    fn share(&self, chain: &[u32], place: DVec3, over: bool) -> Complex64 {
+    /// What the first plane of a way that begins with a mirror of the next brings of an endless mirror.
+    fn share(&self, chain: &[u32], place: DVec3) -> Complex64 {
         let node = |i: u32| &self.clipped.nodes[i as usize];
         let last = node(chain[chain.len() - 1]);
         let (&[first, second, ..], true) = (chain, last.imaged) else {
@@ -724,12 +778,7 @@ impl Station<'_> {
             met = from + d * ((f.offset_m - f.normal.dot(from)) / f.normal.dot(d));
         }
         let length_m = place.distance(last.frame.origin);
-        let out = of(image + (met - image).normalize() * length_m);
-        match (over, chain.len()) {
-            (false, _) => out,
-            (true, 2) => out * out,
-            (true, _) => out * of(place),
-        }
+        of(image + (met - image).normalize() * length_m)
     }
 
     /// Where the line from `place` to the radar's image crosses the chain's first plane.
@@ -739,77 +788,88 @@ impl Station<'_> {
         image + d * ((f.offset_m - f.normal.dot(image)) / f.normal.dot(d))
     }
 
-    /// Completes an echo of a place: what the chain's first plane brings of an endless mirror (CONVENTIONS eq. 65a) if it mirrors what
-    /// follows, and how the path changes over the frame, and its directions.
-    fn bend(&self, chain: &[u32], place_m: DVec3, keeps: PathEnd, over: bool, echo: &mut Echo) {
+    /// Completes an echo of a place by one way there and one `back`: what the first plane of each brings of an endless mirror
+    /// (CONVENTIONS eq. 65a) if it mirrors what follows, and how the path changes over the frame, and its directions.
+    fn bend(&self, chain: &[u32], back: &[u32], (place_m, keeps): (DVec3, PathEnd), echo: &mut Echo) {
         let body = |i: u32| &self.geometry.bodies[self.face(i).body as usize];
-        let (last, before) = (chain[chain.len() - 1], &chain[..chain.len() - 1]);
-        let mut mirrors: [Mirror; MAX_BOUNCES] =
-            [Mirror { body: body(last), place_m, normal: DVec3::Z }; MAX_BOUNCES];
+        let last = chain[chain.len() - 1];
         let faces = self.geometry.faces();
-        for (mirror, &i) in mirrors.iter_mut().zip(before) {
-            let face = self.face(i);
-            *mirror = Mirror {
-                body: body(i),
-                place_m: faces.corners[face.first as usize],
-                normal: self.clipped.nodes[i as usize].normal,
-            };
-        }
-        let share = self.share(chain, place_m, over);
+        let mirrors = |way: &[u32]| {
+            let mut mirrors = [Mirror { body: body(last), place_m, normal: DVec3::Z }; MAX_BOUNCES];
+            for (mirror, &i) in mirrors.iter_mut().zip(&way[..way.len() - 1]) {
+                *mirror = Mirror {
+                    body: body(i),
+                    place_m: faces.corners[self.face(i).first as usize],
+                    normal: self.clipped.nodes[i as usize].normal,
+                };
+            }
+            mirrors
+        };
+        let share = self.share(chain, place_m) * self.share(back, place_m);
         echo.path_gain.as_flattened_mut().iter_mut().for_each(|a| *a *= share);
-        let mirrors = &mirrors[..before.len()];
-        let back = if over { &mirrors[..1] } else { &[] };
+        let (out_mirrors, back_mirrors) = (mirrors(chain), mirrors(back));
+        let mirrors = [&out_mirrors[..chain.len() - 1], &back_mirrors[..back.len() - 1]];
         let end = End { shifts: &body(last).shifts, place_m, keeps };
         let ranges_m = [echo.first_range_m, echo.last_range_m];
-        let motion = self.bends.of([mirrors, back], end, echo.path_length_m, ranges_m, echo.path_rate_mps);
+        let motion = self.bends.of(mirrors, end, echo.path_length_m, ranges_m, echo.path_rate_mps);
         (echo.path_rate_mps, echo.path_acceleration_and_jerk) =
             (motion.rate_mps, motion.acceleration_and_jerk);
         let to_sensor = self.pose.rotation.inverse();
         [echo.first_velocity_mps, echo.last_velocity_mps] = motion.velocities_mps.map(|v| to_sensor * v);
     }
 
-    /// The echo of an area of 1 m^2 at `place` on the last plane of the chain, with this unit normal on its lit side, but for
-    /// -j k / 4 pi, `over` its first plane or straight.
-    fn echo(&self, chain: &[u32], place: DVec3, normal: DVec3, over: bool) -> Echo {
-        let (faces, radar) = (self.geometry.faces(), self.pose.translation_m);
-        let node = |i: u32| &self.clipped.nodes[i as usize];
-        let face = |i: u32| &faces.faces[node(i).face as usize];
-        let count = chain.len();
+    /// Places at which the way of a chain from the radar to `place`, on its last face, meets its planes; the last of them is `place`.
+    fn places_on(&self, chain: &[u32], place: DVec3) -> [DVec3; MAX_BOUNCES] {
         // From the last place back along the straight line from each image of the radar.
         let mut points = [place; MAX_BOUNCES];
-        for b in (0..count - 1).rev() {
-            let from = node(chain[b + 1]).frame.origin;
-            let (d, f) = (points[b + 1] - from, face(chain[b]));
+        for b in (0..chain.len() - 1).rev() {
+            let from = self.clipped.nodes[chain[b + 1] as usize].frame.origin;
+            let (d, f) = (points[b + 1] - from, self.face(chain[b]));
             let t = (f.offset_m - f.normal.dot(from)) / f.normal.dot(d);
             points[b] = from + d * t;
         }
+        points
+    }
+
+    /// The echo of an area of 1 m^2 at `place` on the last face of two ways from the radar, with this unit normal on its lit side, but for
+    /// -j k / 4 pi: along `chain` there, over the planes of `back` and back to the radar.
+    fn echo(&self, chain: &[u32], back: &[u32], place: DVec3, normal: DVec3) -> Echo {
+        let (faces, radar) = (self.geometry.faces(), self.pose.translation_m);
+        let node = |i: u32| &self.clipped.nodes[i as usize];
+        let face = |i: u32| &faces.faces[node(i).face as usize];
+        let (count, over) = (chain.len(), back.len() - 1);
+        let (points, back_points) = (self.places_on(chain, place), self.places_on(back, place));
         let k = wavenumber(self.geometry.freq_hz);
         let to_sensor = self.pose.rotation.inverse();
-        // What the radar hears comes from here, and leaves the last plane of the chain for there.
-        let (last, receiver) = match over {
-            false => (place, radar),
-            true => (self.foot(chain, place), node(chain[1]).frame.origin),
-        };
-        let (out, back) = (points[0] - radar, last - radar);
-        let (first_range_m, last_range_m) = (out.length(), back.length());
+        // What the radar receives comes from the first place of the way back, as if it had been sent there.
+        let (out, last) = (points[0] - radar, back_points[0] - radar);
+        let (first_range_m, last_range_m) = (out.length(), last.length());
         let departure = out / first_range_m;
-        let arrival = back / last_range_m;
+        let arrival = last / last_range_m;
+        let receiver = self.origin(back);
         let back_m = receiver.distance(place);
         let leaves = (receiver - place) / back_m;
 
         let mut ids = [0; MAX_BOUNCES];
         let mut rate = -self.velocity_mps.dot(arrival + departure);
-        // Of V and H at the place that radiates back, by reciprocity.
-        let mut seen_by = sent(self.pose, arrival);
         let of = |i: u32| {
             let body = &self.geometry.bodies[face(i).body as usize];
             (body, &self.geometry.surfaces[face(i).surface as usize])
         };
-        if over {
-            let (body, surface) = of(chain[0]);
-            seen_by = Bounce::new(seen_by, arrival, node(chain[0]).normal, surface, k).reflected;
-            rate += body.velocity_at(last).dot(leaves + arrival);
-            ids[count] = body.id;
+        // Direction behind a bounce, from the image: places of neighbours along the chain may coincide in a corner.
+        let next = |way: &[u32], points: &[DVec3], b: usize| {
+            (points[b + 1] - node(way[b + 1]).frame.origin).normalize()
+        };
+        // Of V and H at the place that radiates back, by reciprocity.
+        let mut seen_by = sent(self.pose, arrival);
+        let mut dir = arrival;
+        for (b, &i) in back[..over].iter().enumerate() {
+            let (body, surface) = of(i);
+            seen_by = Bounce::new(seen_by, dir, node(i).normal, surface, k).reflected;
+            let on = next(back, &back_points, b);
+            rate += body.velocity_at(back_points[b]).dot(dir - on);
+            dir = on;
+            ids[count + over - 1 - b] = body.id;
         }
         let mut field = sent(self.pose, departure);
         let mut dir = departure;
@@ -819,16 +879,15 @@ impl Station<'_> {
             ids[b] = body.id;
             let normal = if b + 1 == count { normal } else { node(i).normal };
             let bounce = Bounce::new(field, dir, normal, surface, k);
-            // From the image: places of neighbours along the chain may coincide in a corner.
-            let next = if b + 1 == count {
+            let on = if b + 1 == count {
                 radiated = bounce.received(leaves, &seen_by);
                 leaves
             } else {
-                (points[b + 1] - node(chain[b + 1]).frame.origin).normalize()
+                next(chain, &points, b)
             };
-            rate += body.velocity_at(points[b]).dot(dir - next);
+            rate += body.velocity_at(points[b]).dot(dir - on);
             field = bounce.reflected;
-            dir = next;
+            dir = on;
         }
         let unfolded = place.distance(node(chain[count - 1]).frame.origin);
         let to_sensor_m = |p: &DVec3| to_sensor * (*p - radar);
@@ -844,11 +903,13 @@ impl Station<'_> {
             last_velocity_mps: DVec3::ZERO,
             path_gain: radiated.map(|row| row.map(|m| m / (unfolded * back_m))),
             chain: ids,
-            bounces: (count + usize::from(over)) as u8,
-            between_m: match (self.places, over) {
-                (false, _) => Box::default(),
-                (true, false) => points[..count - 1].iter().skip(1).map(to_sensor_m).collect(),
-                (true, true) => points[..count].iter().skip(1).map(to_sensor_m).collect(),
+            bounces: (count + over) as u8,
+            between_m: match self.places {
+                false => Box::default(),
+                true => {
+                    let all = points[..count].iter().chain(back_points[..over].iter().rev());
+                    all.take(count + over - 1).skip(1).map(to_sensor_m).collect()
+                }
             },
         }
     }

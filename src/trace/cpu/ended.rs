@@ -8,12 +8,13 @@ use crate::base::frames::{Pose, Sensor, World};
 use crate::base::tasks::Tasks;
 use crate::base::units::wavenumber;
 use crate::geom::Geometry;
+use crate::geom::faces::NOT_CURVED;
 use crate::geom::hash::FastMap;
 use crate::trace::{Echo, MAX_BOUNCES};
 use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 
 /// The echo of one bounce more of the beams that the limit ended, where the radar sees the place of that bounce: right in size, and of
 /// both polarisations alike. Beams that went over the same planes to the same one are one echo, that of the strongest of them.
@@ -89,7 +90,14 @@ fn estimate(
     let x = k * along * (area_m2 / PI).sqrt();
     let lobe = 1.0 / (1.0 + PI / 8.0 * x.powi(3));
     let disc = k * e.solid_angle_sr * out_m / (2.0 * PI * back_m) * lobe.sqrt();
-    let size = e.left * disc;
+    // A curved surface returns the same over the planes backwards, which no beam of its own shows, and where the chain begins with a mirror
+    // of what follows also over that.
+    let ways = match (target.curved == NOT_CURVED, clipped.nodes[e.node as usize].imaged) {
+        (true, _) => 1.0,
+        (false, false) => 2.0,
+        (false, true) => 2.0 * SQRT_2,
+    };
+    let size = ways * e.left * disc;
     if !size.is_finite() || size <= 0.0 || !geometry.sees(e.place, radar) {
         return None;
     }
@@ -127,7 +135,7 @@ fn estimate(
         bounces: (bounces + 1).min(MAX_BOUNCES) as u8,
         between_m: Box::default(),
     };
-    let most = e.left / (out_m + back_m);
+    let most = ways * e.left / (out_m + back_m);
     Some(Estimate {
         amplitude: Complex64::from_polar(size, -k * (out_m + back_m)),
         strongest: size,

@@ -252,23 +252,29 @@ impl<'a> Levels<'a> {
     }
 
     fn goes_on(&self, node: &Node, first_patch: u32) -> bool {
+        let shared = self.views.shared;
         let begins = self.begins(node, first_patch);
-        (node.bounce as usize) < self.views.shared.exact.most(node.endless || begins)
+        !shared.exact.ends_on(&shared.faces.faces[node.face as usize])
+            && (node.bounce as usize) < shared.exact.most(node.endless || begins)
     }
 
     fn added(&self, index: u32, item: &Item) -> Added {
         let (node, shared) = (&item.node, self.views.shared);
         let radar = Port::At(self.views.list[0].frame.origin);
         let patch = shared.faces.faces[node.face as usize].patch;
-        let is_imaged = node.imaged && shared.faces.mirrors(item.first_patch, patch);
-        let ends = self.ends.as_ref().filter(|_| node.bounce as usize >= shared.exact.most(node.endless));
+        let is_end = shared.exact.ends_on(&shared.faces.faces[node.face as usize]);
+        let is_imaged = is_end || node.imaged && shared.faces.mirrors(item.first_patch, patch);
+        let is_cut = !is_end && node.bounce as usize >= shared.exact.most(node.endless);
+        let ends = self.ends.as_ref().filter(|_| is_cut);
         let mut added = Added::default();
         for polygon in item.polygons.iter().flat_map(|p| self.polygons(p)) {
             let radiate = |is_seen: bool, out: &mut Vec<Piece>| {
                 shared.exact.radiate(index, node, &polygon, is_seen, &self.seen, radar, out);
             };
-            radiate(node.bounce == 1, &mut added.every);
-            if is_imaged {
+            if node.bounce == 1 || !is_end {
+                radiate(node.bounce == 1, &mut added.every);
+            }
+            if is_imaged && !(is_end && node.bounce == 1) {
                 radiate(true, &mut added.imaged);
             }
             if let Some(ends) = ends {

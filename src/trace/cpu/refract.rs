@@ -269,7 +269,8 @@ struct Ahead {
 /// Follows plane waves from `transmit` and keeps what radiates to `receive`, both unit vectors towards the
 /// stations.
 pub fn clip(faces: &Faces, media: &Media, transmit: DVec3, receive: DVec3, options: &BeamOptions) -> Clipped {
-    let clipper = Clipper { faces, eps: 1e-12 * faces.radius_m, lies_m: 0.0, options, ends: None };
+    let clipper =
+        Clipper { faces, eps: 1e-12 * faces.radius_m, lies_m: 0.0, options, ends: None, later: false };
     let tracer = Tracer { clipper, faces, media };
     let frame = |towards| Frame::new(Port::Far(towards), faces.centre_m);
     let (lit, mut broken) = tracer.seen_from(frame(transmit));

@@ -132,7 +132,7 @@ impl<'a> Shared<'a> {
             }
         }
         Shared {
-            exact: Clipper { faces, eps: 1e-12, lies_m: LIES_M, options, ends: None },
+            exact: Clipper { faces, eps: 1e-12, lies_m: LIES_M, options, ends: None, later: false },
             corners: faces.corners.iter().map(|c| turn(*c - radar)).collect(),
             normals: faces.faces.iter().map(|f| turn(f.normal)).collect(),
             offsets: faces.faces.iter().map(|f| (f.offset_m - f.normal.dot(radar)) as f32).collect(),
