@@ -254,3 +254,43 @@ fn two_spheres_return_what_rays_between_them_do() {
     assert!((back[0].path_length_m - both[0].path_length_m).abs() < 1e-9);
     assert!((strength(back[0]) / found - 1.0).abs() < 1e-6);
 }
+
+/// While bodies and radar move, the path over two spheres is that which its rate, acceleration and jerk say, to the ends of the frame, and
+/// its first and last specular points move over the spheres as they say.
+#[test]
+fn a_path_over_two_spheres_moves_as_it_says() {
+    let reach_s = 0.01;
+    let mut scene = metal(&[
+        ("left", sphere(0.3, 32), DVec3::new(5.0, 0.7, 0.1)),
+        ("right", sphere(0.2, 32), DVec3::new(5.2, -0.6, 0.0)),
+    ]);
+    scene.objects[0].velocity_mps = DVec3::new(-3.0, 8.0, 0.5);
+    scene.objects[1].velocity_mps = DVec3::new(2.0, -1.0, 0.0);
+    let (start, velocity_mps) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(6.0, 1.0, 0.0));
+    let at = |time_s: f64| {
+        let geometry = Geometry::of_frame(&scene, time_s, F, reach_s).unwrap();
+        let pose: Pose<Sensor, World> = Pose::new(DQuat::IDENTITY, start + velocity_mps * time_s);
+        let options = TraceOptions { bounces: 2, bandwidth_hz: 1e8, ..TraceOptions::default() };
+        let list = echoes::echoes(&geometry, &around(&pose), &pose, velocity_mps, &options).list;
+        let mut both = list.into_iter().filter(|e| e.chain[..2] == [1, 2]);
+        (both.next().unwrap(), both.next().is_none())
+    };
+    let (now, alone) = at(0.0);
+    assert!(alone && now.path_acceleration_and_jerk[0].abs() > 1.0);
+    for time_s in [-reach_s, 0.5 * reach_s, reach_s] {
+        let then = at(time_s).0;
+        let [acceleration, jerk] = now.path_acceleration_and_jerk;
+        let said = now.path_length_m
+            + time_s * (now.path_rate_mps + time_s * (acceleration / 2.0 + time_s * jerk / 6.0));
+        assert!((then.path_length_m - said).abs() < 2e-5, "{time_s}: {} {said}", then.path_length_m);
+        for (place, before, velocity) in [
+            (then.departure * then.first_range_m, now.departure * now.first_range_m, now.first_velocity_mps),
+            (then.arrival * then.last_range_m, now.arrival * now.last_range_m, now.last_velocity_mps),
+        ] {
+            assert!(
+                place.distance(before + velocity * time_s) < 3e-3,
+                "{time_s}: {place} {before} {velocity}"
+            );
+        }
+    }
+}

@@ -153,8 +153,19 @@ fn pairs(faces: &Faces, lit: &Clipped, seen: &Clipped, bounces: usize) -> Vec<Pa
                 continue;
             }
             let nodes = [piece.node, other.node];
+            // As for flat faces, a wave goes on to a plane where its rays do: currents that would radiate there besides are left out.
+            let plane = &seen.nodes[there.parent as usize];
+            let face = &faces.faces[own.face as usize];
+            let corner = faces.corners[face.first as usize];
+            let goes_there = |polygon: &Polygon| {
+                let middle = Moments::of(polygon.corners()).centroid;
+                let place = corner + face.axis[0] * middle.x + face.axis[1] * middle.y;
+                let arrives = own.frame.direction(own.frame.project(place));
+                let leaves = arrives - own.normal * (2.0 * own.normal.dot(arrives));
+                leaves.dot(plane.normal) < 0.0
+            };
             let shared = overlaps(&[piece.polygon], &[other.polygon]);
-            found.extend(shared.into_iter().map(|polygon| Pair { nodes, polygon }));
+            found.extend(shared.into_iter().filter(goes_there).map(|polygon| Pair { nodes, polygon }));
         }
     }
     found

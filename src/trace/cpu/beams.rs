@@ -561,6 +561,8 @@ pub struct Clipped {
     pub imaged: Vec<Piece>,
     /// Beams that the limit of bounces ended; only with [`Ends`].
     pub ended: Vec<Ended>,
+    /// What the radar of a frame looks at.
+    pub windows: Vec<Frame>,
     /// Facets of curved surfaces stand for ray tubes (`BeamOptions::facets_reflect`).
     pub tubes: bool,
     /// Beams towards curved surfaces, until these are looked at.
@@ -665,7 +667,7 @@ pub fn clip_windows(
     let Some(at) = windows.first().map(|w| w.origin) else { return Clipped::default() };
     let clipper = Clipper { faces, eps: 1e-12, lies_m: LIES_M, options, ends, later: false };
     let lit: Vec<VisibleFaces> = windows.iter().map(|w| clipper.seen_from(*w, true)).collect();
-    clipper.follow_all(&lit, None, Port::At(at))
+    Clipped { windows: windows.to_vec(), ..clipper.follow_all(&lit, None, Port::At(at)) }
 }
 
 /// What was found apart, the first nodes of which stand for those that are known by other numbers.

@@ -213,7 +213,7 @@ pub fn from_clipped(
     let mut broken: u64 = lists.iter().map(|l| l.1).sum();
     let mut others = diffuse::echoes(geometry, clipped, pose, velocity_mps, options);
     let rays = others.len() as u64;
-    others.extend(two_curved::echoes(geometry, windows_of(clipped), pose, velocity_mps, &bends, options));
+    others.extend(two_curved::echoes(geometry, &clipped.windows, pose, velocity_mps, &bends, options));
     let is_pointed = !(geometry.points.is_empty() && geometry.tables.is_empty());
     let planes = if images && is_pointed { radar.lit_planes(&direct) } else { Vec::new() };
     others.extend(point_echoes_over(&planes, geometry, pose, velocity_mps, options));
@@ -269,17 +269,6 @@ fn back_over(chain: &[u32], over: bool) -> &[u32] {
 fn enclosed_m2(sides: &[[DVec2; 2]]) -> f64 {
     let Some([origin, _]) = sides.first() else { return 0.0 };
     sides.iter().map(|[a, b]| 0.5 * (*a - *origin).perp_dot(*b - *origin)).sum()
-}
-
-/// The windows in which something was lit.
-fn windows_of(clipped: &Clipped) -> Vec<Frame> {
-    let mut windows: Vec<Frame> = Vec::new();
-    for node in clipped.nodes.iter().filter(|n| n.bounce == 1) {
-        if !windows.contains(&node.frame) {
-            windows.push(node.frame);
-        }
-    }
-    windows
 }
 
 /// Areas of each region of one plane that one chain of planes lights: what its pieces cover, and what its outline

@@ -187,7 +187,8 @@ impl<'a> Levels<'a> {
     }
 
     pub fn finish(self) -> Clipped {
-        self.out
+        let windows = self.views.list[..self.windows].iter().map(|view| view.frame).collect();
+        Clipped { windows, ..self.out }
     }
 
     fn node(

@@ -51,6 +51,7 @@ pub fn clip_shining(
     let lit: Vec<VisibleFaces> = windows.iter().map(|w| clipper.seen_from(*w, true)).collect();
     let mut clipped = clipper.follow_all(&lit, None, Port::At(at));
     clipper.add_shining(&shine, windows, &mut clipped);
+    clipped.windows = windows.to_vec();
     clipped
 }
 

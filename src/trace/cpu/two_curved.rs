@@ -26,6 +26,11 @@ const MARGIN_RAD: f64 = 0.01;
 /// Steps of Newton's method, and the length of the last one as a share of a facet.
 const STEPS: usize = 12;
 const CLOSED: f64 = 1e-9;
+/// Steps from which on a path far off its facets, by the shares of their corners, is given up.
+const SHORT_FROM: usize = 2;
+const FAR_OFF: f64 = -0.5;
+/// The same at the ends of a frame, to which specular points slide.
+const SLID_OFF: f64 = -4.0;
 /// Shares of corners above this count as on the facet.
 const ON_FACET: f64 = -1e-7;
 /// Ends of a way this far from a surface do not count as hidden by it, m: facets are chords.
@@ -93,7 +98,7 @@ struct Seeker<'a> {
     seen: Vec<Option<Seen>>,
     /// By node of the tree.
     cones: Vec<Option<Cone>>,
-    windows: Vec<Frame>,
+    windows: &'a [Frame],
     pose: &'a Pose<Sensor, World>,
     velocity_mps: DVec3,
     bends: &'a Bends,
@@ -103,7 +108,7 @@ struct Seeker<'a> {
 /// Echoes of all paths over two curved surfaces that begin and end in the radar's `windows`.
 pub(super) fn echoes(
     geometry: &Geometry,
-    windows: Vec<Frame>,
+    windows: &[Frame],
     pose: &Pose<Sensor, World>,
     velocity_mps: DVec3,
     bends: &Bends,
@@ -334,13 +339,14 @@ impl Seeker<'_> {
         &self.geometry.bodies[self.faces.faces[f as usize].body as usize]
     }
 
-    /// Closes a path from a radar over two facets that have moved, from coordinates on them.
+    /// Closes a path from a radar over two facets that have moved, from coordinates on them; None where it leaves a facet with a corner's share
+    /// below `far_off`.
     fn close(
         &self,
         facets: &[Curved<'_>; 2],
         radar: DVec3,
         shifts: [&Shift; 2],
-        start: DVec4,
+        (start, far_off): (DVec4, f64),
     ) -> Option<Closed> {
         let sizes = [facets[0].size(), facets[1].size()];
         let at = |i: usize, x: DVec2| {
@@ -377,8 +383,10 @@ impl Seeker<'_> {
                 return None;
             }
             x += change / longest.max(1.0);
-            // What has left its facet by more than the facet's size does not come back.
-            if step > 4 && !(0..2).all(|i| facets[i].least_share(DVec2::new(x[2 * i], x[2 * i + 1])) > -1.0) {
+            // What has left its facet by more than half of it, where steps are short already, does not come back.
+            if step >= SHORT_FROM
+                && (0..2).any(|i| facets[i].least_share(DVec2::new(x[2 * i], x[2 * i + 1])) < far_off)
+            {
                 return None;
             }
             if longest < CLOSED {
@@ -421,7 +429,7 @@ impl Seeker<'_> {
             [self.facet(f, self.seen[f as usize]?.sign)?, self.facet(g, self.seen[g as usize]?.sign)?];
         let middle = [0, 1].map(|i: usize| facets[i].middle());
         let start = DVec4::new(middle[0].x, middle[0].y, middle[1].x, middle[1].y);
-        let closed = self.close(&facets, radar, [&Shift::NONE; 2], start)?;
+        let closed = self.close(&facets, radar, [&Shift::NONE; 2], (start, FAR_OFF))?;
         let [on_first, on_second] = [0, 1].map(|i: usize| DVec2::new(closed.at[2 * i], closed.at[2 * i + 1]));
         if facets[0].least_share(on_first) < ON_FACET || facets[1].least_share(on_second) < ON_FACET {
             return None;
@@ -491,9 +499,17 @@ impl Seeker<'_> {
         let moved = [0, 1].map(|end: usize| {
             let shifts = [&bodies[0].shifts[end], &bodies[1].shifts[end]];
             let radar = self.bends.radar_at_end(end);
-            self.close(facets, radar, shifts, closed.at).map(|c| (c.length_m, c.places.map(|p| p - radar)))
+            let closed = self.close(facets, radar, shifts, (closed.at, SLID_OFF));
+            let places = match closed {
+                Some(closed) => closed.places,
+                // A specular point that has slid off its facets: to first order its length is that over the same places of the bodies.
+                None => [0, 1].map(|i: usize| shifts[i].place([p, q][i])),
+            };
+            let [p, q] = places;
+            (p.distance(radar) + q.distance(p) + q.distance(radar), places.map(|p| p - radar))
         });
-        if let ([Some((before, from)), Some((after, to))], true) = (moved, self.bends.reach_s() > 0.0) {
+        if self.bends.reach_s() > 0.0 {
+            let [(before, from), (after, to)] = moved;
             let t = self.bends.reach_s();
             echo.path_acceleration_and_jerk = [
                 (before + after - 2.0 * closed.length_m) / (t * t),
