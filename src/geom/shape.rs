@@ -50,7 +50,6 @@ mod tests {
                 normals: normals.clone(),
                 triangles: vec![triangle],
                 material: vec![0],
-                ..Mesh::default()
             };
             let s = shape(&mesh, 0).unwrap();
             let form = |d: DVec3| d.dot(s * d);

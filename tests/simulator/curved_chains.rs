@@ -294,3 +294,38 @@ fn a_path_over_two_spheres_moves_as_it_says() {
         }
     }
 }
+
+/// A wall of one wavelength on a floor, flat or bent by next to nothing, returns the same at any elevation: what a curved surface reflects by
+/// way of a plane keeps to the convention that holds for flat ones.
+#[test]
+fn a_wall_that_hardly_bends_is_a_flat_one() {
+    let (width, height, radius) = (0.1, 0.004, 20.0);
+    let wall = |columns: u32, bent: bool| {
+        let mut m = Mesh::default();
+        for i in 0..=columns {
+            let y = width * (f64::from(i) / f64::from(columns) - 0.5);
+            let angle = (y / radius).asin();
+            let x = if bent { radius * (angle.cos() - 1.0) } else { 0.0 };
+            m.positions_m.extend([DVec3::new(x, y, 0.0), DVec3::new(x, y, height)]);
+            m.normals.extend([DVec3::new(angle.cos(), angle.sin(), 0.0); 2]);
+        }
+        for a in (0..columns).map(|i| 2 * i) {
+            m.triangles.extend([[a, a + 2, a + 3], [a, a + 3, a + 1]]);
+        }
+        m.material = vec![0; m.triangles.len()];
+        if !bent {
+            m.normals.clear();
+        }
+        m
+    };
+    let scene = |wall: Mesh| metal(&[("wall", wall, DVec3::ZERO), ("floor", floor(0.05), DVec3::X * 0.05)]);
+    let (flat, bent) = (scene(wall(1, false)), scene(wall(8, true)));
+    for elevation_deg in [5.0, 20.0, 45.0] {
+        let look = BistaticAspect::monostatic(aspect(0.0, elevation_deg));
+        let (a, b) = (s_matrix(&flat, look, 3), s_matrix(&bent, look, 3));
+        for (pol, x, y) in [("VV", a[0][0], b[0][0]), ("HH", a[1][1], b[1][1])] {
+            let off_db = 20.0 * (y.norm() / x.norm()).log10();
+            assert!(off_db.abs() < 0.15, "{pol} at {elevation_deg} deg: {off_db:.3} dB");
+        }
+    }
+}
