@@ -366,7 +366,7 @@ impl Engine {
     /// and each aspect (`[frequency, aspect]`). What beams meet does not depend on frequency and is found once.
     ///
     /// Through sheets and bodies of dielectric waves are followed from plane waves and by the cpu engine alone (CONVENTIONS eq. 70-75). Paths
-    /// of several bounces by way of curved surfaces are followed by the host in f64 on either engine ([`Solver::remarks`] says so).
+    /// of several bounces by way of curved surfaces are followed by the host in f64 on either engine ([`solver::Solver::remarks`] says so).
     ///
     /// # Errors
     /// Returns an error for a material or a scattering table without a value at a frequency, for options that are out
