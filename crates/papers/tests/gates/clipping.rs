@@ -279,7 +279,7 @@ fn what_the_limit_cuts_off_is_said() {
             let brought_w = power_w(radar, &both);
             let [said, brought] = [cut.cut_power_w, brought_w].map(|w| db_from_power(w / more.power_w));
             println!("{name}: bounce {bounces} brings {brought:.1} dB of the power; said {said:.1}");
-            assert!(brought < -40.0 || (-6.0..20.0).contains(&(said - brought)), "{name}: {said} {brought}");
+            assert!(brought < -40.0 || (-7.0..20.0).contains(&(said - brought)), "{name}: {said} {brought}");
             cut = more;
         }
     }
