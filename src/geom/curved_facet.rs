@@ -1,8 +1,9 @@
 //! Facets as the curved surfaces that they stand for, and the creases at which these end (CONVENTIONS eq. 58).
 
+use super::shape::bend;
 use super::smooth::{Facet, Surface, is_curved};
 use crate::scene::Mesh;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Cosine between the tangents of two creases that are one curve.
 const STRAIGHT: f64 = 0.99;
@@ -14,8 +15,8 @@ pub struct CurvedFacet {
     pub normals: [DVec3; 3],
     /// Vector from the middle of each side to the surface, m; the first side goes from corner 0 to corner 1.
     pub rise_m: [DVec3; 3],
-    /// Largest curvature at each corner, 1/m.
-    pub curvature_per_m: [f64; 3],
+    /// At each corner the tensor of the surface's curvatures without their signs, 1/m: the mean of the facets there.
+    pub bends: [DMat3; 3],
     /// Sides beyond which the surface does not go on smoothly.
     pub creases: [Option<Crease>; 3],
 }
@@ -30,9 +31,21 @@ pub struct Crease {
 }
 
 impl CurvedFacet {
+    /// A bound of the curvature in any direction, 1/m.
+    pub fn most_bend(&self) -> f64 {
+        let norm = |m: &DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
+        self.bends.iter().map(norm).fold(0.0, f64::max)
+    }
+
     /// The same with directions turned.
     pub(super) fn turned(&self, turn: impl Fn(DVec3) -> DVec3) -> CurvedFacet {
-        CurvedFacet { normals: self.normals.map(&turn), rise_m: self.rise_m.map(&turn), ..*self }
+        let columns = |m: DMat3| DMat3::from_cols(turn(m.x_axis), turn(m.y_axis), turn(m.z_axis));
+        CurvedFacet {
+            normals: self.normals.map(&turn),
+            rise_m: self.rise_m.map(&turn),
+            bends: self.bends.map(|m| columns(columns(m).transpose())),
+            creases: self.creases,
+        }
     }
 }
 
@@ -52,11 +65,10 @@ pub(super) fn facets(mesh: &Mesh) -> Vec<Option<CurvedFacet>> {
         let normals = f.normals.map(|n| surface.normals.get(n as usize).copied().unwrap_or(front));
         let sign = normals[0].dot(front).signum();
         let normals = normals.map(|n| n * sign);
-        CurvedFacet { normals, rise_m: [DVec3::ZERO; 3], curvature_per_m: [0.0; 3], creases: [None; 3] }
+        CurvedFacet { normals, rise_m: [DVec3::ZERO; 3], bends: [DMat3::ZERO; 3], creases: [None; 3] }
     };
     let mut facets: Vec<Option<CurvedFacet>> =
         surface.facets.iter().map(|f| (!f.is_flat()).then(|| of_facet(f))).collect();
-    let mut curvature = vec![0f64; surface.normals.len()];
     let mut creases = Creases::default();
     for edge in surface.sides().chunk_by(|a, b| a.0 == b.0) {
         let Some((rise, arcs)) = surface.bulge(edge) else {
@@ -67,15 +79,8 @@ pub(super) fn facets(mesh: &Mesh) -> Vec<Option<CurvedFacet>> {
         };
         for &(_, side) in edge {
             let (facet, k) = (side as usize / 3, side as usize % 3);
-            let f = &surface.facets[facet];
-            let Some(curved) = &mut facets[facet] else { continue };
-            curved.rise_m[k] = rise;
-            let (p, q) = (f.corner(k), f.corner((k + 1) % 3));
-            let chord = surface.points[q.0 as usize] - surface.points[p.0 as usize];
-            let turn = surface.normals[q.1 as usize] - surface.normals[p.1 as usize];
-            let along = turn.dot(chord).abs() / chord.length_squared();
-            for n in [p.1, q.1] {
-                curvature[n as usize] = curvature[n as usize].max(along);
+            if let Some(curved) = &mut facets[facet] {
+                curved.rise_m[k] = rise;
             }
         }
         let is_curved = |&(_, side): &(u64, u32)| facets[side as usize / 3].is_some();
@@ -91,12 +96,30 @@ pub(super) fn facets(mesh: &Mesh) -> Vec<Option<CurvedFacet>> {
             }
         }
     }
+    let bends = mean_bends(&surface);
     for (f, facet) in surface.facets.iter().zip(&mut facets) {
         if let Some(facet) = facet {
-            facet.curvature_per_m = f.normals.map(|n| curvature[n as usize]);
+            facet.bends = f.normals.map(|n| bends[n as usize]);
         }
     }
     facets
+}
+
+/// At each normal of a surface the mean of the bends of the curved facets there, by their areas.
+fn mean_bends(surface: &Surface) -> Vec<DMat3> {
+    let mut sums = vec![(DMat3::ZERO, 0.0); surface.normals.len()];
+    for f in surface.facets.iter().filter(|f| !f.is_flat()) {
+        let corners = f.points.map(|p| surface.points[p as usize]);
+        let bend = bend(corners, f.normals.map(|n| surface.normals[n as usize]));
+        let [a, b, c] = corners;
+        let area = (b - a).cross(c - a).length();
+        for n in f.normals {
+            let (sum, areas) = &mut sums[n as usize];
+            *sum += bend * area;
+            *areas += area;
+        }
+    }
+    sums.into_iter().map(|(sum, areas)| if areas > 0.0 { sum * areas.recip() } else { sum }).collect()
 }
 
 /// Whether two flat facets meet in an edge and are one plane.

@@ -4,9 +4,8 @@
 //! So each facet is summed up within a window about the place of mirror reflection, wherever that lies, and beyond it only
 //! creases have waves.
 
-use super::beams::{CAP, Polygon, keep};
+use super::beams::Polygon;
 use super::boundary::{GAUSS, Holds, RUN};
-use crate::em::aperture::{Moments, phase_integral};
 use crate::geom::curved_facet::{Crease, CurvedFacet};
 use glam::{DMat3, DVec2, DVec3};
 use num_complex::Complex64;
@@ -15,19 +14,19 @@ use std::f64::consts::TAU;
 /// Radians from the place of mirror reflection up to which all is summed up, and from which on nothing is. The window is as smooth as
 /// the area under Hann's, so that what it leaves over of a surface that goes on is 0.5 % of its echo.
 const WINDOW: [f64; 2] = [4.0, 24.0];
-/// A cell's weight may be off by so much from one that is linear over it.
-const LINEAR: f64 = 0.05;
-/// Quadratic phase that a cell of a curved facet may have, as a share of that of a flat face: the window ends amid
-/// cells, where no neighbour makes up for what one leaves out.
-const FINER: f64 = 0.25;
+/// Change of the path's phase, rad, along a side of a triangle that Radon's rule sums up, at the usual accuracy, and of the phase that
+/// the window goes by.
+const SPAN: [f64; 2] = [3.0, 7.5];
+/// Quadratic phase of the usual accuracy, rad, by which the spans are scaled. The rule's error goes with their sixth power.
+const USUAL: f64 = 0.25;
 /// Weights below this are none.
 const LEAST: f64 = 1e-4;
-/// Times a facet or a side may be halved.
-const DEPTH: u32 = 16;
+/// Times a lit part or a side may be halved.
+const DEPTH: u32 = 24;
 /// How far beyond its values at three places the slope along a crease may go, as a share of their span.
 const EDGE_WIDER: f64 = 0.25;
-/// Shares of a crease this near to its ends are its ends.
-const AT_END: f64 = 1e-6;
+/// A side of a lit polygon that lies this near to a crease is on it, as a phase, rad; so is its end, to the crease's.
+const ON_CREASE: f64 = 5e-2;
 
 /// A facet of a curved surface between a source and a receiver, or their images.
 pub(super) struct Curved<'a> {
@@ -50,29 +49,33 @@ pub(super) struct Curved<'a> {
 /// The surface over a place of the facet.
 #[derive(Clone, Copy)]
 pub(super) struct Spot {
+    /// Place on the face along its axes, m.
+    on_face: DVec2,
     /// Place in the world, m.
     pub(super) place: DVec3,
     /// Unit normal on the lit side.
     pub(super) normal: DVec3,
     /// Length of the path by way of the spot, m.
     pub(super) length: f64,
-    /// Its derivatives along the face's axes.
+    /// Its derivatives along the face's axes, from the normals, and how fast these change at most: xx, yy and xy, 1/m.
     slope: DVec2,
-    bend: [f64; 3],
+    turn: [f64; 3],
+    /// Way along the axes from where the path would stand still if the slope turned everywhere as it does here, m, and its change over
+    /// that way, twice, m.
+    from_mirror: DVec2,
+    twice: f64,
     /// Area of the surface over that of the facet.
     stretch: f64,
-    glance: Glance,
     /// Sum of one over the distances from the stations, 1/m, and length of the sum of the unit vectors from them.
     spherical: f64,
     sum: f64,
 }
 
-impl Spot {
-    /// Derivative of the slope along a direction.
-    fn bent(&self, d: DVec2) -> DVec2 {
-        let [xx, yy, xy] = self.bend;
-        DVec2::new(xx * d.x + xy * d.y, xy * d.x + yy * d.y)
-    }
+/// The way from where a path with these second derivatives stands still to where it has this slope, m, and its change over it, twice, m.
+#[inline]
+fn from_mirror(slope: DVec2, [xx, yy, xy]: [f64; 3]) -> (DVec2, f64) {
+    let way = DVec2::new(yy * slope.x - xy * slope.y, xx * slope.y - xy * slope.x) / (xx * yy - xy * xy);
+    (way, slope.dot(way))
 }
 
 /// Share of a place that many radians from the place of mirror reflection.
@@ -95,21 +98,14 @@ pub(super) struct Inner {
     pub(super) holds: Holds,
 }
 
-/// What a polygon is to the window.
-enum Cell {
-    /// Nothing of it is seen.
-    Shut,
-    /// It is to be split across this direction: the phase is not quadratic over it, or the weight not linear.
-    Split(DVec2),
-    /// The weight in its middle, and its change.
-    Seen(f64, DVec2),
-}
-
-/// What decides over the window: change of the path along the surface, and how fast that changes at most, 1/m.
-#[derive(Clone, Copy, Default)]
-struct Glance {
-    across: DVec3,
-    turn: f64,
+/// What triangles radiate.
+struct Sum {
+    /// In m², with phases referred to a path of the length `from`.
+    value: Complex64,
+    from: Option<f64>,
+    /// Weighted area, m², and its first moment.
+    area: f64,
+    first: DVec2,
 }
 
 impl<'a> Curved<'a> {
@@ -142,8 +138,7 @@ impl<'a> Curved<'a> {
 
     /// Whether any of the facet, or with `edges` of its creases, may lie within the window.
     pub(super) fn may_shine(&self, edges: bool) -> bool {
-        let middle = self.middle();
-        if !self.is_shut(&self.glances(&self.corners)[..3], &self.glance(middle)) {
+        if !self.is_shut(&self.corners.map(|p| self.at(p)), &self.at(self.middle())) {
             return true;
         }
         edges && (0..3).any(|s| self.facet.creases[s].as_ref().is_some_and(|c| self.edge_may_shine(s, c)))
@@ -188,27 +183,11 @@ impl<'a> Curved<'a> {
         (place, (n[0] * a + n[1] * b + n[2] * c) * self.sign)
     }
 
+    /// Tensor of the curvatures without their signs.
     #[inline]
-    fn curvature(&self, share: &[f64; 3]) -> f64 {
-        let [p, q, r] = self.facet.curvature_per_m;
-        p * share[0] + q * share[1] + r * share[2]
-    }
-
-    #[inline]
-    fn glance(&self, p: DVec2) -> Glance {
-        let share = self.shares(p);
-        let (place, normal) = self.surface(p, &share);
-        let (mut sum, mut spherical) = (DVec3::ZERO, 0.0);
-        for station in self.stations {
-            let d = place - station;
-            let over = 1.0 / d.length();
-            sum += d * over;
-            spherical += over;
-        }
-        let normal = normal.normalize_or_zero();
-        let depth = normal.dot(sum);
-        let turn = self.curvature(&share) * depth.abs() + spherical;
-        Glance { across: sum - normal * depth, turn }
+    fn bend(&self, share: &[f64; 3]) -> DMat3 {
+        let [p, q, r] = &self.facet.bends;
+        *p * share[0] + *q * share[1] + *r * share[2]
     }
 
     /// Middle of the facet.
@@ -251,160 +230,163 @@ impl<'a> Curved<'a> {
         (form + form.transpose()) * 0.5
     }
 
+    #[inline]
     pub(super) fn at(&self, p: DVec2) -> Spot {
         let share = self.shares(p);
         let (place, normal) = self.surface(p, &share);
         let [mut x, mut y] = self.axis;
-        let mut second = [DVec3::ZERO; 3];
         for (s, rise) in self.facet.rise_m.iter().enumerate() {
             let (a, b) = (s, (s + 1) % 3);
             let (da, db) = (self.shares[a].1, self.shares[b].1);
             let rise = *rise * 4.0;
             x += rise * (da.x * share[b] + db.x * share[a]);
             y += rise * (da.y * share[b] + db.y * share[a]);
-            second[0] += rise * (2.0 * da.x * db.x);
-            second[1] += rise * (2.0 * da.y * db.y);
-            second[2] += rise * (da.x * db.y + da.y * db.x);
         }
-        let (mut length, mut slope, mut bend) = (0.0, DVec2::ZERO, [0.0; 3]);
-        let (mut sum, mut spherical) = (DVec3::ZERO, 0.0);
+        let (mut length, mut sum, mut spherical) = (0.0, DVec3::ZERO, 0.0);
         for station in self.stations {
             let d = place - station;
             let r = d.length();
-            let e = d / r;
-            let along = DVec2::new(e.dot(x), e.dot(y));
             length += r;
-            slope += along;
-            bend[0] += (x.length_squared() - along.x * along.x) / r + e.dot(second[0]);
-            bend[1] += (y.length_squared() - along.y * along.y) / r + e.dot(second[1]);
-            bend[2] += (x.dot(y) - along.x * along.y) / r + e.dot(second[2]);
-            sum += e;
+            sum += d / r;
             spherical += 1.0 / r;
         }
         let normal = normal.normalize_or_zero();
         let depth = normal.dot(sum);
-        let turn = self.curvature(&share) * depth.abs() + spherical;
-        let glance = Glance { across: sum - normal * depth, turn };
+        let along = sum - normal * depth;
+        let slope = DVec2::new(along.dot(x), along.dot(y));
+        let bend = self.bend(&share) * depth.abs();
+        let (bent_x, bent_y) = (bend * x + x * spherical, bend * y + y * spherical);
+        let turn = [x.dot(bent_x), y.dot(bent_y), x.dot(bent_y)];
+        let (from_mirror, twice) = from_mirror(slope, turn);
         Spot {
+            on_face: p,
             place,
             normal,
             length,
             slope,
-            bend,
+            turn,
+            from_mirror,
+            twice,
             stretch: x.cross(y).length(),
-            glance,
             spherical,
             sum: sum.length(),
         }
     }
 
-    /// Radians from the place of mirror reflection, if the surface went on as it is curved most.
+    /// Radians from the place of mirror reflection, if the surface went on as it is curved here.
     #[inline]
-    fn phase(&self, at: &Glance) -> f64 {
-        self.k * at.across.length_squared() / (2.0 * at.turn)
+    fn phase(&self, at: &Spot) -> f64 {
+        0.5 * self.k * at.twice
     }
 
     /// Weight of a place.
     #[inline]
-    fn weight(&self, at: &Glance) -> f64 {
+    fn weight(&self, at: &Spot) -> f64 {
         window(self.phase(at))
     }
 
-    /// Whether the window is shut all over a polygon of which these are the corners.
-    fn is_shut(&self, corners: &[Glance], middle: &Glance) -> bool {
-        let (mut reach, mut turn) = (0f64, middle.turn);
-        for there in corners {
-            reach = reach.max(there.across.distance_squared(middle.across));
-            turn = turn.max(there.turn);
-        }
-        let nearest = (middle.across.length() - 1.2 * reach.sqrt()).max(0.0);
-        self.k * nearest * nearest >= 2.0 * turn * WINDOW[1]
+    /// Whether the window is shut all over a triangle: in the measure of the widest window at its corners no place of it comes near.
+    fn is_shut(&self, corners: &[Spot; 3], middle: &Spot) -> bool {
+        let differs = |there: &Spot| {
+            let [xx, yy, xy] = [0, 1, 2].map(|i| there.turn[i] - middle.turn[i]);
+            (xx * xx + yy * yy + 2.0 * xy * xy).sqrt()
+        };
+        let wider = corners.iter().map(differs).fold(0.0, f64::max);
+        let [xx, yy, xy] = middle.turn;
+        let turn = [xx + wider, yy + wider, xy];
+        let length = |slope: DVec2| from_mirror(slope, turn).1.max(0.0);
+        let reach = corners.iter().map(|there| length(there.slope - middle.slope)).fold(0.0, f64::max);
+        let nearest = (length(middle.slope).sqrt() - 1.2 * reach.sqrt()).max(0.0);
+        self.k * nearest * nearest >= 2.0 * WINDOW[1]
     }
 
-    fn glances(&self, corners: &[DVec2]) -> [Glance; CAP] {
-        let mut glances = [Glance::default(); CAP];
-        for (glance, p) in glances.iter_mut().zip(corners) {
-            *glance = self.glance(*p);
-        }
-        glances
-    }
-
-    /// What lies about the place of mirror reflection; None when the window leaves nothing of the polygons. The facet is split into
-    /// cells whatever is lit of it, and the lit polygons with them, so that what they radiate does not hang on how they were cut.
-    pub(super) fn inner(&self, pieces: &[Polygon]) -> Option<Inner> {
-        let (mut value, mut area, mut first) = (Complex64::ZERO, 0.0, DVec2::ZERO);
-        let mut from = None;
-        // The lit polygons of the cells that are left stand one behind the other, those of the last cell last.
-        let mut lit: Vec<Polygon> = Vec::with_capacity(2 * pieces.len());
-        for piece in pieces {
-            let corners = piece.corners();
-            let middle = corners.iter().sum::<DVec2>() / corners.len() as f64;
-            if !self.is_shut(&self.glances(corners)[..corners.len()], &self.glance(middle)) {
-                keep(piece, 0.0, &mut lit);
+    /// What lies about the place of mirror reflection; None when the window leaves nothing of the polygons. They are halved until the
+    /// phase changes little along the sides of their triangles, and summed up by Radon's rule of seven places and fifth degree.
+    pub(super) fn inner(&self, lit: &[Polygon]) -> Option<Inner> {
+        let scale = (self.tau / USUAL).powf(1.0 / 6.0);
+        let mut sum = Sum { value: Complex64::ZERO, area: 0.0, first: DVec2::ZERO, from: None };
+        let mut stack: Vec<([Spot; 3], u32)> = Vec::with_capacity(32);
+        for polygon in lit {
+            let corners = polygon.corners();
+            if corners.len() < 3 {
+                continue;
             }
-        }
-        let mut cells: Vec<(Polygon, usize, u32)> =
-            Polygon::of(&self.corners).into_iter().map(|facet| (facet, lit.len(), 0)).collect();
-        let (mut own, mut moments, mut sides) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()]);
-        while let Some((cell, count, depth)) = cells.pop() {
-            own.clear();
-            own.extend(lit.drain(lit.len() - count..));
-            moments.clear();
-            moments.extend(own.iter().map(|p: &Polygon| Moments::of(p.corners())));
-            let Some(m) = Moments::of_all(&moments) else { continue };
-            let corners = cell.corners();
-            let whole = Moments::of(corners);
-            let middle = self.at(whole.centroid);
-            let at = if m.area == whole.area { middle } else { self.at(m.centroid) };
-            let (weight, change) = match self.cell(corners, whole.centroid, &middle) {
-                Cell::Shut => continue,
-                Cell::Split(across) if depth < DEPTH => {
-                    for p in &own {
-                        // A sliver as narrow as rounding has nothing on one of the two sides.
-                        p.split(whole.centroid, across)
-                            .iter()
-                            .zip(&mut sides)
-                            .for_each(|(p, to)| keep(p, 0.0, to));
-                    }
-                    for (half, of) in cell.split(whole.centroid, across).into_iter().zip(&mut sides) {
-                        cells.push((half, of.len(), depth + 1));
-                        lit.append(of);
-                    }
+            let first = self.at(corners[0]);
+            let mut before = self.at(corners[1]);
+            for corner in &corners[2..] {
+                let next = self.at(*corner);
+                stack.push(([first, before, next], 0));
+                before = next;
+            }
+            while let Some((triangle, depth)) = stack.pop() {
+                let [a, b, c] = triangle.map(|s| s.on_face);
+                let area = 0.5 * (b - a).perp_dot(c - a).abs();
+                if area == 0.0 {
                     continue;
                 }
-                Cell::Split(_) => (self.weight(&at.glance), DVec2::ZERO),
-                Cell::Seen(weight, change) => (weight + change.dot(m.centroid - whole.centroid), change),
-            };
-            let from = *from.get_or_insert(at.length);
-            let g = at.slope * -self.k;
-            let integral = |g: DVec2| -> Complex64 {
-                let of = |p: &Polygon| phase_integral(p.mapped(|p| p - m.centroid).corners(), g);
-                own.iter().map(of).sum()
-            };
-            let mut sum = integral(g) * weight;
-            if change != DVec2::ZERO {
-                // The first moments of the phase are its derivatives by the gradient.
-                let step = 1e-3 / m.area.sqrt();
-                for (axis, change) in [(DVec2::X, change.x), (DVec2::Y, change.y)] {
-                    let [more, less] = [step, -step].map(|s| integral(g + axis * s));
-                    sum += Complex64::new(0.0, -change / (2.0 * step)) * (more - less);
+                let middle = self.at((a + b + c) / 3.0);
+                if self.is_shut(&triangle, &middle) {
+                    continue;
                 }
+                let (mut widest, mut span) = (0, 0.0);
+                for i in 0..3 {
+                    let at = self.span(&triangle[i], &triangle[(i + 1) % 3]);
+                    if at > span {
+                        (widest, span) = (i, at);
+                    }
+                }
+                if span <= scale || depth == DEPTH {
+                    self.add_radon([a, b, c], area, &middle, &mut sum);
+                    continue;
+                }
+                let [p, q, r] = [0, 1, 2].map(|i| triangle[(widest + i) % 3]);
+                let half = self.at(0.5 * (p.on_face + q.on_face));
+                stack.push(([p, half, r], depth + 1));
+                stack.push(([half, q, r], depth + 1));
             }
-            let [xx, yy, xy] = at.bend;
-            let length = at.length - from + 0.5 * m.quadratic(DVec2::new(xx, yy), xy);
-            value += sum * Complex64::cis(-self.k * length) * at.stretch;
-            let weight = weight.max(LEAST) * m.area;
-            area += weight;
-            first += m.centroid * weight;
         }
-        let from = from?;
-        let place = first / area;
+        let from = sum.from.filter(|_| sum.area > 0.0)?;
+        let place = sum.first / sum.area;
         let spot = self.at(place);
-        let value = value * Complex64::cis(self.k * (spot.length - from));
+        let value = sum.value * Complex64::cis(self.k * (spot.length - from));
         let [out, back] = self.ranges(&spot);
         let waves = 1.0 / out + 1.0 / back;
-        let holds = if spot.glance.turn < 2.0 * waves { Holds::Mirror } else { Holds::Corner };
+        let [xx, yy, _] = spot.turn;
+        let holds = if xx + yy < 3.0 * waves { Holds::Mirror } else { Holds::Corner };
         Some(Inner { place, value, holds })
+    }
+
+    /// How far the phase and the window's change along the side between two places, of what Radon's rule bears at the usual accuracy.
+    #[inline]
+    fn span(&self, a: &Spot, b: &Spot) -> f64 {
+        let way = b.on_face - a.on_face;
+        let path = self.k * a.slope.dot(way).abs().max(b.slope.dot(way).abs());
+        // Where the window is open all along the side it changes nothing.
+        let [p, q] = [a, b].map(|s| self.phase(s).clamp(WINDOW[0], WINDOW[1]));
+        (path / SPAN[0]).max((p - q).abs() / SPAN[1])
+    }
+
+    /// Adds a triangle of this area by Radon's rule (Abramowitz and Stegun, section 25.4.63).
+    #[inline]
+    fn add_radon(&self, corners: [DVec2; 3], area: f64, middle: &Spot, sum: &mut Sum) {
+        let from = *sum.from.get_or_insert(middle.length);
+        let mut add = |spot: &Spot, share: f64| {
+            let weight = self.weight(spot) * share * area;
+            if weight > 0.0 {
+                sum.value += Complex64::cis(-self.k * (spot.length - from)) * (weight * spot.stretch);
+            }
+            let weight = weight.max(LEAST * share * area);
+            sum.area += weight;
+            sum.first += spot.on_face * weight;
+        };
+        add(middle, 0.225);
+        let root = 15f64.sqrt();
+        for (near, share) in [((6.0 - root) / 21.0, 155.0 - root), ((6.0 + root) / 21.0, 155.0 + root)] {
+            for i in 0..3 {
+                let [a, b, c] = [0, 1, 2].map(|j| corners[(i + j) % 3]);
+                add(&self.at(a + (b - a) * near + (c - a) * near), share / 1200.0);
+            }
+        }
     }
 
     /// Normal of the surface where both stations are before it; beyond its horizon there is none of use.
@@ -417,73 +399,10 @@ impl<'a> Curved<'a> {
         self.stations.map(|s| s.distance(spot.place))
     }
 
-    /// What a polygon around `middle` is to the window.
-    fn cell(&self, corners: &[DVec2], middle: DVec2, at: &Spot) -> Cell {
-        let glances = self.glances(corners);
-        let glances = &glances[..corners.len()];
-        if self.is_shut(glances, &at.glance) {
-            return Cell::Shut;
-        }
-        let (mut worst, mut across) = (FINER * self.tau, None);
-        for p in corners {
-            let d = *p - middle;
-            let bent = at.bent(d);
-            let phase = 0.5 * self.k * bent.dot(d).abs();
-            if phase > worst {
-                (worst, across) = (phase, Some(bent));
-            }
-        }
-        if let Some(across) = across {
-            return Cell::Split(across);
-        }
-        let weight = self.weight(&at.glance);
-        let (mut least, mut most) = (weight, weight);
-        let mut weights = [0.0; CAP];
-        for (w, glance) in weights.iter_mut().zip(glances) {
-            *w = self.weight(glance);
-            (least, most) = (least.min(*w), most.max(*w));
-        }
-        if least >= 1.0 - LEAST {
-            return Cell::Seen(1.0, DVec2::ZERO);
-        }
-        // Steps as the cell is shaped, so that they stay within it: a piece of a spoke is a thousand times as long as it is wide.
-        let farthest = |off: &dyn Fn(DVec2) -> f64| {
-            let ways = corners.iter().map(|p| *p - middle);
-            ways.fold(DVec2::ZERO, |best, d| if off(d) > off(best) { d } else { best }) * 0.05
-        };
-        let long = farthest(&DVec2::length_squared);
-        let wide = farthest(&|d| long.perp_dot(d).abs());
-        let area = long.perp_dot(wide);
-        if area == 0.0 {
-            return Cell::Seen(weight, DVec2::ZERO);
-        }
-        // The vector whose products with the two steps are these.
-        let solved = |along: f64, across: f64| (wide.perp() * -along + long.perp() * across) / area;
-        let [(by_long, turn_long), (by_wide, turn_wide)] = [long, wide].map(|way| {
-            let [a, b] = [way, -way].map(|w| self.glance(middle + w));
-            (0.5 * (self.weight(&a) - self.weight(&b)), 0.5 * (a.across - b.across))
-        });
-        let change = solved(by_long, by_wide);
-        let (mut farthest, mut across) = (LINEAR, None);
-        for (p, w) in corners.iter().zip(weights) {
-            let d = *p - middle;
-            let off = (w - weight - change.dot(d)).abs();
-            if off > farthest {
-                // Along what the weight goes by, which is how the path changes along the surface.
-                let turned = turn_long * (d.perp_dot(wide) / area) + turn_wide * (long.perp_dot(d) / area);
-                let way = solved(turn_long.dot(turned), turn_wide.dot(turned));
-                (farthest, across) = (off, Some(if way == DVec2::ZERO { d } else { way }));
-            }
-        }
-        match across {
-            Some(across) => Cell::Split(across),
-            None if most <= LEAST => Cell::Shut,
-            None => Cell::Seen(weight, change),
-        }
-    }
-
     /// The crease on which a side of a lit polygon lies, and the shares of its way along it where the side begins and ends.
     pub(super) fn crease(&self, [a, b]: [DVec2; 2], near_m: f64) -> Option<(&Crease, [f64; 2])> {
+        // Shaders leave out strips as narrow as their rounding where a plane meets a facet.
+        let near_m = near_m.max(ON_CREASE / self.k);
         let off = |corner: usize, p: DVec2| {
             let (first, grow) = self.shares[corner];
             (first + grow.dot(p)).abs() / grow.length()
@@ -493,7 +412,13 @@ impl<'a> Curved<'a> {
         sides.find_map(|(s, crease)| {
             let (crease, across) = (crease.as_ref()?, (s + 2) % 3);
             let is_on = off(across, a) <= near_m && off(across, b) <= near_m;
-            is_on.then(|| (crease, [a, b].map(|p| self.shares(p)[(s + 1) % 3])))
+            let end = near_m / self.corners[s].distance(self.corners[(s + 1) % 3]);
+            let share = |p| match self.shares(p)[(s + 1) % 3] {
+                share if share < end => 0.0,
+                share if share > 1.0 - end => 1.0,
+                share => share,
+            };
+            is_on.then(|| (crease, [a, b].map(share)))
         })
     }
 
@@ -503,12 +428,15 @@ impl<'a> Curved<'a> {
     }
 
     /// The waves of a side along a crease (inside on the left) which runs `along` it: those about the place where the crease's own
-    /// path stands still, and those of its corners; of both what the window about the place of mirror reflection does not hold.
+    /// path stands still, and those of its corners; of both what the window about the place of mirror reflection does not hold. Near
+    /// that place they are exact for a path that is quadratic all over the surface (CONVENTIONS eq. 58). Where no more than a strip of
+    /// the facet is lit, the waves of its two long sides cancel, and those of the shadow's border are in no list: what is left of the
+    /// crease's goes with the strip's width in radians.
     pub(super) fn edge(
         &self,
         [a, b]: [DVec2; 2],
-        crease: &Crease,
-        along: [f64; 2],
+        (crease, along): (&Crease, [f64; 2]),
+        lit: &[Polygon],
         mut emit: impl FnMut(Inner),
     ) {
         let length = a.distance(b);
@@ -517,22 +445,32 @@ impl<'a> Curved<'a> {
         }
         let way = (b - a) / length;
         let outward = -way.perp();
+        let deepest =
+            |places: &[DVec2]| places.iter().map(|p| (*p - a).dot(outward).abs()).fold(0.0, f64::max);
+        let width = lit.iter().map(|p| deepest(p.corners())).fold(0.0, f64::max);
+        let share_lit = width / deepest(&self.corners);
         let edge = |t: f64| {
             let spot = self.at(a + way * (t * length));
             let share = along[0] + (along[1] - along[0]) * t;
             let [p, q] = crease.curvature_per_m;
             let turn = (p + (q - p) * share).max(0.0) * spot.sum + spot.spherical;
-            let slope = way.dot(spot.slope);
-            let kernel = (1.0 - self.weight(&spot.glance)) * spot.stretch * outward.dot(spot.slope)
-                / spot.slope.length_squared();
-            EdgeSpot { t, slope, turn, kernel, length: spot.length }
+            let weight = 1.0 - self.weight(&spot);
+            // Within the window the slope may be nothing.
+            let flux = || {
+                let near = window(0.5 * self.k * spot.slope.length_squared() / (spot.turn[0] + spot.turn[1]));
+                near * outward.dot(spot.from_mirror) / spot.twice
+                    + (1.0 - near) * outward.dot(spot.slope) / spot.slope.length_squared()
+            };
+            let strip = (self.k * outward.dot(spot.slope).abs() * width).max(share_lit).min(1.0);
+            let kernel = if weight > 0.0 { weight * strip * spot.stretch * flux() } else { 0.0 };
+            EdgeSpot { t, slope: way.dot(spot.slope), turn, kernel, length: spot.length }
         };
         let weight = |at: &EdgeSpot| window(self.k * at.slope * at.slope / (2.0 * at.turn));
         let flux = Complex64::new(0.0, 1.0 / self.k);
         let ends = [edge(0.0), edge(1.0)];
         for (end, (place, sign)) in ends.iter().zip([(a, -1.0), (b, 1.0)]) {
             let share = if sign < 0.0 { along[0] } else { along[1] };
-            let corner = (share < AT_END && crease.corners[0]) || (share > 1.0 - AT_END && crease.corners[1]);
+            let corner = (share == 0.0 && crease.corners[0]) || (share == 1.0 && crease.corners[1]);
             let outer = 1.0 - weight(end);
             if corner && outer * end.kernel.abs() > 0.0 {
                 let value = Complex64::new(0.0, sign * outer * end.kernel / (self.k * end.slope)) * flux;
@@ -566,6 +504,7 @@ impl<'a> Curved<'a> {
                     let spot = edge(m.t + half * x);
                     let part = weight(&spot) * share * half * length;
                     value += Complex64::cis(-self.k * (spot.length - from)) * (part * spot.kernel);
+                    let part = part * spot.kernel.abs();
                     all += part;
                     first += part * spot.t;
                 }
@@ -607,7 +546,8 @@ mod tests {
             let flat = 0.5 * (corners[i] + corners[(i + 1) % 3]);
             flat.normalize() * radius - flat
         });
-        let facet = CurvedFacet { normals, rise_m, curvature_per_m: [1.0 / radius; 3], creases: [None; 3] };
+        let facet =
+            CurvedFacet { normals, rise_m, bends: [DMat3::IDENTITY * radius.recip(); 3], creases: [None; 3] };
         let x = (corners[1] - corners[0]).normalize();
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
         let axis = [x, normal.cross(x)];
@@ -618,7 +558,7 @@ mod tests {
         work(&curved, whole)
     }
 
-    /// What a lit part radiates does not hang on how it was cut.
+    /// What a lit part radiates does not hang on how it was cut, but for the rule's error.
     #[test]
     fn cuts_change_nothing() {
         on_facet(|curved, whole| {
@@ -645,7 +585,8 @@ mod tests {
                 let turned = b.value
                     * Complex64::cis(curved.k * (curved.at(a.place).length - curved.at(b.place).length));
                 let off = (turned - a.value).norm() / a.value.norm();
-                assert!(off < 1e-7 && a.place.distance(b.place) < 1e-9, "{} pieces: {off:e}", pieces.len());
+                let moved = a.place.distance(b.place) / size;
+                assert!(off < 1e-3 && moved < 1e-3, "{} pieces: {off:e}, {moved:e}", pieces.len());
             }
         });
     }

@@ -650,8 +650,8 @@ impl Station<'_> {
         if edges && facet.has_crease() {
             let near_m = SAME * faces.radius_m;
             let mut radiate_from = |side| {
-                if let Some((crease, along)) = facet.crease(side, near_m) {
-                    facet.edge(side, crease, along, |w| radiate(w.place, w.value, w.holds));
+                if let Some(crease) = facet.crease(side, near_m) {
+                    facet.edge(side, crease, pieces, |w| radiate(w.place, w.value, w.holds));
                 }
             };
             outline_of(pieces, near_m).into_iter().for_each(&mut radiate_from);

@@ -183,7 +183,7 @@ impl Clipper<'_> {
         let reach = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         let normal = (facet.normals[0] + facet.normals[1] + facet.normals[2]).normalize_or_zero();
         let turns = facet.normals.iter().map(|n| n.distance(normal)).fold(0.0, f64::max);
-        let curvature = facet.curvature_per_m.iter().copied().fold(0.0, f64::max);
+        let curvature = facet.most_bend();
         let has_crease = facet.creases.iter().any(Option::is_some);
         // The part of the unit vector from each place that lies in the facet, how far it may move over the facet, and whether the front
         // of the facet is lit.
