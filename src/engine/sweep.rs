@@ -30,7 +30,7 @@ pub enum Accuracy {
     Exact,
     /// The series of a sphere.
     Series,
-    /// Change against a run with a quarter of the phase across cells and curved facets, dB.
+    /// Change against a run with a quarter of the phase across cells and a quarter of the sagitta of curved facets, dB.
     Measured(f64),
     /// No echo to compare.
     NoEcho,

@@ -62,12 +62,15 @@ impl Fans {
             let Some(crease) = self.crease(p, &ring) else { continue };
             let crease = (!crease.is_empty()).then_some(&crease[..]);
             let ends = crease.unwrap_or(&ring);
-            let step = ends.iter().filter_map(|q| self.drawn(p, *q, crease, &ring).map(|f| (*q, f)));
-            // The stoutest of what can be.
+            let steps = ends.iter().filter_map(|q| self.drawn(p, *q, &ring).map(|f| (*q, f)));
+            // The stoutest of what can be; whether a step can be taken costs more than all else.
             let worth = |new: &[(u32, Facet)]| {
                 new.iter().map(|(_, f)| self.stoutness(f)).fold(f64::INFINITY, f64::min)
             };
-            let Some((q, new)) = step.max_by(|a, b| worth(&a.1).total_cmp(&worth(&b.1))) else { continue };
+            let mut steps: Vec<_> = steps.map(|(q, new)| (worth(&new), q, new)).collect();
+            steps.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let can_be = |(_, q, new): &(f64, u32, Vec<(u32, Facet)>)| self.runs_through(p, *q, crease, new);
+            let Some((_, q, new)) = steps.into_iter().rev().find(can_be) else { continue };
             for f in std::mem::take(&mut self.around[p as usize]) {
                 match new.iter().find(|(i, _)| *i == f) {
                     Some((_, facet)) => {
@@ -143,8 +146,8 @@ impl Fans {
         matches!(creases.len(), 0 | 2).then_some(creases)
     }
 
-    /// The facets around `p` that stay, with `q` in its place; None where the step is not to be taken.
-    fn drawn(&self, p: u32, q: u32, crease: Option<&[u32]>, ring: &[u32]) -> Option<Vec<(u32, Facet)>> {
+    /// The facets around `p` that stay, with `q` in its place; None where one of them would be turned, bent or thin.
+    fn drawn(&self, p: u32, q: u32, ring: &[u32]) -> Option<Vec<(u32, Facet)>> {
         let gone = self.pair(p, q)?;
         let shared = self.ring(q).into_iter().filter(|c| ring.contains(c)).count();
         if shared != 2 {
@@ -183,7 +186,7 @@ impl Fans {
             }
             new.push((i, f));
         }
-        self.runs_through(p, q, crease, &new).then_some(new)
+        Some(new)
     }
 
     fn bends_little(&self, p: Vertex, q: Vertex) -> bool {

@@ -7,8 +7,8 @@
 //! surfaces. Facets that are flat and touch a curved one are cut in their plane.
 
 use super::coarser::coarser;
+use super::smooth::{Arc, Surface, is_curved};
 pub use super::smooth::{Limit, MOST_FACETS};
-use super::smooth::{Surface, is_curved};
 use crate::base::error::{BadInput, Error, Result};
 use crate::base::tasks::Tasks;
 use crate::scene::{Mesh, Scene, Shape};
@@ -54,6 +54,19 @@ const COARSER: i32 = 3;
 /// Returns the errors of [`refined`].
 pub fn refined_scene(scene: &Scene, sagitta_m: f64) -> Result<Cow<'_, Scene>> {
     scene_of(scene, |mesh| refined(mesh, sagitta_m))
+}
+
+/// Largest sagitta of an edge of a curved facet, m; 0 without one.
+pub fn largest_sagitta_m(scene: &Scene) -> f64 {
+    let of_facet = |mesh: &Mesh, t: usize| {
+        let normals = mesh.corner_normals(t).filter(|_| is_curved(mesh, t))?;
+        let corners = mesh.triangles[t].map(|i| mesh.positions_m[i as usize]);
+        let arc = |k: usize| Arc::new(corners[(k + 1) % 3] - corners[k], [normals[k], normals[(k + 1) % 3]]);
+        Some((0..3).map(|k| arc(k).sagitta).fold(0.0, f64::max))
+    };
+    let of_mesh =
+        |mesh: &Mesh| (0..mesh.triangles.len()).filter_map(|t| of_facet(mesh, t)).fold(0.0, f64::max);
+    scene.meshes.iter().map(of_mesh).fold(0.0, f64::max)
 }
 
 /// The scene with those of its meshes made anew for which `made` gives another one.

@@ -136,7 +136,7 @@ pub(super) struct Arc {
 impl Arc {
     /// The cubic through both ends at right angles to their normals (CONVENTIONS eq. 55). Its middle is
     /// exact on spheres and circular cylinders.
-    fn new(chord: DVec3, n: [DVec3; 2]) -> Arc {
+    pub(super) fn new(chord: DVec3, n: [DVec3; 2]) -> Arc {
         let sum = n[0] + n[1];
         let [a, b] = n.map(|n| chord.dot(n));
         let along = chord + 0.25 * (a * n[0] + b * n[1]);

@@ -488,6 +488,32 @@ fn convergence_covers_curvature() {
     assert!(coarse > 0.1 && usual < 0.15 && usual < 0.5 * coarse && plain == 0.0);
 }
 
+/// A mesh that is finer than the accuracy asks for is refined all the same to measure how far it is off: three reflections between the
+/// waves of a guard rail magnify what one would not show.
+#[test]
+fn convergence_covers_facets_that_are_finer_than_asked_for() {
+    let engine = Engine::open("cpu", Precision::F64).unwrap();
+    let rail = |sagitta_m: f64| {
+        let spec = format!("guard-rail:length_m=0.3,posts=no,height_m=0.312,sagitta_m={sagitta_m}");
+        let rail = catseye::road::reflector::Reflector::parse(&spec).unwrap();
+        rail.to_scene(&catseye::scene::material::by_name).unwrap()
+    };
+    let options = RcsOptions { accuracy_db: 2.0, last: false, bounces: 3, ..RcsOptions::default() };
+    let looks: Vec<BistaticAspect> = (-4..=4)
+        .map(|i| {
+            BistaticAspect::monostatic(Aspect { azimuth: 0.0, elevation: (2.5 * f64::from(i)).to_radians() })
+        })
+        .collect();
+    // The accuracy of 2 dB asks for 155 um.
+    let (given, finer) = (rail(2e-5), rail(1e-6));
+    let reported = engine.rcs_convergence_db(&given, &[F], &looks, &options).unwrap().unwrap();
+    let [a, b] = [&given, &finer].map(|s| engine.rcs(s, &[F], &looks, &options).unwrap());
+    let change = |i: usize| 20.0 * (1.0 + (a[i].every[0][0] / b[i].every[0][0] - 1.0).norm()).log10();
+    let worst = (0..looks.len()).map(change).fold(0.0, f64::max);
+    println!("reported {reported:.2} dB, in fact {worst:.2} dB");
+    assert!(worst > 0.3 && reported > 0.5 * worst && reported < 3.0 * worst, "{reported:.3} {worst:.3} dB");
+}
+
 // Frames: facets keep the bend of the surface.
 
 /// What a radar 20 m from the origin of a mesh, turned, hears back in VV: amplitude (1/m) with its phase.

@@ -252,7 +252,7 @@ impl Rcs {
             Accuracy::Exact => "convergence: flat facets are integrated exactly in the far field; what is left is the error of physical optics".into(),
             Accuracy::Series => "convergence: the series of a sphere (Mie) is exact".into(),
             Accuracy::Measured(db) => format!(
-                "convergence: {db:.4} dB between this and a run with cells and curved facets of a quarter of the phase"
+                "convergence: {db:.4} dB between this and a run with cells of a quarter of the phase and curved facets of a quarter of the sagitta"
             ),
             Accuracy::Unknown => "convergence: not measured".into(),
             Accuracy::NoEcho => "convergence: no echo to compare".into(),
