@@ -354,8 +354,7 @@ fn closed(mut m: Mesh, n: u32) -> Mesh {
 #[test]
 fn an_ellipsoid_in_five_meshes_is_one() {
     let body = Ellipsoid { axes: DVec3::new(0.1, 0.12, 0.15), turn: DQuat::IDENTITY, centre: DVec3::ZERO };
-    let looks = [(0.0, 0.0), (90.0, 0.0), (10.0, 85.0), (33.0, 20.0), (71.0, -40.0), (200.0, 61.0)]
-        .map(|(a, e)| aspect(a, e));
+    let looks = [(0.0, 0.0), (10.0, 85.0), (71.0, -40.0)].map(|(a, e)| aspect(a, e));
     let mut random = Random(11);
     let meshes = [
         ("coarse", body.mesh(12)),
