@@ -18,10 +18,10 @@ use std::sync::Arc;
 const F: f64 = 77e9;
 
 /// Repeats, from 0 to 1.
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
@@ -38,7 +38,7 @@ fn scene(mesh: Mesh) -> Scene {
 }
 
 /// S in VV at the looks.
-fn cross_section(mesh: Mesh, looks: &[Aspect], accuracy_db: f64) -> Vec<Complex64> {
+pub(super) fn cross_section(mesh: Mesh, looks: &[Aspect], accuracy_db: f64) -> Vec<Complex64> {
     let engine = Engine::open("cpu", Precision::F64).unwrap();
     let looks: Vec<BistaticAspect> = looks.iter().map(|a| BistaticAspect::monostatic(*a)).collect();
     let options = RcsOptions { accuracy_db, last: false, bounces: 1, ..RcsOptions::default() };
@@ -535,7 +535,7 @@ fn turns() -> impl Iterator<Item = DQuat> {
     (0..8).map(|i| DQuat::from_rotation_z(0.37 * f64::from(i)) * DQuat::from_rotation_y(0.11 * f64::from(i)))
 }
 
-fn db(ratio: f64) -> f64 {
+pub(super) fn db(ratio: f64) -> f64 {
     20.0 * ratio.log10()
 }
 

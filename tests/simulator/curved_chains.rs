@@ -13,10 +13,10 @@ use glam::{DQuat, DVec2, DVec3};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-const F: f64 = 77e9;
+pub(super) const F: f64 = 77e9;
 
 /// A sphere by longitude and latitude with exact normals.
-fn sphere(radius_m: f64, rings: u32) -> Mesh {
+pub(super) fn sphere(radius_m: f64, rings: u32) -> Mesh {
     let mut m = Mesh::default();
     let (n, around) = (rings, 2 * rings);
     for i in 0..=n {
@@ -44,7 +44,7 @@ fn sphere(radius_m: f64, rings: u32) -> Mesh {
 }
 
 /// The curved side of a cylinder about z, from the height 0 on.
-fn tube(radius_m: f64, length_m: f64, n: u32) -> Mesh {
+pub(super) fn tube(radius_m: f64, length_m: f64, n: u32) -> Mesh {
     let mut m = Mesh::default();
     for i in 0..n {
         let angle = TAU * f64::from(i) / f64::from(n);
@@ -59,7 +59,7 @@ fn tube(radius_m: f64, length_m: f64, n: u32) -> Mesh {
 }
 
 /// A level square about the origin.
-fn floor(half_m: f64) -> Mesh {
+pub(super) fn floor(half_m: f64) -> Mesh {
     let corner = |x: f64, y: f64| DVec3::new(x * half_m, y * half_m, 0.0);
     Mesh {
         positions_m: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
@@ -69,7 +69,7 @@ fn floor(half_m: f64) -> Mesh {
     }
 }
 
-fn metal(parts: &[(&str, Mesh, DVec3)]) -> Scene {
+pub(super) fn metal(parts: &[(&str, Mesh, DVec3)]) -> Scene {
     let mut scene = Scene { materials: vec![Material::pec()], ..Scene::default() };
     for (name, mesh, at) in parts {
         scene.add_mesh(name, "", mesh.clone(), Pose::new(DQuat::IDENTITY, *at));
@@ -77,11 +77,11 @@ fn metal(parts: &[(&str, Mesh, DVec3)]) -> Scene {
     scene
 }
 
-fn aspect(azimuth_deg: f64, elevation_deg: f64) -> Aspect {
+pub(super) fn aspect(azimuth_deg: f64, elevation_deg: f64) -> Aspect {
     Aspect { azimuth: azimuth_deg.to_radians(), elevation: elevation_deg.to_radians() }
 }
 
-fn s_matrix(scene: &Scene, look: BistaticAspect, bounces: usize) -> [[Complex64; 2]; 2] {
+pub(super) fn s_matrix(scene: &Scene, look: BistaticAspect, bounces: usize) -> [[Complex64; 2]; 2] {
     let engine = Engine::open("cpu", Precision::F64).unwrap();
     let options = RcsOptions { bounces, last: false, ..RcsOptions::default() };
     engine.rcs(scene, &[F], &[look], &options).unwrap()[0].every
@@ -142,7 +142,7 @@ fn a_sphere_over_a_plate_has_four_paths() {
 
 // Frames.
 
-fn seen(scene: &Scene, at: DVec3, bounces: usize) -> Vec<Echo> {
+pub(super) fn seen(scene: &Scene, at: DVec3, bounces: usize) -> Vec<Echo> {
     let geometry = Geometry::of_frame(scene, 0.0, F, 0.0).unwrap();
     let pose: Pose<Sensor, World> = Pose::new(DQuat::IDENTITY, at);
     let options = TraceOptions { bounces, bandwidth_hz: 1e8, ..TraceOptions::default() };
@@ -150,7 +150,7 @@ fn seen(scene: &Scene, at: DVec3, bounces: usize) -> Vec<Echo> {
 }
 
 /// Amplitude of the sum of the echoes by way of these objects, 1/m.
-fn sum(list: &[Echo], chain: &[u32]) -> f64 {
+pub(super) fn sum(list: &[Echo], chain: &[u32]) -> f64 {
     let k = wavenumber(F);
     let of_chain = list.iter().filter(|e| e.chain[..e.bounces as usize] == *chain);
     let turned = of_chain.map(|e| e.path_gain[0][0] * Complex64::cis(-k * e.path_length_m));

@@ -13,6 +13,7 @@ mod closest;
 mod clutter;
 mod curved;
 mod curved_chains;
+mod curved_references;
 mod detect;
 mod device_trace;
 mod doa;
