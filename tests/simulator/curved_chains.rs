@@ -121,22 +121,26 @@ fn a_bistatic_top_hat_is_the_same_both_ways() {
 /// that of the sphere alone.
 #[test]
 fn a_sphere_over_a_plate_has_four_paths() {
-    let (a, elevation) = (0.05, 40f64.to_radians());
-    let period = wavelength_m(F) / (2.0 * elevation.sin());
-    let mut mean = [0.0; 2];
-    let count = 6;
-    for i in 0..count {
-        let height = 0.2 + period * f64::from(i) / f64::from(count);
-        let scene =
-            metal(&[("sphere", sphere(a, 24), DVec3::Z * height), ("plate", floor(0.6), DVec3::ZERO)]);
-        let s = s_matrix(&scene, BistaticAspect::monostatic(Aspect { azimuth: 0.3, elevation }), 3);
-        for (mean, z) in mean.iter_mut().zip([s[0][0], s[1][1]]) {
-            *mean += z.norm_sqr() / f64::from(count);
+    let a = 0.05;
+    for elevation_deg in [60.0, 40.0, 30.0, 20.0, 10.0] {
+        let elevation = f64::to_radians(elevation_deg);
+        let period = wavelength_m(F) / (2.0 * elevation.sin());
+        let mut mean = [0.0; 2];
+        let count = 6;
+        for i in 0..count {
+            let height = 0.2 + period * f64::from(i) / f64::from(count);
+            let plate = floor(0.2 + 0.25 / elevation.tan());
+            let scene = metal(&[("sphere", sphere(a, 24), DVec3::Z * height), ("plate", plate, DVec3::ZERO)]);
+            let s = s_matrix(&scene, BistaticAspect::monostatic(Aspect { azimuth: 0.3, elevation }), 3);
+            for (mean, z) in mean.iter_mut().zip([s[0][0], s[1][1]]) {
+                *mean += z.norm_sqr() / f64::from(count);
+            }
         }
-    }
-    for (pol, mean) in ["VV", "HH"].iter().zip(mean) {
-        let off_db = 10.0 * (mean / (6.0 * (0.5 * a).powi(2))).log10();
-        assert!(off_db.abs() < 0.3, "{pol}: {off_db:.3} dB");
+        for (pol, mean) in ["VV", "HH"].iter().zip(mean) {
+            let off_db = 10.0 * (mean / (6.0 * (0.5 * a).powi(2))).log10();
+            println!("{pol} at {elevation_deg} degrees: {off_db:.3} dB");
+            assert!(off_db.abs() < 0.6, "{pol} at {elevation_deg} degrees: {off_db:.3} dB");
+        }
     }
 }
 

@@ -17,10 +17,11 @@ use crate::rcs::{BistaticAspect, Distance, Impassable, Scattering};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
 use crate::trace::cpu::beams::{Clipped, Piece, Polygon, clip, overlaps};
+use crate::trace::cpu::curved::window;
 use crate::trace::cpu::field::{Bounce, CVec};
 use crate::trace::cpu::front::Front;
 use crate::trace::cpu::refract::Media;
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DMat2, DMat3, DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -102,7 +103,8 @@ fn reflected(
     let apart = (has_curved && transmit != receive)
         .then(|| clip(faces, receive, receive, &BeamOptions { last: false, ..*options }));
     let back = apart.as_ref().unwrap_or(&clipped);
-    let pairs = if has_curved { pairs(faces, &clipped, back, options.bounces) } else { Vec::new() };
+    let least_k = frequencies.iter().map(|f| f.wavenumber).fold(f64::INFINITY, f64::min);
+    let pairs = if has_curved { pairs(faces, &clipped, back, options.bounces, least_k) } else { Vec::new() };
     let sums = |point: &&FrequencyPoint| {
         let sum = |pieces| match (transmit, receive) {
             (Port::Far(t), Port::Far(s)) => far_sum(faces, &clipped, pieces, point, t, s),
@@ -123,10 +125,13 @@ struct Pair {
     /// Nodes of the wave from the transmitter and of that which the receiver would send.
     nodes: [u32; 2],
     polygon: Polygon,
+    /// Change of the path, m, from where the reflected rays graze the plane to a place whose rays go away from it; 0 where they go there.
+    beyond_m: f64,
 }
 
-/// What of facets of curved surfaces is lit from the transmitter and seen by the receiver over at least one plane, by so many bounces.
-fn pairs(faces: &Faces, lit: &Clipped, seen: &Clipped, bounces: usize) -> Vec<Pair> {
+/// What of facets of curved surfaces is lit from the transmitter and seen by the receiver over at least one plane, by so many bounces, and
+/// counts at wavenumbers from `k` on.
+fn pairs(faces: &Faces, lit: &Clipped, seen: &Clipped, bounces: usize, k: f64) -> Vec<Pair> {
     let node = |of: &Clipped, piece: &Piece| of.nodes[piece.node as usize];
     let is_over_planes = |piece: &Piece| {
         let own = node(seen, piece);
@@ -153,22 +158,38 @@ fn pairs(faces: &Faces, lit: &Clipped, seen: &Clipped, bounces: usize) -> Vec<Pa
                 continue;
             }
             let nodes = [piece.node, other.node];
-            // As for flat faces, a wave goes on to a plane where its rays do: currents that would radiate there besides are left out.
-            let plane = &seen.nodes[there.parent as usize];
+            let plane = seen.nodes[there.parent as usize].normal;
             let face = &faces.faces[own.face as usize];
             let corner = faces.corners[face.first as usize];
-            let goes_there = |polygon: &Polygon| {
+            let shape = faces.shapes.get(face.shape as usize).copied().unwrap_or(DMat3::ZERO);
+            for polygon in overlaps(&[piece.polygon], &[other.polygon]) {
                 let middle = Moments::of(polygon.corners()).centroid;
                 let place = corner + face.axis[0] * middle.x + face.axis[1] * middle.y;
                 let arrives = own.frame.direction(own.frame.project(place));
-                let leaves = arrives - own.normal * (2.0 * own.normal.dot(arrives));
-                leaves.dot(plane.normal) < 0.0
-            };
-            let shared = overlaps(&[piece.polygon], &[other.polygon]);
-            found.extend(shared.into_iter().filter(goes_there).map(|polygon| Pair { nodes, polygon }));
+                let beyond_m = beyond_m(arrives, own.normal, plane, shape);
+                if window(k * beyond_m) > 0.0 {
+                    found.push(Pair { nodes, polygon, beyond_m });
+                }
+            }
         }
     }
     found
+}
+
+/// As [`Pair::beyond_m`]. As for flat faces, a wave goes on to a plane where its rays do, and currents that would radiate there besides are left
+/// out; but where a curved surface turns its rays away bit by bit, none of its facets is the last.
+fn beyond_m(arrives: DVec3, normal: DVec3, plane: DVec3, shape: DMat3) -> f64 {
+    let leaves = arrives - normal * (2.0 * normal.dot(arrives));
+    let rises = leaves.dot(plane);
+    if rises < 0.0 {
+        return 0.0;
+    }
+    // How the rays' rise over the plane changes along the surface, on which the normal changes by shape times the way.
+    let turn = shape * (arrives * normal.dot(plane) + plane * normal.dot(arrives)) * 2.0;
+    let way = turn / turn.length_squared() * rises;
+    let bend = 2.0 * normal.dot(arrives).abs() * (shape * way).length();
+    // Where nothing turns them they go away for good.
+    if turn == DVec3::ZERO { f64::INFINITY } else { 0.5 * bend * way.length() }
 }
 
 /// The sum over pairs of waves.
@@ -186,12 +207,16 @@ fn paired_sum(
         .map_tasks(|block| {
             let mut sum = Matrix2::default();
             for pair in block {
+                let weight = window(k * pair.beyond_m);
+                if weight == 0.0 {
+                    continue;
+                }
                 let [node, back] = pair.nodes;
                 let piece = Piece { node, polygon: pair.polygon };
                 let ports = [transmit, receive];
                 cells(faces, lit, &piece, ports, Some((seen, back)), k, tau, |cell| {
                     let m = cell.radiated(faces, lit, Some((seen, back)), point);
-                    add_scaled(&mut sum, &m, cell.integral * Complex64::new(0.0, -k / (4.0 * PI)));
+                    add_scaled(&mut sum, &m, cell.integral * Complex64::new(0.0, -weight * k / (4.0 * PI)));
                 });
             }
             sum
@@ -317,7 +342,7 @@ pub fn by_chains(
         .collect();
     // And over planes back.
     let mut of_ways: BTreeMap<Vec<u32>, Vec<Pair>> = BTreeMap::new();
-    for pair in pairs(faces, &clipped, &clipped, options.bounces) {
+    for pair in pairs(faces, &clipped, &clipped, options.bounces, point.wavenumber) {
         let [out, back] = pair.nodes.map(|node| chain(&Piece { node, polygon: pair.polygon }));
         of_ways.entry(back.into_iter().skip(1).rev().chain(out).collect()).or_default().push(pair);
     }

@@ -78,8 +78,8 @@ fn from_mirror(slope: DVec2, [xx, yy, xy]: [f64; 3]) -> (DVec2, f64) {
     (way, slope.dot(way))
 }
 
-/// Share of a place that many radians from the place of mirror reflection.
-fn window(phase: f64) -> f64 {
+/// Share of a place that many radians from the place of mirror reflection, or from where it may be.
+pub(crate) fn window(phase: f64) -> f64 {
     let t = (phase - WINDOW[0]) / (WINDOW[1] - WINDOW[0]);
     match t {
         ..=0.0 => 1.0,

@@ -5,7 +5,7 @@ pub mod bend;
 pub mod boundary;
 pub mod closest;
 pub mod contribute;
-mod curved;
+pub(crate) mod curved;
 pub mod diffuse;
 pub mod echoes;
 mod ended;
