@@ -27,6 +27,9 @@ pub(super) const NONE: u32 = u32::MAX;
 const SAGITTA_M: f64 = 1e-2;
 const TURN_RAD: f64 = 0.65;
 const OFF: f64 = 0.1;
+/// How much farther an edge has to run along the turn of its normals than along their sum for the plane of both to say how the normal in its
+/// middle turns.
+const STEEP: f64 = 4.0;
 /// Sine of the angle between facets that are one plane.
 const PLANE: f64 = 1e-7;
 
@@ -140,8 +143,12 @@ impl Arc {
         let sum = n[0] + n[1];
         let [a, b] = n.map(|n| chord.dot(n));
         let along = chord + 0.25 * (a * n[0] + b * n[1]);
-        let across = sum - along * (sum.dot(along) / along.length_squared());
-        let up = sum.normalize_or_zero();
+        // The sum turns towards the cubic's right angles within the plane of both normals, so that a cylinder's stay across its generators.
+        let turn = n[1] - n[0];
+        let [up, on] = [sum, turn].map(|d| d.normalize_or_zero());
+        let in_plane = up * along.dot(up) + on * along.dot(on);
+        let way = if STEEP * along.dot(up).abs() <= along.dot(on).abs() { in_plane } else { along };
+        let across = sum - way * (sum.dot(along) / way.dot(along).max(f64::MIN_POSITIVE));
         Arc {
             height: (b - a) / (4.0 + 2.0 * sum.length()),
             up,

@@ -139,7 +139,9 @@ fn a_sphere_over_a_plate_has_four_paths() {
         for (pol, mean) in ["VV", "HH"].iter().zip(mean) {
             let off_db = 10.0 * (mean / (6.0 * (0.5 * a).powi(2))).log10();
             println!("{pol} at {elevation_deg} degrees: {off_db:.3} dB");
-            assert!(off_db.abs() < 0.6, "{pol} at {elevation_deg} degrees: {off_db:.3} dB");
+            // Edges of the plate, whose phase is that of the double bounces, add up to 0.25 dB with opposite signs in VV and HH.
+            let limit_db = if elevation_deg > 45.0 { 0.6 } else { 0.3 };
+            assert!(off_db.abs() < limit_db, "{pol} at {elevation_deg} degrees: {off_db:.3} dB");
         }
     }
 }

@@ -377,7 +377,7 @@ fn an_ellipsoid_in_five_meshes_is_one() {
 }
 
 /// One elliptic cylinder in five meshes has one level, L |sinc(kL sin ε)| √(kρ cos ε / 4π), at the peaks of its lobes.
-/// Its quadrangles are about as high as wide.
+/// Normals that are 0.1 degree off move a quadrangle's lobes where it is long, so that mesh has short ones.
 #[test]
 fn an_elliptic_cylinder_in_five_meshes_is_one() {
     let (axes, length) = (DVec2::new(0.1, 0.13), 0.3);
@@ -390,13 +390,13 @@ fn an_elliptic_cylinder_in_five_meshes_is_one() {
     let mut random = Random(5);
     let mut cylinder = |n: u32, rows: u32, share: f64| (side(axes, length, n, rows, share, &mut random), n);
     let meshes = [
-        ("coarse", cylinder(32, 16, 0.0)),
+        ("coarse", cylinder(16, 1, 0.0)),
         ("fine", cylinder(90, 36, 0.0)),
         ("other diagonals", {
-            let (m, n) = cylinder(40, 20, 0.0);
+            let (m, n) = cylinder(30, 2, 0.0);
             (other_diagonals(&m), n)
         }),
-        ("irregular points", cylinder(40, 20, 0.25)),
+        ("irregular points", cylinder(30, 4, 0.25)),
         ("noisy normals", {
             let (m, n) = cylinder(64, 32, 0.0);
             (noisy(&m, &mut Random(6)), n)

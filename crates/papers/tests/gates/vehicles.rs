@@ -89,11 +89,11 @@ fn compare(kind: Kind, range_m: f64, yaw_rad: f64, fine_m: f64) -> [f64; 2] {
     [over(&frame), frame.range_m - fine.range_m]
 }
 
-/// The file's own facets, taken for flat, are 1.5 to 3.5 dB off here.
+/// The file's own facets, taken for flat, are 1.5 to 3.5 dB off here. Flat facets of 0.1 mm sagitta still are 0.3 dB off those of 0.025 mm.
 #[test]
 fn a_pedestrian_of_few_facets_returns_what_one_of_many_does() {
     for range_m in [6.0, 60.0] {
-        let [off_db, off_m] = compare(Kind::Pedestrian, range_m, 1.45, 1e-4);
+        let [off_db, off_m] = compare(Kind::Pedestrian, range_m, 1.45, 2.5e-5);
         assert!(off_db.abs() < 0.5, "{off_db:.2} dB at {range_m} m");
         assert!(off_m.abs() < 0.25 * CELL_M, "{off_m:.3} m at {range_m} m");
     }
