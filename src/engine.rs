@@ -382,8 +382,8 @@ impl Engine {
     }
 
     /// How far S moves, in dB, when cells at finite range have a quarter of the phase that the accuracy allows, and facets of curved
-    /// surfaces a quarter of the sagitta that they had: the largest |dS| / |S| among the co-polar values within 30 dB of their peak. None when there
-    /// is no echo.
+    /// surfaces a quarter of the sagitta that it allows, or of the scene's largest where that is less: the largest |dS| / |S| among the co-polar
+    /// values within 30 dB of their peak. None when there is no echo.
     ///
     /// # Errors
     /// Returns an error if `scene` cannot be followed by the method, a material has no value at a frequency, or the
@@ -458,14 +458,12 @@ impl Engine {
         }
         let doubts = dielectrics::doubts(scene, &surfaces[0], wavenumber(frequencies_hz[0]));
         let scene = &*dielectrics::with_flat_walls(scene, &doubts);
-        let sagitta_m = curved::sagitta_m(options.accuracy_db, wavenumber(highest));
-        let mut refined = curved::refined_scene(scene, sagitta_m)?;
+        let mut sagitta_m = curved::sagitta_m(options.accuracy_db, wavenumber(highest));
         if finer > 1.0 {
-            // Facets that were finer than the accuracy asks for have to be cut, too, or nothing would be compared.
-            let sagitta_m = sagitta_m.min(curved::largest_sagitta_m(&refined)) / finer;
-            refined = curved::refined_scene(scene, sagitta_m)?;
+            // Facets that are finer than the accuracy asks for have to be cut, too, or nothing would be compared.
+            sagitta_m = sagitta_m.min(curved::largest_sagitta_m(scene)) / finer;
         }
-        let geometry = Geometry::build(&refined, 0.0, highest)?;
+        let geometry = Geometry::build(&*curved::refined_scene(scene, sagitta_m)?, 0.0, highest)?;
         let frequencies: Vec<FrequencyPoint> = frequencies_hz
             .iter()
             .zip(&surfaces)

@@ -79,25 +79,6 @@ impl Moments {
         }
     }
 
-    /// The moments of all polygons of a list together, none of which overlaps another; None where they have no area.
-    pub fn of_all(all: &[Moments]) -> Option<Moments> {
-        let area: f64 = all.iter().map(|m| m.area).sum();
-        if area == 0.0 {
-            return None;
-        }
-        let centroid = all.iter().map(|m| m.centroid * m.area).sum::<DVec2>() / area;
-        let mut second = [0.0; 3];
-        for m in all {
-            let (d, share) = (m.centroid - centroid, m.area / area);
-            let about = [d.x * d.x, d.y * d.y, d.x * d.y];
-            second
-                .iter_mut()
-                .zip(m.second.iter().zip(about))
-                .for_each(|(sum, (own, way))| *sum += share * (own + way));
-        }
-        Some(Moments { area, sign: 1.0, centroid, second })
-    }
-
     /// Mean of h.x x^2 + h.y y^2 + 2 xy * `mixed`.
     pub fn quadratic(&self, h: DVec2, mixed: f64) -> f64 {
         h.x * self.second[0] + h.y * self.second[1] + 2.0 * mixed * self.second[2]

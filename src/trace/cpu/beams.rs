@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 /// Polygons with more corners than this are halved before they are cut again.
 const MOST: usize = 8;
 /// Corners that a polygon may have while it is cut: by each of [`Lines`] one more, or by another polygon's edges.
-pub(super) const CAP: usize = MOST + MOST_LINES;
+const CAP: usize = MOST + MOST_LINES;
 /// The edges of a face and two crossings of planes.
 const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.
