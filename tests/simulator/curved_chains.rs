@@ -131,15 +131,16 @@ fn a_sphere_over_a_plate_has_four_paths() {
             let height = 0.2 + period * f64::from(i) / f64::from(count);
             let plate = floor(0.2 + 0.25 / elevation.tan());
             let scene = metal(&[("sphere", sphere(a, 24), DVec3::Z * height), ("plate", plate, DVec3::ZERO)]);
-            let s = s_matrix(&scene, BistaticAspect::monostatic(Aspect { azimuth: 0.3, elevation }), 3);
-            for (mean, z) in mean.iter_mut().zip([s[0][0], s[1][1]]) {
-                *mean += z.norm_sqr() / f64::from(count);
+            let look = BistaticAspect::monostatic(Aspect { azimuth: 0.3, elevation });
+            let s = s_matrix(&scene, look, 3);
+            for (i, mean) in mean.iter_mut().enumerate() {
+                *mean += s[i][i].norm_sqr() / f64::from(count);
             }
         }
         for (pol, mean) in ["VV", "HH"].iter().zip(mean) {
             let off_db = 10.0 * (mean / (6.0 * (0.5 * a).powi(2))).log10();
             println!("{pol} at {elevation_deg} degrees: {off_db:.3} dB");
-            // Edges of the plate, whose phase is that of the double bounces, add up to 0.25 dB with opposite signs in VV and HH.
+            // At 60 degrees VV is 0.53 dB low, which is not explained; the plate's own echo is not the cause.
             let limit_db = if elevation_deg > 45.0 { 0.6 } else { 0.3 };
             assert!(off_db.abs() < limit_db, "{pol} at {elevation_deg} degrees: {off_db:.3} dB");
         }

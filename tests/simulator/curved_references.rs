@@ -522,8 +522,9 @@ fn a_bowl_of_few_curved_facets_returns_what_rays_in_it_do() {
     }
 }
 
-/// A guard rail from -15 to 15 degrees over its middle, HH, against the method of moments (tests/data/rail): the mean level is right. Single
-/// directions are not, because bends of six wavelengths have foci between two reflections, and the reported convergence says so.
+/// A guard rail from 0 to 15 degrees over its middle, about which it is symmetric, HH, against the method of moments (tests/data/rail): the mean level is
+/// right. Single directions are not, presumably because bends of six wavelengths have foci between two reflections; the reported convergence
+/// says that they are not.
 #[test]
 fn a_guard_rail_has_the_mean_level_of_the_method_of_moments() {
     let table = include_str!("../data/rail/hh_77ghz.csv");
@@ -551,7 +552,7 @@ fn a_guard_rail_has_the_mean_level_of_the_method_of_moments() {
     let squares = found_db.iter().zip(&rows).map(|(db, row)| (db - row[1]).powi(2));
     let rms_db = (squares.sum::<f64>() / rows.len() as f64).sqrt();
     println!("mean {off_db:.2} dB off, single directions {rms_db:.2} dB rms");
-    assert!(off_db.abs() < 0.5 && rms_db < 6.0, "mean {off_db:.3} dB off, {rms_db:.3} dB rms");
+    assert!(off_db.abs() < 0.5 && rms_db < 5.0, "mean {off_db:.3} dB off, {rms_db:.3} dB rms");
     let reported = engine.rcs_convergence_db(&rail, &[F], &looks[12..=40], &options).unwrap().unwrap();
     println!("convergence {reported:.2} dB");
     assert!(reported > 1.0, "{reported:.3} dB");
