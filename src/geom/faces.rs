@@ -114,6 +114,9 @@ pub struct Faces {
     pub cells: Vec<Cell>,
     /// The surfaces over faces that are curved, their corners in the face's order; none where facets are taken for flat.
     pub curved: Vec<CurvedFacet>,
+    /// Of each of `curved` the face beyond each of its sides where the surface goes on smoothly, or [`NOT_CURVED`]; the first side goes
+    /// from corner 0 to corner 1.
+    pub neighbours: Vec<[u32; 3]>,
     /// How the surfaces over faces are curved: second fundamental forms as tensors of the world, 1/m, positive where they are convex to the
     /// face's front.
     pub shapes: Vec<DMat3>,
@@ -217,6 +220,7 @@ impl Faces {
         let (nodes, order) = tree_over(&boxes, LEAF_FACES);
         faces.faces = order.iter().map(|&i| faces.faces[i as usize]).collect();
         faces.nodes = nodes;
+        faces.find_neighbours(mesh, &patches);
         faces.box_tree();
         faces.list_mirrors();
         faces
@@ -232,6 +236,7 @@ impl Faces {
             patch_area_m2: self.patch_area_m2.clone(),
             patch_body: self.patch_body.clone(),
             curved: self.curved.iter().map(|b| b.turned(|d| pose.direction(d))).collect(),
+            neighbours: self.neighbours.clone(),
             shapes: self.shapes.iter().map(|s| turned(s, pose)).collect(),
             mirrors: self.mirrors.clone(),
             flat_m: self.flat_m,
@@ -273,6 +278,8 @@ impl Faces {
                 ..*face
             }));
             all.curved.extend(&body.curved);
+            let moved = |f: u32| if f == NOT_CURVED { f } else { f + faces };
+            all.neighbours.extend(body.neighbours.iter().map(|n| n.map(moved)));
             all.shapes.extend(&body.shapes);
             all.corners.extend(&body.corners);
             all.patch_area_m2.extend(&body.patch_area_m2);
@@ -299,6 +306,32 @@ impl Faces {
         all.fit(inner.collect());
         all.few = all.leaves();
         all
+    }
+
+    /// Finds what is beyond the sides of curved facets, each of which is a patch of one triangle.
+    fn find_neighbours(&mut self, mesh: &Welded, patches: &[Vec<u32>]) {
+        if self.curved.is_empty() {
+            return;
+        }
+        let mut face_of = vec![NOT_CURVED; mesh.triangles.len()];
+        for (i, face) in (0..).zip(&self.faces) {
+            if face.curved != NOT_CURVED {
+                face_of[patches[face.patch as usize][0] as usize] = i;
+            }
+        }
+        let mut neighbours = vec![[NOT_CURVED; 3]; self.curved.len()];
+        for face in self.faces.iter().filter(|f| f.curved != NOT_CURVED) {
+            let own = patches[face.patch as usize][0];
+            let facet = &self.curved[face.curved as usize];
+            let of = &mut neighbours[face.curved as usize];
+            for (k, (a, b)) in sides(&mesh.triangles[own as usize]).into_iter().enumerate() {
+                let beyond = &mesh.edges[&(a.min(b), a.max(b))];
+                if let ([(t, _), (u, _)], None) = (&beyond[..], &facet.creases[k]) {
+                    of[k] = face_of[if *t == own { *u } else { *t } as usize];
+                }
+            }
+        }
+        self.neighbours = neighbours;
     }
 
     fn list_mirrors(&mut self) {
@@ -420,16 +453,8 @@ impl Faces {
     pub fn is_between(&self, a: DVec3, b: DVec3, gap_m: f64) -> bool {
         let way = b - a;
         let share = gap_m / way.length();
-        // By the separating axes of a box and a line (Ericson 2005, 5.3.3), the box grown by more than rounding.
-        let (middle, half) = (0.5 * (a + b), 0.5 * way);
-        let reach = half.abs();
-        let misses = |node: &Node| {
-            let (d, size) = (middle - node.centre, node.half + gap_m);
-            let turned = size.yzx() * reach.zxy() + size.zxy() * reach.yzx();
-            d.abs().cmpgt(size + reach).any() || half.cross(d).abs().cmpgt(turned).any()
-        };
         let mut found = false;
-        self.visit(misses, None, |i| {
+        self.visit_segment(a, b, gap_m, |i| {
             let face = &self.faces[i as usize];
             let corners = self.corners(face);
             let t = (corners[0] - a).dot(face.normal) / way.dot(face.normal);
@@ -438,6 +463,34 @@ impl Faces {
             found
         });
         found
+    }
+
+    /// Calls `visit` with the faces of all leaves that are not missed; `misses` gets centre and half size of a box.
+    #[inline]
+    pub(crate) fn visit_boxes(&self, misses: impl Fn(DVec3, DVec3) -> bool, mut visit: impl FnMut(u32)) {
+        self.visit(
+            |node| misses(node.centre, node.half),
+            None,
+            |i| {
+                visit(i);
+                false
+            },
+        );
+    }
+
+    /// Calls `visit` with the faces of all leaves that come as near as `pad_m` to the segment between two positions, until it returns true.
+    #[inline]
+    pub(crate) fn visit_segment(&self, a: DVec3, b: DVec3, pad_m: f64, visit: impl FnMut(u32) -> bool) {
+        let misses = misses_segment(a, b, pad_m);
+        self.visit(|node| misses(node.centre, node.half), None, visit);
+    }
+
+    /// Whether a position in the plane of a face is on it, or not farther than `margin_m` outside one of its sides.
+    pub(crate) fn is_inside(&self, face: &Face, p: DVec3, margin_m: f64) -> bool {
+        sides_of(self.corners(face)).all(|(a, b)| {
+            let side = b - a;
+            face.normal.dot(side.cross(p - a)) >= -margin_m * side.length()
+        })
     }
 
     /// Corners of a face in order, m.
@@ -579,7 +632,7 @@ fn parents_first(nodes: &[Node]) -> Vec<usize> {
 }
 
 /// A tree over boxes, its own boxes still to be taken, and the order in which its leaves hold them, at most `most` each.
-fn tree_over(boxes: &[(DVec3, DVec3)], most: u32) -> (Vec<Node>, Vec<u32>) {
+pub(super) fn tree_over(boxes: &[(DVec3, DVec3)], most: u32) -> (Vec<Node>, Vec<u32>) {
     struct Padded(Aabb);
     impl Boundable for Padded {
         fn aabb(&self) -> Aabb {
@@ -620,6 +673,19 @@ pub(super) fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
 /// Sides of a polygon, from corner to corner.
 fn sides_of(corners: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> {
     (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()]))
+}
+
+/// Tells of boxes, given by centre and half size, whether the segment between two positions stays farther away than `pad_m`: by the
+/// separating axes of a box and a line (Ericson 2005, 5.3.3).
+#[inline]
+pub(crate) fn misses_segment(a: DVec3, b: DVec3, pad_m: f64) -> impl Fn(DVec3, DVec3) -> bool {
+    let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+    let reach = half.abs();
+    move |centre, size| {
+        let (d, size) = (middle - centre, size + pad_m);
+        let turned = size.yzx() * reach.zxy() + size.zxy() * reach.yzx();
+        d.abs().cmpgt(size + reach).any() || half.cross(d).abs().cmpgt(turned).any()
+    }
 }
 
 /// Whether a place lies on a convex polygon, counter-clockwise about `normal`, or over or under it.

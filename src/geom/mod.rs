@@ -8,6 +8,7 @@ pub mod convex;
 pub mod curved;
 pub mod curved_facet;
 pub mod dielectrics;
+pub mod edge_table;
 pub mod edges;
 pub mod faces;
 pub mod hash;
@@ -20,6 +21,7 @@ mod rigid;
 mod shape;
 mod smooth;
 pub mod surface;
+pub(crate) mod tree;
 pub mod triangle;
 pub mod upload;
 pub mod validate;
@@ -97,6 +99,12 @@ impl Shift {
     #[inline]
     pub fn place(&self, p: DVec3) -> DVec3 {
         self.to_m + self.rotation * (p - self.from_m)
+    }
+
+    /// Place of the body from which one has moved, m: the inverse of [`Shift::place`].
+    #[inline]
+    pub fn place_before(&self, p: DVec3) -> DVec3 {
+        self.from_m + self.rotation.inverse() * (p - self.to_m)
     }
 
     /// The direction to which a direction of the body turns.

@@ -27,6 +27,7 @@ mod gridding;
 mod ground;
 mod hostile;
 mod labels;
+mod lines;
 mod materials;
 mod mie;
 mod mirrors;

@@ -12,6 +12,7 @@ mod ended;
 pub mod field;
 pub mod front;
 pub(super) mod levels;
+pub mod lines;
 pub mod points;
 pub mod rays;
 pub mod refract;

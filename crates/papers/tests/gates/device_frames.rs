@@ -601,7 +601,7 @@ fn say(name: &str, m: &Measured) {
 }
 
 /// A scene of a recipe.
-fn drawn(recipe: &str, scene: u32) -> Frame {
+pub(super) fn drawn(recipe: &str, scene: u32) -> Frame {
     let path = scenes().join(format!("recipes/{recipe}.toml"));
     // What is stored is of no matter here, and not every build can write arrays.
     let text = std::fs::read_to_string(&path).unwrap().replace("\"zarr\"", "\"frames\"");

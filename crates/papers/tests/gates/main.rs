@@ -8,6 +8,7 @@ mod device_frames;
 mod echoes;
 mod gates;
 mod gpu_beams;
+mod lines;
 mod meshes;
 mod radar_gates;
 mod scenario;
