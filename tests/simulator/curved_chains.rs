@@ -22,7 +22,9 @@ pub(super) fn sphere(radius_m: f64, rings: u32) -> Mesh {
     for i in 0..=n {
         for j in 0..around {
             let (theta, phi) = (PI * f64::from(i) / f64::from(n), TAU * f64::from(j) / f64::from(around));
-            let d = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+            // Corners at a pole are at one position to the bit.
+            let sine = if i == n { 0.0 } else { theta.sin() };
+            let d = DVec3::new(sine * phi.cos(), sine * phi.sin(), theta.cos());
             m.positions_m.push(d * radius_m);
             m.normals.push(d);
         }

@@ -2,13 +2,17 @@
 
 use super::curved::{Random, cross_section, db};
 use super::curved_chains::{F, aspect, floor, metal, s_matrix, seen, sphere, sum, tube};
-use catseye::base::frames::direction_from_angles;
+use catseye::base::frames::{Pose, Sensor, World, direction_from_angles};
 use catseye::base::units::{dbsm_from_amplitude, wavelength_m, wavenumber};
 use catseye::engine::{Engine, Precision};
+use catseye::geom::Geometry;
 use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
 use catseye::road::reflector::Reflector;
-use catseye::scene::{Mesh, material};
-use catseye::trace::{Echo, strength};
+use catseye::scene::motion::{Joint, Motion};
+use catseye::scene::{Mesh, Scene, material};
+use catseye::trace::cpu::echoes;
+use catseye::trace::windows::around;
+use catseye::trace::{Echo, TraceOptions, strength};
 use glam::{DQuat, DVec2, DVec3};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
@@ -210,6 +214,78 @@ fn an_elliptic_top_hat_returns_its_integral() {
         let own = [plate[0] / formula, plate[1] / formula, side / formula].map(db);
         hold(&format!("integrals to the formula at {azimuth_deg}, {elevation_deg} deg"), &own, 0.1);
         hold(&format!("top hat at {azimuth_deg}, {elevation_deg} deg"), &off, 0.3);
+    }
+}
+
+/// A sector of a cylinder about an upright axis, on the plane z = 0: the middle of its foot is the origin, where it faces +x.
+struct Sector {
+    /// Negative where it is hollow towards +x.
+    radius_m: f64,
+    height_m: f64,
+    half_angle: f64,
+}
+
+impl Sector {
+    /// Where the outward normal has this azimuth.
+    fn foot(&self, azimuth: f64) -> DVec2 {
+        (DVec2::from_angle(azimuth) - DVec2::X) * self.radius_m
+    }
+
+    fn mesh(&self, columns: u32) -> Mesh {
+        let mut m = Mesh::default();
+        for i in 0..=columns {
+            let angle = self.half_angle * (2.0 * f64::from(i) / f64::from(columns) - 1.0);
+            let foot = self.foot(angle);
+            m.positions_m.extend([foot.extend(0.0), foot.extend(self.height_m)]);
+            m.normals.extend([DVec2::from_angle(angle).extend(0.0); 2]);
+        }
+        for i in 0..columns {
+            let (a, b) = (2 * i, 2 * i + 2);
+            let both = [[a, b, b + 1], [a, b + 1, a + 1]];
+            m.triangles.extend(both.map(|[a, b, c]| if self.radius_m > 0.0 { [a, b, c] } else { [a, c, b] }));
+        }
+        m.material = vec![0; m.triangles.len()];
+        m
+    }
+
+    /// Twice the amplitude (m) of the path over the plate and the sector: physical optics of the sector in the wave that the plate has
+    /// reflected, with its ends.
+    fn with_its_plate(&self, view: Aspect) -> f64 {
+        let k = wavenumber(F) * view.elevation.cos();
+        let to_radar = DVec2::from_angle(view.azimuth);
+        let count = 4000;
+        let step = 2.0 * self.half_angle / f64::from(count);
+        let at = |i: u32| self.half_angle * ((2.0 * f64::from(i) + 1.0) / f64::from(count) - 1.0);
+        let wave = |a: f64| {
+            let width = self.radius_m.abs() * step * (a - view.azimuth).cos();
+            Complex64::cis(2.0 * k * self.foot(a).dot(to_radar)) * width
+        };
+        2.0 * self.height_m * k / TAU * (0..count).map(|i| wave(at(i))).sum::<Complex64>().norm()
+    }
+}
+
+/// A bruderhedral is a sector of a cylinder on a plate: over the sector's azimuths it returns the 8π a h² cos ε / λ of a top hat. It bends
+/// out or, not too far, in.
+#[test]
+fn a_bruderhedral_returns_what_the_whole_cylinder_would() {
+    for radius_m in [0.6, -0.9] {
+        let sector = Sector { radius_m, height_m: 0.12, half_angle: 0.45 };
+        let scene = metal(&[("side", sector.mesh(24), DVec3::ZERO), ("plate", floor(0.9), DVec3::ZERO)]);
+        for (azimuth_deg, elevation_deg) in [(4.0, 30.0), (4.0, 50.0), (13.0, 40.0), (-9.0, 25.0)] {
+            let view = aspect(azimuth_deg, elevation_deg);
+            let whole =
+                8.0 * PI * radius_m.abs() * sector.height_m.powi(2) * view.elevation.cos() / wavelength_m(F);
+            let integral = sector.with_its_plate(view);
+            let s = s_matrix(&scene, BistaticAspect::monostatic(view), 2);
+            let off = [s[0][0], s[1][1]].map(|z| db(z.norm() / integral));
+            let own = db(integral / (whole / (4.0 * PI)).sqrt());
+            hold(
+                &format!("integral to the formula, {radius_m} m at {azimuth_deg}, {elevation_deg} deg"),
+                &[own],
+                0.6,
+            );
+            hold(&format!("bruderhedral, {radius_m} m at {azimuth_deg}, {elevation_deg} deg"), &off, 0.3);
+        }
     }
 }
 
@@ -556,4 +632,153 @@ fn a_guard_rail_has_the_mean_level_of_the_method_of_moments() {
     let reported = engine.rcs_convergence_db(&rail, &[F], &looks[12..=40], &options).unwrap().unwrap();
     println!("convergence {reported:.2} dB");
     assert!(reported > 1.0, "{reported:.3} dB");
+}
+
+// Motion: the path follows the specular point, which travels over the body.
+
+/// How a body moves: about a pivot of its own that goes along at a constant velocity.
+struct Swing {
+    /// The body's centre in the frame of the pivot, m, and its semi-axes.
+    arm_m: DVec3,
+    axes: DVec3,
+    pivot_m: DVec3,
+    velocity_mps: DVec3,
+    axis: DVec3,
+    amplitude_rad: f64,
+    rate_rad_per_s: f64,
+    phase_rad: f64,
+    /// Whether it turns steadily, at `rate_rad_per_s`.
+    spins: bool,
+}
+
+impl Swing {
+    fn at(&self, time_s: f64) -> Ellipsoid {
+        let angle = if self.spins {
+            self.phase_rad + self.rate_rad_per_s * time_s
+        } else {
+            self.amplitude_rad * (self.rate_rad_per_s * time_s + self.phase_rad).sin()
+        };
+        let turn = DQuat::from_axis_angle(self.axis, angle);
+        Ellipsoid {
+            axes: self.axes,
+            turn,
+            centre: self.pivot_m + self.velocity_mps * time_s + turn * self.arm_m,
+        }
+    }
+
+    /// The distance from the origin to the surface, m, there and back, and the velocity of the particle at the nearest point away from the
+    /// origin: the normal there looks at the origin. Newton's method on the multiplier of the nearest point.
+    fn path_m(&self, time_s: f64) -> f64 {
+        let body = self.at(time_s);
+        let p = body.turn.inverse() * -body.centre;
+        let a2 = body.axes * body.axes;
+        let point = |t: f64| a2 * p / (a2 + DVec3::splat(t));
+        let mut t = 0.0;
+        for _ in 0..100 {
+            let q = point(t);
+            let value = (q * q / a2).element_sum() - 1.0;
+            let slope = (-2.0 * q * q / (a2 * (a2 + DVec3::splat(t)))).element_sum();
+            t -= value / slope;
+        }
+        let q = point(t);
+        assert!(((q * q / a2).element_sum() - 1.0).abs() < 1e-12);
+        2.0 * p.distance(q)
+    }
+
+    fn scene(&self, rings: u32) -> Scene {
+        let body = Ellipsoid { axes: self.axes, turn: DQuat::IDENTITY, centre: DVec3::ZERO };
+        let mut scene = metal(&[("limb", body.mesh(rings), DVec3::ZERO)]);
+        let turn = if self.spins {
+            Joint::Spin { axis: self.axis, rate_rad_per_s: self.rate_rad_per_s, angle_rad: self.phase_rad }
+        } else {
+            Joint::Swing {
+                axis: self.axis,
+                amplitude_rad: self.amplitude_rad,
+                rate_rad_per_s: self.rate_rad_per_s,
+                phase_rad: self.phase_rad,
+            }
+        };
+        let joints = vec![
+            Joint::Fixed(DQuat::IDENTITY, self.arm_m),
+            turn,
+            Joint::Fixed(DQuat::IDENTITY, self.pivot_m),
+            Joint::Line(self.velocity_mps),
+        ];
+        scene.objects[0].set_motion(Motion { joints });
+        scene
+    }
+}
+
+/// Half a frame, s.
+const HALF_FRAME_S: f64 = 0.01;
+
+/// A thigh that swings, an arm that passes the body, a wheel as a disc and one that is not round: the phase of the sum of the echoes over
+/// the frame is that of twice the least distance to the exact surface.
+#[test]
+fn phases_follow_the_specular_point_of_what_swings_and_turns() {
+    let limb = |pivot_m: DVec3, amplitude_rad: f64, rate_rad_per_s: f64| Swing {
+        arm_m: DVec3::new(0.0, 0.0, -0.25),
+        axes: DVec3::new(0.07, 0.08, 0.24),
+        pivot_m,
+        velocity_mps: DVec3::new(-1.4, 0.3, 0.0),
+        axis: DVec3::Y,
+        amplitude_rad,
+        rate_rad_per_s,
+        phase_rad: 0.4,
+        spins: false,
+    };
+    let wheel = |axes: DVec3, axis: DVec3| Swing {
+        arm_m: DVec3::ZERO,
+        axes,
+        pivot_m: DVec3::new(12.0, 3.0, -0.3),
+        velocity_mps: DVec3::new(9.0, 0.0, 0.0),
+        axis,
+        amplitude_rad: 0.0,
+        rate_rad_per_s: 30.0,
+        phase_rad: 0.7,
+        spins: true,
+    };
+    for (name, body) in [
+        ("thigh", limb(DVec3::new(8.0, 1.0, 0.3), 0.5, 6.0)),
+        ("arm", limb(DVec3::new(15.0, -4.0, 0.8), 0.6, 7.0)),
+        ("round wheel", wheel(DVec3::new(0.3, 0.1, 0.3), DVec3::Y)),
+        ("oval wheel", wheel(DVec3::new(0.32, 0.1, 0.27), DVec3::Y)),
+        ("tumbling body", wheel(DVec3::new(0.3, 0.2, 0.25), DVec3::new(1.0, 2.0, 2.0) / 3.0)),
+    ] {
+        let scene = body.scene(24);
+        for time_s in [0.0, 0.13, 0.31] {
+            let geometry = Geometry::of_frame(&scene, time_s, F, HALF_FRAME_S).unwrap();
+            let pose: Pose<Sensor, World> = Pose::IDENTITY;
+            let options = TraceOptions { bounces: 1, bandwidth_hz: 1e8, ..TraceOptions::default() };
+            let list = echoes::echoes(&geometry, &around(&pose), &pose, DVec3::ZERO, &options).list;
+            let k = wavenumber(F);
+            let path = |e: &Echo, dt: f64| {
+                let [acceleration, jerk] = e.path_acceleration_and_jerk;
+                e.path_length_m + dt * (e.path_rate_mps + dt * (0.5 * acceleration + dt * jerk / 6.0))
+            };
+            let field = |dt: f64| -> Complex64 {
+                list.iter().map(|e| e.path_gain[0][0] * Complex64::cis(-k * path(e, dt))).sum()
+            };
+            let turned = |dt: f64| field(dt) * Complex64::cis(k * body.path_m(time_s + dt));
+            // Turns of the carrier by which the phase has left the exact one, and the change of the level.
+            let middle = turned(0.0);
+            let off: Vec<(f64, f64)> = (-4..=4)
+                .map(|i| turned(HALF_FRAME_S * f64::from(i) / 4.0) / middle)
+                .map(|z| (z.arg() / TAU, db(z.norm())))
+                .collect();
+            let phase = off.iter().map(|o| o.0.abs()).fold(0.0, f64::max);
+            let level = off.iter().map(|o| o.1.abs()).fold(0.0, f64::max);
+            let moved =
+                (body.path_m(time_s + HALF_FRAME_S) - body.path_m(time_s - HALF_FRAME_S)) / wavelength_m(F);
+            let mut strengths: Vec<f64> = list.iter().map(strength).collect();
+            strengths.sort_by(|a, b| b.total_cmp(a));
+            let others: f64 = strengths[1..].iter().map(|s| s * s).sum::<f64>().sqrt() / strengths[0];
+            println!(
+                "{name} at {time_s} s: {} echoes, {phase:.4} turns of {moved:.1} and {level:.3} dB over the frame, {others:e}",
+                list.len()
+            );
+            assert!(phase < 0.05 && level < 0.1, "{name} at {time_s} s: {phase:.4} turns, {level:.3} dB");
+            assert!(db(1.0 + others) < 0.1, "{name} at {time_s} s: {others:e} of the amplitude is elsewhere");
+        }
+    }
 }

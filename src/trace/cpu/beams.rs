@@ -90,6 +90,16 @@ impl Polygon {
         (1..c.len() - 1).map(|i| (c[i] - c[0]).perp_dot(c[i + 1] - c[0])).sum::<f64>() * 0.5
     }
 
+    /// Whether a point is inside, or not farther outside than this.
+    pub(super) fn holds(&self, p: DVec2, margin: f64) -> bool {
+        let c = self.corners();
+        let sign = self.area().signum();
+        (0..c.len()).all(|i| {
+            let side = c[(i + 1) % c.len()] - c[i];
+            sign * side.perp_dot(p - c[i]) >= -margin * side.length()
+        })
+    }
+
     pub(super) fn bounds(&self) -> (DVec2, DVec2) {
         let start = (DVec2::splat(f64::INFINITY), DVec2::splat(f64::NEG_INFINITY));
         self.corners().iter().fold(start, |(lo, hi), p| (lo.min(*p), hi.max(*p)))

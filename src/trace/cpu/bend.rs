@@ -12,8 +12,11 @@ pub enum PathEnd {
     Place,
     /// A straight side of the body, along which it slides with the place where the path is shortest: unit vector (world).
     Side(DVec3),
-    /// The plane with this normal, on which it stays the place of mirror reflection.
+    /// The plane with this normal, on which it stays the specular point.
     Plane(DVec3),
+    /// A curved surface of the body, over which the specular point travels: its positions on the body, as that is at mid-frame, at the
+    /// frame's start and end, m.
+    Surface([DVec3; 2]),
 }
 
 /// A plane that moves with a body: a place on it and its normal.
@@ -128,6 +131,26 @@ impl Bends {
         self.radar_m[2 * end]
     }
 
+    /// The radar's images in the mirrors of a path's two ends.
+    fn stations(&self, ends: [Mirrors; 2], when: When) -> [DVec3; 2] {
+        ends.map(|mirrors| mirrors.iter().fold(self.radar_m[when as usize], |p, m| m.image(p, when)))
+    }
+
+    /// Where the radar's images in the mirrors of a path's two ends are at the frame's start and end, as seen from a body with these
+    /// shifts that is where it is at mid-frame, m. None where nothing of the path moves.
+    pub(super) fn stations_of_body(
+        &self,
+        ends: [Mirrors; 2],
+        shifts: &[Shift; 2],
+    ) -> Option<[[DVec3; 2]; 2]> {
+        let before = self.stations(ends, When::Middle);
+        let moved = [When::Start, When::End].map(|when| {
+            let seen = |p| when.shift(shifts).map_or(p, |s| s.place_before(p));
+            self.stations(ends, when).map(seen)
+        });
+        (self.reach_s > 0.0 && moved.iter().any(|m| *m != before)).then_some(moved)
+    }
+
     /// Completes a path of `length_m` from the radar `out` over mirrors to `end` and `back` over mirrors, whose first and last places lie
     /// at `ranges_m`. `rate_mps` is that of an end that keeps its place.
     pub fn of(
@@ -152,13 +175,14 @@ impl Bends {
             };
         }
         let times = [When::Start, When::Middle, When::End];
-        let stations = times.map(|when| {
-            [out, back]
-                .map(|mirrors| mirrors.iter().fold(self.radar_m[when as usize], |p, m| m.image(p, when)))
-        });
+        let stations = times.map(|when| self.stations([out, back], when));
         // Where the straight lines from the two stations lead to, and the rate of the length.
         let (targets, rate) = match end.keeps {
             PathEnd::Place => (times.map(|when| [when.place(end.shifts, end.place_m); 2]), rate_mps),
+            PathEnd::Surface([start, stop]) => {
+                let points = [start, end.place_m, stop];
+                (times.map(|when| [when.place(end.shifts, points[when as usize]); 2]), rate_mps)
+            }
             PathEnd::Plane(normal) => {
                 let targets = times.map(|when| {
                     let place = when.place(end.shifts, end.place_m);

@@ -26,7 +26,7 @@ const DEPTH: u32 = 24;
 /// How far beyond its values at three places the slope along a crease may go, as a share of their span.
 const EDGE_WIDER: f64 = 0.25;
 /// A side of a lit polygon that lies this near to a crease is on it, as a phase, rad; so is its end, to the crease's.
-const ON_CREASE: f64 = 5e-2;
+pub(super) const ON_CREASE: f64 = 5e-2;
 
 /// A facet of a curved surface between a source and a receiver, or their images.
 pub(super) struct Curved<'a> {
@@ -209,6 +209,21 @@ impl<'a> Curved<'a> {
     /// Least share of a corner, negative outside the facet.
     pub(super) fn least_share(&self, p: DVec2) -> f64 {
         self.shares(p).into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Slope of the path's length along the face's axes.
+    pub(super) fn slope(&self, p: DVec2) -> DVec2 {
+        self.at(p).slope
+    }
+
+    /// The share of the line between two positions at which it leaves the facet, and the side by which it does; None where it stays.
+    pub(super) fn leaves(&self, from: DVec2, to: DVec2) -> Option<(f64, usize)> {
+        let (a, b) = (self.shares(from), self.shares(to));
+        // The side from corner s on lies across from the corner before it.
+        let across = |s: usize| (s + 2) % 3;
+        let share = |s: usize| (a[across(s)] / (a[across(s)] - b[across(s)])).clamp(0.0, 1.0);
+        let left = (0..3).filter(|s| b[across(*s)] < 0.0).map(|s| (share(s), s));
+        left.min_by(|p, q| p.0.total_cmp(&q.0))
     }
 
     /// Place of the surface and its unit normal on the lit side.

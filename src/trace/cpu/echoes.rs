@@ -7,12 +7,13 @@
 use super::beams::{Clipped, Ends, Node, Piece, Polygon, overlaps};
 use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::{Holds, Plane, Wave, spread_for};
-use super::curved::Curved;
+use super::curved::{Curved, ON_CREASE};
 use super::diffuse;
 use super::ended;
 use super::field::{Bounce, sent};
 use super::points::{Reflecting, SAME, TAU, point_echoes_over};
 use super::shine::{Shine, clip_shining};
+use super::specular::{self, Specular};
 use super::two_curved;
 use crate::base::convention::Convention;
 use crate::base::frames::{Pose, Sensor, World};
@@ -208,8 +209,19 @@ pub fn from_clipped(
         false => counted(radar.echoes(r, false)),
     });
     let over = imaged.par_iter().map_tasks(|r| counted(radar.echoes(r, true)));
-    let curved = facets.par_iter().map_tasks(|f| counted(radar.of_facet(f)));
-    let lists: Vec<(Vec<Echo>, u64)> = all.chain(over).chain(curved).collect();
+    let mut lists: Vec<(Vec<Echo>, u64)> = all.chain(over).collect();
+    let of_facets: Vec<OfFacet> = facets.par_iter().map_tasks(|f| radar.of_facet(f, &numbers)).collect();
+    let (mut apart, mut shares) = (Vec::new(), Vec::new());
+    for of in of_facets {
+        apart.push(of.edges);
+        shares.extend(of.inner);
+    }
+    // Of one specular point side by side, in the order of the facets.
+    shares.sort_by_key(|s| s.surface);
+    let same = |a: &InnerEcho, b: &InnerEcho| a.surface.is_some() && a.surface == b.surface;
+    let surfaces: Vec<&[InnerEcho]> = shares.chunk_by(same).collect();
+    let together = surfaces.par_iter().map_tasks(|s| counted(radar.of_surface(s)));
+    lists.par_extend(together.chain(apart.into_par_iter().map_tasks(counted)));
     let mut broken: u64 = lists.iter().map(|l| l.1).sum();
     let mut others = diffuse::echoes(geometry, clipped, pose, velocity_mps, options);
     let rays = others.len() as u64;
@@ -391,6 +403,32 @@ fn sides_of(polygon: &Polygon) -> impl Iterator<Item = [DVec2; 2]> {
         let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
         if turns_left { [a, b] } else { [b, a] }
     })
+}
+
+/// What a facet of a curved surface returns.
+#[derive(Default)]
+struct OfFacet {
+    /// Echoes of its creases.
+    edges: Vec<Echo>,
+    /// One echo for each pair of ways.
+    inner: Vec<InnerEcho>,
+}
+
+/// The echo of the inside of a facet, by one way there and one back.
+struct InnerEcho {
+    /// Without the facet's motion.
+    echo: Echo,
+    chain: Vec<u32>,
+    back: Vec<u32>,
+    /// The two ways differ, so that there is another echo the other way round.
+    is_pair: bool,
+    place_m: DVec3,
+    keeps: PathEnd,
+    /// Face of the specular point of the smooth surface, and the regions before the facet on the way there and back; None where no
+    /// specular point was found.
+    surface: Option<(u32, [u32; 2])>,
+    /// The specular point, where it lies on the facet's own lit part.
+    specular: Option<Specular>,
 }
 
 /// What the place of a wave on a face keeps to.
@@ -584,10 +622,10 @@ impl Station<'_> {
 
     /// Echoes of a facet of a curved surface, of which these are the parts that the radar lights straight and over planes: by every pair
     /// of a way there and a way back, the images of the radar being exact for planes. A pair of two ways is one the other way round, too.
-    fn of_facet(&self, lit: &[Region]) -> Vec<Echo> {
+    fn of_facet(&self, lit: &[Region], numbers: &RegionNumbers) -> OfFacet {
         let ways: Vec<Vec<u32>> = lit.iter().map(|r| self.chain(r.node)).collect();
         let last = |way: &[u32]| &self.clipped.nodes[way[way.len() - 1] as usize];
-        let mut list = Vec::new();
+        let mut found = OfFacet::default();
         for (i, out) in ways.iter().enumerate() {
             for (j, back) in ways[..=i].iter().enumerate() {
                 // Planes that are as good as endless come on top, as for beams.
@@ -597,66 +635,153 @@ impl Station<'_> {
                 if bounces > (self.bounces + free).min(MAX_BOUNCES) || !are_one_side {
                     continue;
                 }
-                let found = match i == j {
-                    true => self.curved(out, back, &lit[i].pieces, true),
+                let before = [out, back].map(|way| match last(way).parent {
+                    u32::MAX => u32::MAX,
+                    parent => numbers.of_node[parent as usize],
+                });
+                match i == j {
+                    true => self.curved((out, back), before, &lit[i].pieces, true, &mut found),
                     // An edge lit over a plane and seen over another is left out.
                     false => {
-                        self.curved(out, back, &overlaps(&lit[i].pieces, &lit[j].pieces), back.len() == 1)
+                        let both = overlaps(&lit[i].pieces, &lit[j].pieces);
+                        self.curved((out, back), before, &both, back.len() == 1, &mut found);
                     }
-                };
-                if i != j {
-                    list.extend(found.iter().map(Echo::reversed));
                 }
-                list.extend(found);
             }
         }
-        list
+        found
     }
 
-    /// Echoes of a lit part of a curved facet by one way there and one back, with `edges` those of its creases, too.
-    fn curved(&self, chain: &[u32], back: &[u32], pieces: &[Polygon], edges: bool) -> Vec<Echo> {
+    /// Echoes of a lit part of a curved facet by one way there and one back, with `edges` those of its creases, too. `before` are the
+    /// regions that the ways meet before it.
+    fn curved(
+        &self,
+        (chain, back): (&[u32], &[u32]),
+        before: [u32; 2],
+        pieces: &[Polygon],
+        edges: bool,
+        found: &mut OfFacet,
+    ) {
         let faces = self.geometry.faces();
         let last = chain[chain.len() - 1];
         let (face, flat) = (self.face(last), self.clipped.nodes[last as usize].normal);
         let Some(facet) = faces.curved.get(face.curved as usize).filter(|_| !pieces.is_empty()) else {
-            return Vec::new();
+            return;
         };
         let stations = [self.origin(chain), self.origin(back)];
         let corner = faces.corners[face.first as usize];
         if stations.iter().any(|s| flat.dot(*s - corner) <= 0.0) {
-            return Vec::new();
+            return;
         }
         let k = wavenumber(self.geometry.freq_hz);
         let sign = flat.dot(face.normal).signum();
         let facet = Curved::new((facet, faces.corners(face), face.axis), sign, stations, (k, self.tau));
-        let mut list = Vec::new();
-        let mut radiate = |place: DVec2, value: Complex64, holds: Holds| {
+        let is_pair = chain != back;
+        let radiated = |place: DVec2, value: Complex64, holds: Holds| {
             let spot = facet.at(place);
             let [out_m, back_m] = facet.ranges(&spot);
             if MOST_RADIATED * k / (4.0 * PI) * value.norm() < self.least * out_m * back_m {
-                return;
+                return None;
             }
             let normal = facet.lit_normal(&spot).unwrap_or(flat);
             let mut echo = self.echo(chain, back, spot.place, normal);
-            for a in echo.path_gain.as_flattened_mut() {
-                *a *= value * Complex64::new(0.0, -k / (4.0 * PI));
-            }
-            self.bend(chain, back, (spot.place, keeps(face, holds, normal)), &mut echo);
-            list.push(echo);
+            let turn = value * Complex64::new(0.0, -k / (4.0 * PI)) * self.shares(chain, back, spot.place);
+            echo.path_gain.as_flattened_mut().iter_mut().for_each(|a| *a *= turn);
+            Some((echo, spot.place, keeps(face, holds, normal)))
         };
-        if let Some(inner) = facet.inner(pieces) {
-            radiate(inner.place, inner.value, inner.holds);
+        if let Some(inner) = facet.inner(pieces)
+            && let Some((echo, place_m, keeps)) = radiated(inner.place, inner.value, inner.holds)
+        {
+            let number = self.clipped.nodes[last as usize].face;
+            // Whether a point so near to a crease is lit hangs on rounding.
+            let border_m = ON_CREASE / k;
+            let start = Specular { face: number, at: inner.place };
+            let found_at = specular::find(faces, start, stations, border_m);
+            found.inner.push(InnerEcho {
+                echo,
+                chain: chain.to_vec(),
+                back: back.to_vec(),
+                is_pair,
+                place_m,
+                keeps,
+                surface: found_at.map(|s| (s.face, before)),
+                specular: found_at.filter(|s| {
+                    s.face == number && pieces.iter().any(|p| p.holds(s.at, specular::NEAR_SIDE_M))
+                }),
+            });
         }
         if edges && facet.has_crease() {
             let near_m = SAME * faces.radius_m;
             let mut radiate_from = |side| {
                 if let Some(crease) = facet.crease(side, near_m) {
-                    facet.edge(side, crease, pieces, |w| radiate(w.place, w.value, w.holds));
+                    facet.edge(side, crease, pieces, |w| {
+                        if let Some((mut echo, place_m, keeps)) = radiated(w.place, w.value, w.holds) {
+                            self.moves(chain, back, (place_m, keeps), &mut echo);
+                            found.edges.extend(is_pair.then(|| echo.reversed()));
+                            found.edges.push(echo);
+                        }
+                    });
                 }
             };
             outline_of(pieces, near_m).into_iter().for_each(&mut radiate_from);
         }
+    }
+
+    /// Echoes of the insides of facets that share one specular point of a smooth surface: one echo, whose path goes by way of that
+    /// point wherever it travels over the surface. Where the point is in the shadow or leaves the surface within the frame, each facet
+    /// has an echo of its own that keeps its place on the body.
+    fn of_surface(&self, shares: &[InnerEcho]) -> Vec<Echo> {
+        let mut list = match self.of_specular(shares) {
+            Some(echo) => vec![echo],
+            None => shares
+                .iter()
+                .map(|s| {
+                    let mut echo = s.echo.clone();
+                    self.moves(&s.chain, &s.back, (s.place_m, s.keeps), &mut echo);
+                    echo
+                })
+                .collect(),
+        };
+        if shares[0].is_pair {
+            list.extend(list.iter().map(Echo::reversed).collect::<Vec<_>>());
+        }
         list
+    }
+
+    /// The echo of a specular point.
+    fn of_specular(&self, shares: &[InnerEcho]) -> Option<Echo> {
+        let (own, at) = shares.iter().find_map(|s| Some((s, s.specular?)))?;
+        let (faces, k) = (self.geometry.faces(), wavenumber(self.geometry.freq_hz));
+        let (chain, back) = (&own.chain[..], &own.back[..]);
+        let stations = [self.origin(chain), self.origin(back)];
+        let facet = specular::facet(faces, at.face, stations, (k, self.tau))?;
+        let spot = facet.at(at.at);
+        let normal = facet.lit_normal(&spot)?;
+        let body = &self.geometry.bodies[faces.faces[at.face as usize].body as usize];
+        let mirrors = [self.mirrors(chain), self.mirrors(back)];
+        let ends = [&mirrors[0][..chain.len() - 1], &mirrors[1][..back.len() - 1]];
+        let keeps = match self.bends.stations_of_body(ends, &body.shifts) {
+            None => PathEnd::Place,
+            Some(moved) => {
+                let travelled = moved.map(|stations| {
+                    let there = specular::find(faces, at, stations, 0.0)?;
+                    let facet = specular::facet(faces, there.face, stations, (k, self.tau))?;
+                    Some(facet.at(there.at).place)
+                });
+                PathEnd::Surface([travelled[0]?, travelled[1]?])
+            }
+        };
+        let mut whole = self.echo(chain, back, spot.place, normal);
+        whole.path_gain = Matrix2::default();
+        for share in shares {
+            let turn = Complex64::cis(-k * (share.echo.path_length_m - whole.path_length_m));
+            let gains = share.echo.path_gain.as_flattened();
+            for (sum, a) in whole.path_gain.as_flattened_mut().iter_mut().zip(gains) {
+                *sum += a * turn;
+            }
+        }
+        self.moves(chain, back, (spot.place, keeps), &mut whole);
+        Some(whole)
     }
 
     /// The centre of a region whose paths are so nearly of one length that one echo stands for all of them all over the band, and
@@ -780,25 +905,37 @@ impl Station<'_> {
     /// Completes an echo of a place by one way there and one `back`: what the first plane of each brings of an endless mirror
     /// (CONVENTIONS eq. 65a) if it mirrors what follows, and how the path changes over the frame, and its directions.
     fn bend(&self, chain: &[u32], back: &[u32], (place_m, keeps): (DVec3, PathEnd), echo: &mut Echo) {
-        let body = |i: u32| &self.geometry.bodies[self.face(i).body as usize];
-        let last = chain[chain.len() - 1];
+        let shares = self.shares(chain, back, place_m);
+        echo.path_gain.as_flattened_mut().iter_mut().for_each(|a| *a *= shares);
+        self.moves(chain, back, (place_m, keeps), echo);
+    }
+
+    /// What the first planes of both ways bring of an endless mirror.
+    fn shares(&self, chain: &[u32], back: &[u32], place_m: DVec3) -> Complex64 {
+        self.share(chain, place_m) * self.share(back, place_m)
+    }
+
+    /// The planes that a way meets before its last face.
+    fn mirrors(&self, way: &[u32]) -> [Mirror<'_>; MAX_BOUNCES] {
         let faces = self.geometry.faces();
-        let mirrors = |way: &[u32]| {
-            let mut mirrors = [Mirror { body: body(last), place_m, normal: DVec3::Z }; MAX_BOUNCES];
-            for (mirror, &i) in mirrors.iter_mut().zip(&way[..way.len() - 1]) {
-                *mirror = Mirror {
-                    body: body(i),
-                    place_m: faces.corners[self.face(i).first as usize],
-                    normal: self.clipped.nodes[i as usize].normal,
-                };
-            }
-            mirrors
+        let mirror = |i: u32| Mirror {
+            body: &self.geometry.bodies[self.face(i).body as usize],
+            place_m: faces.corners[self.face(i).first as usize],
+            normal: self.clipped.nodes[i as usize].normal,
         };
-        let share = self.share(chain, place_m) * self.share(back, place_m);
-        echo.path_gain.as_flattened_mut().iter_mut().for_each(|a| *a *= share);
-        let (out_mirrors, back_mirrors) = (mirrors(chain), mirrors(back));
+        let mut mirrors = [mirror(way[way.len() - 1]); MAX_BOUNCES];
+        for (m, &i) in mirrors.iter_mut().zip(&way[..way.len() - 1]) {
+            *m = mirror(i);
+        }
+        mirrors
+    }
+
+    /// Completes an echo with how its path changes over the frame, and its directions.
+    fn moves(&self, chain: &[u32], back: &[u32], (place_m, keeps): (DVec3, PathEnd), echo: &mut Echo) {
+        let body = &self.geometry.bodies[self.face(chain[chain.len() - 1]).body as usize];
+        let (out_mirrors, back_mirrors) = (self.mirrors(chain), self.mirrors(back));
         let mirrors = [&out_mirrors[..chain.len() - 1], &back_mirrors[..back.len() - 1]];
-        let end = End { shifts: &body(last).shifts, place_m, keeps };
+        let end = End { shifts: &body.shifts, place_m, keeps };
         let ranges_m = [echo.first_range_m, echo.last_range_m];
         let motion = self.bends.of(mirrors, end, echo.path_length_m, ranges_m, echo.path_rate_mps);
         (echo.path_rate_mps, echo.path_acceleration_and_jerk) =

@@ -18,6 +18,7 @@ pub mod rays;
 pub mod refract;
 pub mod scan;
 pub mod shine;
+mod specular;
 pub(super) mod topology;
 mod two_curved;
 pub mod volume;
