@@ -240,7 +240,7 @@ impl Radar<'_> {
     fn of_wall(&self, window: &Frame, number: usize) -> Vec<Fragment> {
         let s = self.origin;
         let [u, v] = if number < 2 { [window.u, window.v] } else { [window.v, window.u] };
-        let sign = if number % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
         let side = window.k + u * sign;
         let ends_m = [s + side + v, s + side - v];
         let inward = (window.k - u * sign).normalize();
