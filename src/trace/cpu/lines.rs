@@ -10,7 +10,7 @@
 //!    away cross it; one ray finds the face behind each piece; the fragment is the plane through radar and edge on that face.
 //! 4. **Walls** of windows are shadows of the same kind.
 //!
-//! Rays run beside the lines, not on them ([`BESIDE_M`]), so that each is decided by what lies on either side. Which of two faces hides the
+//! Rays run beside the lines, not on them (a few nanometres), so that each is decided by what lies on either side. Which of two faces hides the
 //! other where they lie in one plane follows the rules of the polygons ([`super::beams`], CONVENTIONS eq. 65b).
 
 use super::beams::GRAZING;
