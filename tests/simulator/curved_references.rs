@@ -666,8 +666,8 @@ impl Swing {
         }
     }
 
-    /// The distance from the origin to the surface, m, there and back, and the velocity of the particle at the nearest point away from the
-    /// origin: the normal there looks at the origin. Newton's method on the multiplier of the nearest point.
+    /// The distance from the origin to the nearest point of the surface and back, m, by Newton's method on the multiplier of the nearest
+    /// point.
     fn path_m(&self, time_s: f64) -> f64 {
         let body = self.at(time_s);
         let p = body.turn.inverse() * -body.centre;

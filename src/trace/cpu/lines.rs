@@ -72,7 +72,7 @@ struct Radar<'a> {
     windows: &'a [Frame],
     /// Whether rays from the radar can meet each face.
     lit: Vec<bool>,
-    /// A face of each patch, in whose plane the patch's outline is told: corners of a file may be a little off it, and outlines must close.
+    /// A face of each patch, in whose plane the patch's outline is given: corners of a file may be a little off it, and outlines must close.
     leads: Vec<u32>,
     /// Of each edge the side of the plane through the radar and its ends that nothing at the edge covers, as the sign of
     /// (a - origin) x (b - origin); 0 where it is no silhouette.
