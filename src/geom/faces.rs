@@ -4,6 +4,7 @@
 use super::bvh::binary_tree;
 use super::cells::{self, Cell, NO_CELL};
 use super::curved_facet::CurvedFacet;
+use super::tree::{self, parents_first};
 use super::welded::{NO_PLANE, Welded, sides};
 use crate::base::frames::{Pose, Target, World};
 use crate::geom::hash::FastMap;
@@ -32,9 +33,6 @@ const ENDLESS_RATIO: f64 = 100.0;
 
 /// Most faces of a leaf.
 const LEAF_FACES: u32 = 8;
-
-/// Levels that a tree may have: those of the bodies' trees and of the tree over them.
-const DEEPEST: usize = 128;
 
 /// A convex polygon in one plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -521,22 +519,12 @@ impl Faces {
 
     /// Boxes of these nodes, of which each comes before those below it.
     fn fit(&mut self, parents_first: Vec<usize>) {
-        for i in parents_first.into_iter().rev() {
-            let n = self.nodes[i];
-            let (lo, hi) = if n.count > 0 {
-                let faces = &self.faces[n.first as usize..(n.first + n.count) as usize];
-                faces.iter().map(|f| bounds(self.corners(f))).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-            } else {
-                let of = |n: &Node| (n.centre - n.half, n.centre + n.half);
-                let (a, b) = (of(&self.nodes[n.first as usize]), of(&self.nodes[n.first as usize + 1]));
-                Some((a.0.min(b.0), a.1.max(b.1)))
-            }
-            .unwrap_or_default();
-            // Half a rounding step of slack, so that no face leaves its box.
-            let slack = DVec3::splat(1e-14 * (1.0 + hi.abs().max(lo.abs()).max_element()));
-            self.nodes[i].centre = 0.5 * (lo + hi);
-            self.nodes[i].half = 0.5 * (hi - lo) + slack;
-        }
+        let (faces, corners) = (&self.faces, &self.corners);
+        let of = |f: &Face| bounds(&corners[f.first as usize..(f.first + f.count) as usize]);
+        tree::fit(&mut self.nodes, parents_first, |n| {
+            let some = &faces[n.first as usize..(n.first + n.count) as usize];
+            some.iter().map(of).reduce(tree::around)
+        });
     }
 
     /// Calls `visit` with the index of each face whose leaf reaches into all `spaces`, in tree order.
@@ -571,9 +559,6 @@ impl Faces {
     /// Calls `visit` with the faces of the leaves that are not missed, until it says that it has enough.
     #[inline]
     fn visit(&self, misses: impl Fn(&Node) -> bool, from: Option<DVec3>, mut visit: impl FnMut(u32) -> bool) {
-        if self.nodes.is_empty() {
-            return;
-        }
         if !self.few.is_empty() {
             for node in self.few.iter().map(|&i| &self.nodes[i as usize]) {
                 if !misses(node) && (node.first..node.first + node.count).any(&mut visit) {
@@ -582,53 +567,15 @@ impl Faces {
             }
             return;
         }
-        let mut stack = [0u32; DEEPEST];
-        let mut top = 1;
-        while top > 0 {
-            top -= 1;
-            let node = &self.nodes[stack[top] as usize];
-            if misses(node) {
-                continue;
-            }
-            if node.count > 0 {
-                if (node.first..node.first + node.count).any(&mut visit) {
-                    return;
-                }
-            } else {
-                let (mut near, mut far) = (node.first, node.first + 1);
-                if let Some(place) = from {
-                    let away = |i: u32| self.nodes[i as usize].centre.distance_squared(place);
-                    if away(far) < away(near) {
-                        std::mem::swap(&mut near, &mut far);
-                    }
-                }
-                stack[top] = far;
-                stack[top + 1] = near;
-                top += 2;
-            }
-        }
+        tree::walk(&self.nodes, misses, from, visit);
     }
 }
 
-/// All nodes, each before those below it.
 /// A symmetric tensor of a body where the body stands in `pose`.
 fn turned(tensor: &DMat3, pose: &Pose<Target, World>) -> DMat3 {
     let turn =
         DMat3::from_cols_array_2d(&[DVec3::X, DVec3::Y, DVec3::Z].map(|d| pose.direction(d).to_array()));
     turn * *tensor * turn.transpose()
-}
-
-fn parents_first(nodes: &[Node]) -> Vec<usize> {
-    let mut order = if nodes.is_empty() { vec![] } else { vec![0] };
-    let mut i = 0;
-    while i < order.len() {
-        let n = nodes[order[i]];
-        if n.count == 0 {
-            order.extend([n.first as usize, n.first as usize + 1]);
-        }
-        i += 1;
-    }
-    order
 }
 
 /// A tree over boxes, its own boxes still to be taken, and the order in which its leaves hold them, at most `most` each.

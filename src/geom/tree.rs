@@ -1,88 +1,109 @@
-//! A tree of boxes over anything that has one, in f64.
+//! Trees of boxes in f64: over faces ([`super::faces::Faces`]), and over anything that has a box ([`BoxTree`]).
 
-use super::faces::tree_over;
+use super::faces::{Node, tree_over};
 use glam::DVec3;
 
-/// Branches that a walk may have open.
+/// Levels that a tree may have: those of the bodies' trees and of the tree over them.
 const DEEPEST: usize = 128;
 
-/// A box of the tree: `count` items from `first` on, or, when 0, the two boxes `first` and `first + 1`.
-#[derive(Debug, Clone, Copy)]
-struct Node {
-    centre: DVec3,
-    half: DVec3,
-    first: u32,
-    count: u32,
+/// Least and largest corner of a box.
+pub(super) type Bounds = (DVec3, DVec3);
+
+/// The box around two.
+pub(super) fn around(a: Bounds, b: Bounds) -> Bounds {
+    (a.0.min(b.0), a.1.max(b.1))
 }
 
-/// The tree. It numbers its items in the order of its leaves.
+/// All nodes, each before those below it.
+pub(super) fn parents_first(nodes: &[Node]) -> Vec<usize> {
+    let mut order = if nodes.is_empty() { vec![] } else { vec![0] };
+    let mut i = 0;
+    while i < order.len() {
+        let n = nodes[order[i]];
+        if n.count == 0 {
+            order.extend([n.first as usize, n.first as usize + 1]);
+        }
+        i += 1;
+    }
+    order
+}
+
+/// Finds the boxes of nodes, of which each comes before those below it, from those of their leaves' items.
+pub(super) fn fit(nodes: &mut [Node], parents_first: Vec<usize>, of_leaf: impl Fn(&Node) -> Option<Bounds>) {
+    for i in parents_first.into_iter().rev() {
+        let n = nodes[i];
+        let of = |n: &Node| (n.centre - n.half, n.centre + n.half);
+        let (lo, hi) = match n.count {
+            0 => around(of(&nodes[n.first as usize]), of(&nodes[n.first as usize + 1])),
+            _ => of_leaf(&n).unwrap_or_default(),
+        };
+        // Half a rounding step of slack, so that nothing leaves its box.
+        let slack = DVec3::splat(1e-14 * (1.0 + hi.abs().max(lo.abs()).max_element()));
+        nodes[i].centre = 0.5 * (lo + hi);
+        nodes[i].half = 0.5 * (hi - lo) + slack;
+    }
+}
+
+/// Calls `visit` with the items of the leaves that are not missed, until it says that it has enough. With a place to look `from` the
+/// nearer of two branches comes first.
+#[inline]
+pub(super) fn walk(
+    nodes: &[Node],
+    misses: impl Fn(&Node) -> bool,
+    from: Option<DVec3>,
+    mut visit: impl FnMut(u32) -> bool,
+) {
+    if nodes.is_empty() {
+        return;
+    }
+    let mut stack = [0u32; DEEPEST];
+    let mut top = 1;
+    while top > 0 {
+        top -= 1;
+        let node = &nodes[stack[top] as usize];
+        if misses(node) {
+            continue;
+        }
+        if node.count > 0 {
+            if (node.first..node.first + node.count).any(&mut visit) {
+                return;
+            }
+        } else {
+            let (mut near, mut far) = (node.first, node.first + 1);
+            if let Some(place) = from {
+                let away = |i: u32| nodes[i as usize].centre.distance_squared(place);
+                if away(far) < away(near) {
+                    std::mem::swap(&mut near, &mut far);
+                }
+            }
+            stack[top] = far;
+            stack[top + 1] = near;
+            top += 2;
+        }
+    }
+}
+
+/// A tree over boxes. It numbers its items in the order of its leaves.
 #[derive(Debug, Default)]
 pub(crate) struct BoxTree {
     nodes: Vec<Node>,
 }
 
 impl BoxTree {
-    /// A tree over boxes (least and largest corner), at most `most` in a leaf, and the box that each number stands for.
-    pub(crate) fn new(boxes: &[(DVec3, DVec3)], most: u32) -> (BoxTree, Vec<u32>) {
-        let (shape, order) = tree_over(boxes, most);
-        let mut bounds = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); shape.len()];
-        // Children come after their parents.
-        let mut parents_first = if shape.is_empty() { vec![] } else { vec![0usize] };
-        let mut at = 0;
-        while at < parents_first.len() {
-            let n = &shape[parents_first[at]];
-            if n.count == 0 {
-                parents_first.extend([n.first as usize, n.first as usize + 1]);
-            }
-            at += 1;
-        }
-        for i in parents_first.into_iter().rev() {
-            let n = &shape[i];
-            let first = n.first as usize;
-            let join = |a: (DVec3, DVec3), b: (DVec3, DVec3)| (a.0.min(b.0), a.1.max(b.1));
-            bounds[i] = match n.count {
-                0 => join(bounds[first], bounds[first + 1]),
-                count => order[first..first + count as usize]
-                    .iter()
-                    .map(|k| boxes[*k as usize])
-                    .fold(bounds[i], join),
-            };
-        }
-        let node = |(n, (lo, hi)): (&super::faces::Node, &(DVec3, DVec3))| {
-            let slack = DVec3::splat(1e-14 * (1.0 + hi.abs().max(lo.abs()).max_element()));
-            Node {
-                centre: 0.5 * (*lo + *hi),
-                half: 0.5 * (*hi - *lo) + slack,
-                first: n.first,
-                count: n.count,
-            }
-        };
-        (BoxTree { nodes: shape.iter().zip(&bounds).map(node).collect() }, order)
+    /// A tree over boxes, at most `most` in a leaf, and the box that each number stands for.
+    pub(crate) fn new(boxes: &[Bounds], most: u32) -> (BoxTree, Vec<u32>) {
+        let (mut nodes, order) = tree_over(boxes, most);
+        let parents_first = parents_first(&nodes);
+        fit(&mut nodes, parents_first, |n| {
+            let some = &order[n.first as usize..(n.first + n.count) as usize];
+            some.iter().map(|i| boxes[*i as usize]).reduce(around)
+        });
+        (BoxTree { nodes }, order)
     }
 
     /// Calls `visit` with the items of all leaves that are not missed (`misses` gets centre and half size of a box), until it returns true.
     #[inline]
-    pub(crate) fn visit(&self, misses: impl Fn(DVec3, DVec3) -> bool, mut visit: impl FnMut(u32) -> bool) {
-        if self.nodes.is_empty() {
-            return;
-        }
-        let mut stack = [0u32; DEEPEST];
-        let mut top = 1;
-        while top > 0 {
-            top -= 1;
-            let node = &self.nodes[stack[top] as usize];
-            if misses(node.centre, node.half) {
-                continue;
-            }
-            if node.count > 0 {
-                if (node.first..node.first + node.count).any(&mut visit) {
-                    return;
-                }
-            } else {
-                stack[top] = node.first + 1;
-                stack[top + 1] = node.first;
-                top += 2;
-            }
-        }
+    pub(crate) fn visit(&self, misses: impl Fn(DVec3, DVec3) -> bool, visit: impl FnMut(u32) -> bool) {
+        walk(&self.nodes, |node| misses(node.centre, node.half), None, visit);
     }
 }

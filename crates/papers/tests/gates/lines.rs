@@ -32,7 +32,7 @@ fn areas(faces: &Faces, windows: &[Window]) -> Areas {
     let by_polygons = start.elapsed().as_secs_f64();
     let mut polygons = vec![0.0; patches];
     // Corners of a file may be a little off their planes. Seen at a small angle that shifts an outline by far more, so that both are
-    // measured in the plane in which lines tell the outline.
+    // measured in the plane in which lines give the outline.
     let mut leads = vec![0; patches];
     faces.faces.iter().enumerate().for_each(|(i, f)| leads[f.patch as usize] = i);
     for piece in &clipped.every {
