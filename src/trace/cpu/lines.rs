@@ -1,22 +1,26 @@
-//! Visibility by lines: what a radar sees directly, as fragments of straight lines.
+//! Visibility by lines: what a radar lights directly and by way of mirrors, as fragments of straight lines.
 //!
-//! The visible part of a patch is never a polygon. Its outline is a list of fragments, each by itself: parts of the patch's own edges,
+//! The lit part of a patch is never a polygon. Its outline is a list of fragments, each by itself: parts of the patch's own edges,
 //! shadows of silhouettes on it, and walls of the window through which the radar looks. Areas, moments and waves are sums over fragments.
 //!
-//! 1. **Edges.** Every edge is split where nearer silhouettes cross it as the radar sees it, where it pierces a face, and at walls of windows.
-//!    A ray to the middle of each part decides whether the part is visible.
-//! 2. **Half-faces.** A visible part is outline of each lit face that meets in it, unless another of them hides it there.
-//! 3. **Shadows.** A visible part of a silhouette throws its shadow on what lies behind its free side. The part is split where edges farther
-//!    away cross it; one ray finds the face behind each piece; the fragment is the plane through radar and edge on that face.
-//! 4. **Walls** of windows are shadows of the same kind.
+//! A [`View`] is a source of rays, the radar or its image behind the last of a chain of mirrors, with all legs of the path to it.
+//!
+//! 1. **Edges.** Every edge ahead is split where nearer silhouettes cross it in the view, on each leg of the path, where it pierces a face,
+//!    and at walls of windows. Rays to the middle of each part, one for each leg, decide whether the part is lit.
+//! 2. **Half-faces.** A lit part is outline of each lit face that meets in it, unless another of them hides it there.
+//! 3. **Shadows.** A lit part of a silhouette throws its shadow on what lies behind its free side. The part is split where edges farther
+//!    away cross it; one ray finds the face behind each piece; the fragment is the plane through source and edge on that face.
+//! 4. **Walls** of windows are shadows of the same kind, and so is the outline of what is lit of a mirror, in the view behind it.
 //!
 //! Rays run beside the lines, not on them (a few nanometres), so that each is decided by what lies on either side. Which of two faces hides the
-//! other where they lie in one plane follows the rules of the polygons ([`super::beams`], CONVENTIONS eq. 65b).
+//! other where they lie in one plane follows the rules of the polygons ([`super::beams`], CONVENTIONS eq. 65b). Chains of views are followed
+//! in [`super::chains`].
 
-use super::beams::GRAZING;
+use super::beams::{GRAZING, Side};
 use crate::base::tasks::Tasks;
 use crate::geom::edge_table::{Edge, EdgeTable, HalfFace};
 use crate::geom::faces::{Face, Faces, LIES_M, misses_segment};
+use crate::geom::tree::BoxTree;
 use crate::trace::beams::Frame;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -35,26 +39,32 @@ const SHORTEST_M: f64 = 1e-10;
 const EDGE_ON: f64 = 1e-9;
 /// Rounding along a ray, m.
 const ROUNDING_M: f64 = 1e-9;
+/// Value of `Fragment::edge` where there is none.
+const NO_EDGE: u32 = u32::MAX;
 
-/// A part of the outline of what is visible of a patch.
+/// A part of the outline of what is lit of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fragment {
     /// Both ends on the patch, m.
     pub ends_m: [DVec3; 2],
-    /// Unit vector in the patch towards its visible side.
+    /// Unit vector in the patch towards its lit side.
     pub inward: DVec3,
     /// Index of a face of the patch.
     pub face: u32,
+    /// The edge along which the fragment runs, or [`NO_EDGE`].
+    edge: u32,
+    /// Whether that edge is one of the patch: what radiates ends there in every view.
+    is_side: bool,
 }
 
 impl Fragment {
-    /// Its share of the area by Green's theorem, m²: the sum over all fragments of a patch is the visible area, whatever the origin.
+    /// Its share of the area by Green's theorem, m²: the sum over all fragments of a patch is the lit area, whatever the origin.
     pub fn area_m2(&self, origin_m: DVec3, normal: DVec3) -> f64 {
         let [a, b] = self.ends_m.map(|p| p - origin_m);
         0.5 * self.turn(normal) * normal.dot(a.cross(b))
     }
 
-    /// The fragment as a vector with the visible side on its left. The sum over all fragments of a patch is zero.
+    /// The fragment as a vector with the lit side on its left. The sum over all fragments of a patch is zero.
     pub fn vector_m(&self, normal: DVec3) -> DVec3 {
         (self.ends_m[1] - self.ends_m[0]) * self.turn(normal)
     }
@@ -62,53 +72,233 @@ impl Fragment {
     fn turn(&self, normal: DVec3) -> f64 {
         normal.cross(self.ends_m[1] - self.ends_m[0]).dot(self.inward).signum()
     }
+
+    fn at(&self, share: f64) -> DVec3 {
+        self.ends_m[0] + (self.ends_m[1] - self.ends_m[0]) * share
+    }
+
+    /// Where the fragment comes to a plane over which its ends stand this high, m: nowhere, in one place, or from end to end.
+    fn meeting(&self, [u, v]: [f64; 2]) -> impl Iterator<Item = DVec3> {
+        let is_met = u.min(v) <= ROUNDING_M && u.max(v) >= -ROUNDING_M;
+        let (first, second) = match u.abs().max(v.abs()) <= ROUNDING_M {
+            true => (0.0, Some(1.0)),
+            false => ((u / (u - v)).clamp(0.0, 1.0), None),
+        };
+        let first = is_met.then(|| self.at(first));
+        let second = second.filter(|_| is_met).map(|t| self.at(t));
+        first.into_iter().chain(second)
+    }
 }
 
-/// A radar at a point, with all that does not depend on the line that is asked for.
-struct Radar<'a> {
-    faces: &'a Faces,
+/// The plane through a source and a segment, between the rays to the segment's ends.
+struct Wedge {
+    normal: DVec3,
+    /// Positive inside: normals of the planes through the rays to the first and to the second end. What they are at a place is as the shares
+    /// of the segment before and behind the ray through it.
+    sides: [DVec3; 2],
+}
+
+impl Wedge {
+    fn new(source: DVec3, ends_m: [DVec3; 2]) -> Option<Wedge> {
+        let [a, b] = ends_m.map(|p| p - source);
+        let normal = a.cross(b).try_normalize()?;
+        Some(Wedge { normal, sides: [normal.cross(a), b.cross(normal)] })
+    }
+}
+
+/// What does not depend on the chain of mirrors.
+pub(super) struct Scene<'a> {
+    pub faces: &'a Faces,
     table: &'a EdgeTable,
-    origin: DVec3,
     windows: &'a [Frame],
+    radar: DVec3,
     /// Whether rays from the radar can meet each face.
     lit: Vec<bool>,
     /// A face of each patch, in whose plane the patch's outline is given: corners of a file may be a little off it, and outlines must close.
     leads: Vec<u32>,
-    /// Of each edge the side of the plane through the radar and its ends that nothing at the edge covers, as the sign of
-    /// (a - origin) x (b - origin); 0 where it is no silhouette.
+    /// Of each edge the free side as the radar sees it ([`View::free_side`]).
     free: Vec<f64>,
 }
 
-/// The fragments of all patches as seen through windows from one point, in a fixed order.
-pub fn seen(faces: &Faces, table: &EdgeTable, windows: &[Frame]) -> Vec<Fragment> {
-    let Some(first) = windows.first() else { return Vec::new() };
-    let origin = first.origin;
-    let is_lit = |f: &Face| {
-        let facing = first.facing(f.normal, f.offset_m);
-        facing.abs() > GRAZING * faces.radius_m && !(f.one_sided && facing > 0.0)
-    };
-    let lit: Vec<bool> = faces.faces.iter().map(is_lit).collect();
-    let mut leads = vec![0; faces.patch_area_m2.len()];
-    faces.faces.iter().enumerate().for_each(|(i, f)| leads[f.patch as usize] = i as u32);
-    let mut radar = Radar { faces, table, origin, windows, lit, leads, free: Vec::new() };
-    radar.free = table.edges.iter().map(|e| radar.free_side(e)).collect();
-    let parts: Vec<Vec<Fragment>> =
-        (0..table.edges.len()).into_par_iter().with_min_len(64).map_tasks(|i| radar.of_edge(i)).collect();
-    let walls: Vec<Vec<Fragment>> =
-        windows.par_iter().map_tasks(|w| (0..4).flat_map(|k| radar.of_wall(w, k)).collect()).collect();
-    parts.into_iter().chain(walls).flatten().collect()
+/// A patch that mirrors, seen from its lit side.
+#[derive(Clone, Copy)]
+pub(super) struct Mirror {
+    /// The face in whose plane it mirrors.
+    lead: u32,
+    side: Side,
 }
 
-impl Radar<'_> {
+impl Mirror {
+    fn height(&self, p: DVec3) -> f64 {
+        self.side.normal.dot(p) - self.side.offset
+    }
+
+    fn image(&self, p: DVec3) -> DVec3 {
+        p - self.side.normal * (2.0 * self.height(p))
+    }
+}
+
+/// A leg of a path: the source that it comes from, and the mirror that it leaves.
+#[derive(Clone, Copy)]
+struct Leg {
+    source: DVec3,
+    mirror: Option<Mirror>,
+}
+
+/// What is crossed by the wedge between a source and a segment.
+#[derive(Clone, Copy, PartialEq)]
+enum Reach {
+    /// Silhouettes nearer than the segment.
+    Nearer,
+    /// All edges of lit faces beyond the segment.
+    Beyond,
+}
+
+/// The rays of a radar, or of its image behind the last of a chain of mirrors.
+pub(super) struct View<'a> {
+    scene: &'a Scene<'a>,
+    legs: Vec<Leg>,
+    /// Outline of what is lit of the last mirror.
+    outline: Outline<'a>,
+}
+
+/// An outline that can be asked for what comes near to a place.
+#[derive(Default)]
+struct Outline<'a> {
+    fragments: &'a [Fragment],
+    /// Over the fragments where they are many, and the fragment that each of its items stands for.
+    tree: Option<(BoxTree, Vec<u32>)>,
+}
+
+impl<'a> Outline<'a> {
+    /// So few fragments are looked at one by one.
+    const FEW: usize = 24;
+
+    fn new(fragments: &'a [Fragment]) -> Outline<'a> {
+        let bounds = |f: &Fragment| {
+            let [a, b] = f.ends_m;
+            (a.min(b), a.max(b))
+        };
+        let tree = || BoxTree::new(&fragments.iter().map(bounds).collect::<Vec<_>>(), 4);
+        Outline { fragments, tree: (fragments.len() > Self::FEW).then(tree) }
+    }
+
+    /// Calls `visit` with the fragments whose boxes are not missed.
+    fn visit(&self, misses: impl Fn(DVec3, DVec3) -> bool, mut visit: impl FnMut(&Fragment)) {
+        match &self.tree {
+            None => self.fragments.iter().for_each(visit),
+            Some((tree, order)) => tree.visit(misses, |i| {
+                visit(&self.fragments[order[i as usize] as usize]);
+                false
+            }),
+        }
+    }
+}
+
+impl<'a> Scene<'a> {
+    /// None without windows.
+    pub fn new(faces: &'a Faces, table: &'a EdgeTable, windows: &'a [Frame]) -> Option<Scene<'a>> {
+        let first = windows.first()?;
+        let radar = first.origin;
+        let mut leads = vec![0; faces.patch_area_m2.len()];
+        faces.faces.iter().enumerate().for_each(|(i, f)| leads[f.patch as usize] = i as u32);
+        let scene = Scene { faces, table, windows, radar, lit: Vec::new(), leads, free: Vec::new() };
+        let view = scene.view();
+        let lit = faces.faces.iter().map(|f| view.can_meet(0, f)).collect();
+        let scene = Scene { lit, ..scene };
+        let view = scene.view();
+        let free = table.edges.iter().map(|e| view.free_side(0, e)).collect();
+        Some(Scene { free, ..scene })
+    }
+
+    /// The radar's own view.
+    pub fn view(&self) -> View<'_> {
+        View {
+            scene: self,
+            legs: vec![Leg { source: self.radar, mirror: None }],
+            outline: Outline::default(),
+        }
+    }
+
     fn face(&self, i: u32) -> &Face {
         &self.faces.faces[i as usize]
     }
 
-    fn free_side(&self, edge: &Edge) -> f64 {
-        let [a, b] = edge.ends_m.map(|p| p - self.origin);
+    fn is_between_windows(&self, p: DVec3) -> bool {
+        let d = p - self.radar;
+        self.windows.iter().any(|w| {
+            let k = w.k.dot(d);
+            k > 0.0 && w.u.dot(d).abs() <= k && w.v.dot(d).abs() <= k
+        })
+    }
+
+    /// Whether a smaller face lies on the plane of a larger one of another body: then it is lit and the other is not.
+    fn lies_on(&self, face: &Face, other: &Face) -> bool {
+        let area = |f: &Face| (self.faces.patch_area_m2[f.patch as usize], f.body);
+        face.body != other.body
+            && area(face) < area(other)
+            && self.faces.corners(face).iter().all(|p| height(other, *p).abs() <= LIES_M)
+    }
+
+    /// Whether an edge lies in the plane of a face.
+    fn touches(&self, edge: &Edge, face: &Face, is_lit: impl Fn(u32) -> bool) -> bool {
+        let halves = self.table.halves(edge);
+        edge.ends_m.iter().all(|p| height(face, *p).abs() <= self.faces.flat_m)
+            || halves.iter().any(|h| is_lit(h.face) && self.lies_on(self.face(h.face), face))
+    }
+}
+
+impl<'a> View<'a> {
+    /// The view behind a patch, its outline still to be given; None where the source lies in the patch's plane.
+    pub fn behind(&self, patch: u32) -> Option<View<'a>> {
+        let lead = self.scene.leads[patch as usize];
+        let face = self.scene.face(lead);
+        let source = self.source();
+        let side = Side::of(face, -height(face, source));
+        let mirror = Mirror { lead, side };
+        let leg = Leg { source: mirror.image(source), mirror: Some(mirror) };
+        let legs = [&self.legs[..], &[leg]].concat();
+        (mirror.height(source) > 0.0).then(|| View { scene: self.scene, legs, outline: Outline::default() })
+    }
+
+    /// The same view with the outline of what is lit of its last mirror.
+    pub fn through(self, lit: &'a [Fragment]) -> View<'a> {
+        View { outline: Outline::new(lit), ..self }
+    }
+
+    fn last(&self) -> usize {
+        self.legs.len() - 1
+    }
+
+    /// Where rays seem to come from, m.
+    pub fn source(&self) -> DVec3 {
+        self.legs[self.last()].source
+    }
+
+    /// Whether rays of a leg can meet a face.
+    fn is_lit(&self, leg: usize, face: u32) -> bool {
+        match leg {
+            0 => self.scene.lit[face as usize],
+            _ => self.can_meet(leg, self.scene.face(face)),
+        }
+    }
+
+    fn can_meet(&self, leg: usize, face: &Face) -> bool {
+        let Leg { source, mirror } = &self.legs[leg];
+        let (faces, height) = (self.scene.faces, height(face, *source));
+        let above_m = faces.flat_m.max(LIES_M);
+        height.abs() > GRAZING * faces.radius_m
+            && !(face.one_sided && height < 0.0)
+            && mirror.is_none_or(|m| faces.corners(face).iter().any(|p| m.height(*p) > above_m))
+    }
+
+    /// The side of the plane through a leg's source and an edge that nothing at the edge covers, as the sign of (a - source) x (b - source);
+    /// 0 where the edge is no silhouette.
+    fn free_side(&self, leg: usize, edge: &Edge) -> f64 {
+        let [a, b] = edge.ends_m.map(|p| p - self.legs[leg].source);
         let Some(normal) = a.cross(b).try_normalize() else { return 0.0 };
         let (mut above, mut below) = (false, false);
-        for half in self.table.halves(edge).iter().filter(|h| self.lit[h.face as usize]) {
+        for half in self.scene.table.halves(edge).iter().filter(|h| self.is_lit(leg, h.face)) {
             let sine = normal.dot(half.inward);
             above |= sine > EDGE_ON;
             below |= sine < -EDGE_ON;
@@ -120,116 +310,275 @@ impl Radar<'_> {
         }
     }
 
-    fn in_window(&self, p: DVec3) -> bool {
-        let d = p - self.origin;
-        self.windows.iter().any(|w| {
-            let k = w.k.dot(d);
-            k > 0.0 && w.u.dot(d).abs() <= k && w.v.dot(d).abs() <= k
-        })
+    fn is_silhouette(&self, number: usize) -> bool {
+        match self.last() {
+            0 => self.scene.free[number] != 0.0,
+            last => self.free_side(last, &self.scene.table.edges[number]) != 0.0,
+        }
     }
 
-    /// Appends the shares of the segment `a`, `b` at which edges cross it as the radar sees it: silhouettes that are nearer, or with
-    /// `beyond` all edges of lit faces that are farther.
-    fn crossings(&self, [a, b]: [DVec3; 2], own: usize, beyond: bool, out: &mut Vec<f64>) {
-        let s = self.origin;
-        let (da, db) = (a - s, b - s);
-        let Some(normal) = da.cross(db).try_normalize() else { return };
-        // The sides of the wedge, positive inside, and the distance beyond the segment.
-        let (from_a, to_b) = (normal.cross(da), db.cross(normal));
+    /// Appends the shares of the segment `a`, `b` at which edges cross it as the last leg sees them.
+    fn crossings(&self, [a, b]: [DVec3; 2], own: usize, reach: Reach, out: &mut Vec<f64>) {
+        let (table, faces, last) = (self.scene.table, self.scene.faces, self.last());
+        let Leg { source: s, mirror } = self.legs[last];
+        let Some(wedge) = Wedge::new(s, [a, b]) else { return };
+        let Wedge { normal, sides: [from_a, to_b], .. } = wedge;
         let out_of = normal.cross(b - a).normalize();
-        let far = if out_of.dot(da) < 0.0 { -out_of } else { out_of };
-        let [n, p, q, f] = [normal, from_a, to_b, far].map(|v: DVec3| v.abs());
+        // The distance beyond the segment.
+        let far = if out_of.dot(a - s) < 0.0 { -out_of } else { out_of };
+        let [n, p, q] = [normal, from_a, to_b].map(|v: DVec3| v.abs());
+        // The box around what is asked for.
+        let end = |x: DVec3| match reach {
+            Reach::Nearer => s + (x - s) * self.start(last, x - s).clamp(0.0, 1.0),
+            Reach::Beyond => {
+                let most = s.distance(faces.centre_m) + faces.radius_m;
+                s + (x - s) * (most / (x - s).length()).max(1.0)
+            }
+        };
+        let corners = [a, b, end(a), end(b)];
+        let slack = DVec3::splat(SLACK_M);
+        let lo = corners.into_iter().fold(a, DVec3::min) - slack;
+        let hi = corners.into_iter().fold(a, DVec3::max) + slack;
         let misses = |centre: DVec3, half: DVec3| {
-            let (d, e) = (centre - s, centre - a);
-            let depth = far.dot(e);
-            normal.dot(d).abs() > n.dot(half)
+            let d = centre - s;
+            (centre - half).cmpgt(hi).any()
+                || (centre + half).cmplt(lo).any()
+                || normal.dot(d).abs() > n.dot(half)
                 || from_a.dot(d) < -p.dot(half)
                 || to_b.dot(d) < -q.dot(half)
-                || if beyond { depth < -f.dot(half) } else { depth > f.dot(half) + SLACK_M }
         };
-        self.table.tree.visit(misses, |i| {
+        table.tree.visit(misses, |i| {
             let i = i as usize;
-            if i == own || (!beyond && self.free[i] == 0.0) {
+            if i == own || last == 0 && reach == Reach::Nearer && self.scene.free[i] == 0.0 {
                 return false;
             }
-            let edge = &self.table.edges[i];
+            let edge = &table.edges[i];
             let [u, v] = edge.ends_m.map(|e| normal.dot(e - s));
             if (u > 0.0) == (v > 0.0) {
                 return false;
             }
             let x = edge.at(u / (u - v));
             let depth = far.dot(x - a);
-            let counts = from_a.dot(x - s) >= 0.0
+            let is_asked_for = match reach {
+                Reach::Nearer => depth < SLACK_M,
+                Reach::Beyond => depth > -ROUNDING_M,
+            };
+            let is_inside = from_a.dot(x - s) >= 0.0
                 && to_b.dot(x - s) >= 0.0
-                && if beyond { depth > -ROUNDING_M } else { depth < SLACK_M };
-            if !counts || beyond && !self.table.halves(edge).iter().any(|h| self.lit[h.face as usize]) {
-                return false;
-            }
-            let across = (edge.ends_m[0] - s).cross(edge.ends_m[1] - s);
-            let (u, v) = (across.dot(da), across.dot(db));
-            let t = u / (u - v);
-            if t > 0.0 && t < 1.0 {
-                out.push(t);
+                && is_asked_for
+                && mirror.is_none_or(|m| m.height(x) > -LIES_M)
+                && match reach {
+                    Reach::Nearer => self.is_silhouette(i),
+                    Reach::Beyond => table.halves(edge).iter().any(|h| self.is_lit(last, h.face)),
+                };
+            if is_inside {
+                let across = (edge.ends_m[0] - s).cross(edge.ends_m[1] - s);
+                let (u, v) = (across.dot(a - s), across.dot(b - s));
+                out.extend(Some(u / (u - v)).filter(|t| *t > 0.0 && *t < 1.0));
             }
             false
         });
     }
 
-    /// The fragments that an edge brings: of the faces that meet in it, and of its shadow.
-    fn of_edge(&self, number: usize) -> Vec<Fragment> {
-        let mut out = Vec::new();
-        let edge = &self.table.edges[number];
-        let halves = self.table.halves(edge);
-        if !halves.iter().any(|h| self.lit[h.face as usize]) {
-            return out;
+    /// Appends the shares of a segment at which it may begin or cease to be lit.
+    fn splits(&self, ends_m: [DVec3; 2], own: usize, shares: &mut Vec<f64>) {
+        self.crossings(ends_m, own, Reach::Nearer, shares);
+        let cut = |[p, q]: [f64; 2], shares: &mut Vec<f64>| {
+            if (p > 0.0) != (q > 0.0) {
+                shares.push(p / (p - q));
+            }
+        };
+        let Leg { source, mirror: Some(mirror) } = self.legs[self.last()] else {
+            for wall in self.scene.windows.iter().flat_map(walls) {
+                cut(ends_m.map(|e| wall.dot(e - self.scene.radar)), shares);
+            }
+            return;
+        };
+        cut(ends_m.map(|p| mirror.height(p)), shares);
+        // Where it crosses the outline of what is lit of the mirror. One split too many changes nothing, so that ends count too.
+        let Some(wedge) = Wedge::new(source, ends_m) else { return };
+        let [n, p, q] = [wedge.normal, wedge.sides[0], wedge.sides[1]].map(|v: DVec3| v.abs());
+        let misses = |centre: DVec3, half: DVec3| {
+            let (d, half) = (centre - source, half + ROUNDING_M);
+            wedge.normal.dot(d).abs() > n.dot(half)
+                || wedge.sides[0].dot(d) < -p.dot(half)
+                || wedge.sides[1].dot(d) < -q.dot(half)
+        };
+        self.outline.visit(misses, |f| {
+            let heights = f.ends_m.map(|x| wedge.normal.dot(x - source));
+            for x in f.meeting(heights) {
+                let [a, b] = wedge.sides.map(|side| side.dot(x - source));
+                shares.extend(Some(a / (a + b)).filter(|t| *t > 0.0 && *t < 1.0));
+            }
+        });
+    }
+
+    /// Whether the legs before the last lead to a place.
+    fn comes_to(&self, p: DVec3) -> bool {
+        if self.last() == 0 {
+            return self.scene.is_between_windows(p);
         }
-        let s = self.origin;
-        let mut shares = vec![0.0, 1.0];
-        for w in self.windows {
-            for wall in walls(w) {
-                let [p, q] = edge.ends_m.map(|e| wall.dot(e - s));
-                if (p > 0.0) != (q > 0.0) {
-                    shares.push(p / (p - q));
-                }
+        // Where the path meets each mirror, from the last on.
+        let mut places = [DVec3::ZERO; crate::trace::MAX_BOUNCES + 1];
+        let mut at = p;
+        for leg in (1..self.legs.len()).rev() {
+            let Leg { source, mirror: Some(mirror) } = &self.legs[leg] else { return false };
+            let d = at - *source;
+            let share = -mirror.height(*source) / mirror.side.normal.dot(d);
+            if !(share > 0.0 && share <= 1.0) {
+                return false;
+            }
+            at = *source + d * share;
+            places[leg] = at;
+        }
+        if !self.scene.is_between_windows(at) {
+            return false;
+        }
+        (1..self.legs.len()).all(|leg| {
+            let Some(mirror) = &self.legs[leg].mirror else { return false };
+            let d = places[leg] - self.legs[leg - 1].source;
+            let on = self.face_of_patch(leg - 1, self.scene.face(mirror.lead), d);
+            on.is_some_and(|face| self.reaches_face(leg - 1, places[leg], face, &[]))
+        })
+    }
+
+    /// Whether a place on a face is lit.
+    fn lights(&self, p: DVec3, face: u32, skip: &[HalfFace]) -> bool {
+        self.comes_to(p) && self.reaches_face(self.last(), p, face, skip)
+    }
+
+    /// All fragments that the radar's own view has, in a fixed order.
+    pub fn of_windows(&self) -> Vec<Fragment> {
+        let edges = 0..self.scene.table.edges.len();
+        let parts: Vec<Vec<Fragment>> =
+            edges.into_par_iter().with_min_len(64).map_tasks(|i| self.of_edge(i, [0.0, 1.0])).collect();
+        let of_window = |w| (0..4).flat_map(|k| self.of_wall(w, k)).collect();
+        let walls: Vec<Vec<Fragment>> = self.scene.windows.par_iter().map_tasks(of_window).collect();
+        parts.into_iter().chain(walls).flatten().collect()
+    }
+
+    /// All fragments of what lies behind the last mirror, in a fixed order.
+    pub fn of_mirror(&self) -> Vec<Fragment> {
+        let lit = self.outline.fragments;
+        let edges = self.ahead(lit);
+        let parts: Vec<Vec<Fragment>> =
+            edges.par_iter().with_min_len(64).map_tasks(|(i, shares)| self.of_edge(*i, *shares)).collect();
+        let outlines: Vec<Vec<Fragment>> =
+            lit.par_iter().with_min_len(16).map_tasks(|f| self.of_outline(f)).collect();
+        parts.into_iter().chain(outlines).flatten().collect()
+    }
+
+    /// The edges of lit faces in the cone of rays through a lit part of the last mirror, and the share of each that may be in it.
+    fn ahead(&self, lit: &[Fragment]) -> Vec<(usize, [f64; 2])> {
+        let Leg { source: s, mirror: Some(mirror) } = self.legs[self.last()] else { return Vec::new() };
+        // Half-spaces with normal . (p - source) >= offset.
+        let mut spaces = vec![(mirror.side.normal, -mirror.height(s) - LIES_M)];
+        let middle = |f: &Fragment| (f.at(0.5) - s).normalize_or_zero();
+        let axis = lit.iter().map(middle).sum::<DVec3>().normalize_or_zero();
+        let (u, v) = if axis == DVec3::ZERO { (axis, axis) } else { axis.any_orthonormal_pair() };
+        let directions = || lit.iter().flat_map(|f| f.ends_m).map(|p| (p - s).normalize_or_zero());
+        if axis != DVec3::ZERO && directions().all(|d| axis.dot(d) > 1e-3) {
+            for across in [u, v] {
+                let at = directions().map(|d| across.dot(d) / axis.dot(d));
+                let (lo, hi) =
+                    at.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
+                spaces.push((across - axis * lo, -LIES_M));
+                spaces.push((axis * hi - across, -LIES_M));
             }
         }
-        shares.extend(self.table.pierced(edge));
-        self.crossings(edge.ends_m, number, false, &mut shares);
+        let misses = |centre: DVec3, half: DVec3| {
+            spaces.iter().any(|(n, offset)| n.dot(centre - s) + n.abs().dot(half) < *offset)
+        };
+        let table = self.scene.table;
+        let mut out = Vec::new();
+        table.tree.visit(misses, |i| {
+            let edge = &table.edges[i as usize];
+            let (mut from, mut to) = (0.0, 1.0);
+            for (normal, offset) in &spaces {
+                let [p, q] = edge.ends_m.map(|e| normal.dot(e - s) - offset);
+                match (p < 0.0, q < 0.0) {
+                    (true, true) => return false,
+                    (true, false) => from = f64::max(from, p / (p - q)),
+                    (false, true) => to = f64::min(to, p / (p - q)),
+                    _ => {}
+                }
+            }
+            if from < to && table.halves(edge).iter().any(|h| self.is_lit(self.last(), h.face)) {
+                out.push((i as usize, [from, to]));
+            }
+            false
+        });
+        out
+    }
+
+    /// The fragments that a part of an edge brings: of the faces that meet in it, and of its shadow.
+    fn of_edge(&self, number: usize, [from, to]: [f64; 2]) -> Vec<Fragment> {
+        let mut out = Vec::new();
+        let Scene { table, faces, .. } = *self.scene;
+        let (edge, last) = (&table.edges[number], self.last());
+        let halves = table.halves(edge);
+        if !halves.iter().any(|h| self.is_lit(last, h.face)) {
+            return out;
+        }
+        let s = self.source();
+        let mut shares = vec![0.0, 1.0];
+        self.splits([edge.at(from), edge.at(to)], number, &mut shares);
+        if (from, to) != (0.0, 1.0) {
+            shares.iter_mut().for_each(|t| *t = from + *t * (to - from));
+        }
+        shares.extend(table.pierced(edge).iter().filter(|t| **t > from && **t < to));
         shares.sort_by(f64::total_cmp);
         let [a, b] = edge.ends_m;
         let length_m = a.distance(b);
         let normal = (a - s).cross(b - s).normalize_or_zero();
+        let free_side = match last {
+            0 => self.scene.free[number],
+            _ => self.free_side(last, edge),
+        };
         let mut farther = Vec::new();
         for part in shares.windows(2).filter(|w| (w[1] - w[0]) * length_m > SHORTEST_M) {
             let ends_m = [edge.at(part[0]), edge.at(part[1])];
-            let middle = 0.5 * (ends_m[0] + ends_m[1]);
+            let mut middle = 0.5 * (ends_m[0] + ends_m[1]);
             let beside_m = beside_m(ends_m);
-            if !self.in_window(middle) {
-                continue;
-            }
-            for (i, half) in halves.iter().enumerate().filter(|(_, h)| self.lit[h.face as usize]) {
-                if self.is_lit_beside(edge, i, middle)
-                    && self.reaches_face(middle + half.inward * beside_m, half.face, halves)
-                {
-                    out.push(self.fragment(ends_m, half.inward, half.face));
+            match self.legs[last].mirror {
+                None if !self.scene.is_between_windows(middle) => continue,
+                None => {}
+                Some(mirror) => {
+                    // What lies in the mirror's plane is its foot there.
+                    let height = mirror.height(middle);
+                    if height < -faces.flat_m {
+                        continue;
+                    }
+                    if height < faces.flat_m {
+                        middle -= mirror.side.normal * height;
+                    }
                 }
             }
-            let free = normal * self.free[number];
-            // Where only one side is seen a nearer silhouette coincides, and its shadow is the same.
-            if free == DVec3::ZERO
-                || ![free, -free].iter().all(|d| self.reaches_edge(middle + *d * beside_m, edge, halves))
-            {
+            for (i, half) in halves.iter().enumerate().filter(|(_, h)| self.is_lit(last, h.face)) {
+                if self.is_lit_beside(edge, i, middle)
+                    && self.lights(middle + half.inward * beside_m, half.face, halves)
+                {
+                    out.push(self.fragment(ends_m, half.inward, half.face, number as u32, true));
+                }
+            }
+            let free = normal * free_side;
+            let is_reached = |d: DVec3| {
+                let p = middle + d * beside_m;
+                self.comes_to(p) && self.reaches_edge(p, edge, halves)
+            };
+            // Where only one side is lit a nearer silhouette coincides, and its shadow is the same.
+            if free == DVec3::ZERO || !is_reached(free) || !is_reached(-free) {
                 continue;
             }
             farther.clear();
             farther.extend([0.0, 1.0]);
-            self.crossings(ends_m, number, true, &mut farther);
+            self.crossings(ends_m, number, Reach::Beyond, &mut farther);
             farther.sort_by(f64::total_cmp);
             for w in farther.windows(2) {
                 let at = |t: f64| ends_m[0] + (ends_m[1] - ends_m[0]) * t;
                 let ends_m = [at(w[0]), at(w[1])];
                 if ends_m[0].distance(ends_m[1]) > SHORTEST_M {
-                    out.extend(self.shadow(ends_m, free, Some(edge)));
+                    out.extend(self.shadow(ends_m, free, Caster::Edge(number as u32)));
                 }
             }
         }
@@ -238,7 +587,7 @@ impl Radar<'_> {
 
     /// The fragments at a wall of a window.
     fn of_wall(&self, window: &Frame, number: usize) -> Vec<Fragment> {
-        let s = self.origin;
+        let s = self.scene.radar;
         let [u, v] = if number < 2 { [window.u, window.v] } else { [window.v, window.u] };
         let sign = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
         let side = window.k + u * sign;
@@ -246,16 +595,35 @@ impl Radar<'_> {
         let inward = (window.k - u * sign).normalize();
         let mut shares = vec![0.0, 1.0];
         // Near the radar the wedge has no segment to be beyond.
-        self.crossings(ends_m.map(|p| s + (p - s) * 1e-6), usize::MAX, true, &mut shares);
+        self.crossings(ends_m.map(|p| s + (p - s) * 1e-6), usize::MAX, Reach::Beyond, &mut shares);
         shares.sort_by(f64::total_cmp);
         let mut out = Vec::new();
         for w in shares.windows(2) {
             let at = |t: f64| ends_m[0] + (ends_m[1] - ends_m[0]) * t;
             let ends_m = [at(w[0]), at(w[1])];
             let middle = 0.5 * (ends_m[0] + ends_m[1]);
-            let is_between_windows = self.in_window(middle - inward * BESIDE_M);
-            if !is_between_windows && ends_m[0].distance(ends_m[1]) > SHORTEST_M {
-                out.extend(self.shadow(ends_m, inward, None));
+            let is_inner = self.scene.is_between_windows(middle - inward * BESIDE_M);
+            if !is_inner && ends_m[0].distance(ends_m[1]) > SHORTEST_M {
+                out.extend(self.shadow(ends_m, inward, Caster::Wall));
+            }
+        }
+        out
+    }
+
+    /// The fragments that a fragment of the last mirror's outline throws.
+    fn of_outline(&self, fragment: &Fragment) -> Vec<Fragment> {
+        let s = self.source();
+        let [a, b] = fragment.ends_m.map(|p| p - s);
+        let Some(normal) = a.cross(b).try_normalize() else { return Vec::new() };
+        let inward = normal * normal.dot(fragment.inward).signum();
+        let mut shares = vec![0.0, 1.0];
+        self.crossings(fragment.ends_m, usize::MAX, Reach::Beyond, &mut shares);
+        shares.sort_by(f64::total_cmp);
+        let mut out = Vec::new();
+        for w in shares.windows(2) {
+            let ends_m = [fragment.at(w[0]), fragment.at(w[1])];
+            if ends_m[0].distance(ends_m[1]) > SHORTEST_M {
+                out.extend(self.shadow(ends_m, inward, Caster::Outline(fragment.edge)));
             }
         }
         out
@@ -263,20 +631,20 @@ impl Radar<'_> {
 
     /// Whether nothing else that meets in an edge hides one of its half-faces next to it.
     fn is_lit_beside(&self, edge: &Edge, number: usize, at: DVec3) -> bool {
-        let halves = self.table.halves(edge);
+        let halves = self.scene.table.halves(edge);
         if halves.len() == 1 {
             return true;
         }
         let axis = (edge.ends_m[1] - edge.ends_m[0]).normalize();
-        let to_radar = self.origin - at;
-        let to_radar = (to_radar - axis * to_radar.dot(axis)).normalize_or_zero();
+        let to_source = self.source() - at;
+        let to_source = (to_source - axis * to_source.dot(axis)).normalize_or_zero();
         let own = halves[number].inward;
         let angle = |from: DVec3, to: DVec3| from.cross(to).dot(axis);
-        let whole = angle(own, to_radar);
+        let whole = angle(own, to_source);
         !halves.iter().enumerate().any(|(i, h)| {
-            let (first, second) = (angle(own, h.inward), angle(h.inward, to_radar));
+            let (first, second) = (angle(own, h.inward), angle(h.inward, to_source));
             i != number
-                && self.lit[h.face as usize]
+                && self.is_lit(self.last(), h.face)
                 && match whole > 0.0 {
                     true => first > EDGE_ON && second > EDGE_ON,
                     false => first < -EDGE_ON && second < -EDGE_ON,
@@ -284,188 +652,289 @@ impl Radar<'_> {
         })
     }
 
-    /// Whether a smaller face lies on the plane of a larger one of another body: then it is seen and the other is not.
-    fn lies_on(&self, face: &Face, other: &Face) -> bool {
-        let area = |f: &Face| (self.faces.patch_area_m2[f.patch as usize], f.body);
-        face.body != other.body
-            && area(face) < area(other)
-            && self.faces.corners(face).iter().all(|p| self.height(other, *p).abs() <= LIES_M)
-    }
-
-    /// Height over a face's plane on the side of its normal, m.
-    fn height(&self, face: &Face, p: DVec3) -> f64 {
-        face.normal.dot(p) - face.offset_m
-    }
-
-    /// Least and largest height of a face's corners over another's plane, m, on the side from which the radar sees that one.
-    fn heights(&self, of: &Face, plane: &Face) -> (f64, f64) {
-        let side = if self.height(plane, self.origin) > 0.0 { 1.0 } else { -1.0 };
-        let heights = self.faces.corners(of).iter().map(|p| side * self.height(plane, *p));
+    /// Least and largest height of a face's corners over another's plane, m, on the side from which a leg's source sees that one.
+    fn heights(&self, leg: usize, of: &Face, plane: &Face) -> (f64, f64) {
+        let side = if height(plane, self.legs[leg].source) > 0.0 { 1.0 } else { -1.0 };
+        let heights = self.scene.faces.corners(of).iter().map(|p| side * height(plane, *p));
         heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), h| (lo.min(h), hi.max(h)))
     }
 
-    /// Whether a face that a ray meets at the share `t` of the distance to `target` hides it.
-    fn hides(&self, other: &Face, target: &Face, t: f64, rounding: f64) -> bool {
-        if self.lies_on(target, other) {
+    /// Whether a face that a ray of a leg meets at the share `t` of the distance to `target` hides it.
+    fn hides(&self, leg: usize, other: &Face, target: &Face, t: f64, rounding: f64) -> bool {
+        if self.scene.lies_on(target, other) {
             return false;
         }
-        if self.lies_on(other, target) {
+        if self.scene.lies_on(other, target) {
             return true;
         }
-        let flat_m = self.faces.flat_m;
-        let (lo, hi) = self.heights(other, target);
+        let flat_m = self.scene.faces.flat_m;
+        let (lo, hi) = self.heights(leg, other, target);
         if hi <= flat_m {
             return false;
         }
         if lo >= -flat_m {
             return true;
         }
-        let (lo, hi) = self.heights(target, other);
+        let (lo, hi) = self.heights(leg, target, other);
         lo < -flat_m && (hi <= flat_m || t < 1.0 - rounding)
     }
 
-    /// Share of the distance to `s + d` at which a ray from the radar meets a face; None where it passes by.
-    fn meets(&self, face: &Face, d: DVec3) -> Option<f64> {
-        let t = -self.height(face, self.origin) / face.normal.dot(d);
-        (t > 0.0 && t.is_finite() && self.is_seen_at(face, d)).then_some(t)
+    /// Share of `d` at which a ray from a leg's source meets a face; None where it passes by.
+    fn meets(&self, leg: usize, face: &Face, d: DVec3) -> Option<f64> {
+        let t = -height(face, self.legs[leg].source) / face.normal.dot(d);
+        (t > 0.0 && t.is_finite() && self.is_seen_at(leg, face, d)).then_some(t)
     }
 
-    /// Whether a ray reaches a point on a face, past faces that `skip` names.
-    fn reaches_face(&self, p: DVec3, number: u32, skip: &[HalfFace]) -> bool {
-        let target = self.face(number);
-        let d = p - self.origin;
-        let length = d.length();
+    /// The share of `d` at which rays of a leg set out.
+    fn start(&self, leg: usize, d: DVec3) -> f64 {
+        let Leg { source, mirror } = &self.legs[leg];
+        mirror.map_or(0.0, |m| -m.height(*source) / m.side.normal.dot(d))
+    }
+
+    /// Whether a ray of a leg reaches a place on a face, past faces that `skip` names.
+    fn reaches_face(&self, leg: usize, p: DVec3, number: u32, skip: &[HalfFace]) -> bool {
+        let (faces, s) = (self.scene.faces, self.legs[leg].source);
+        let target = self.scene.face(number);
+        let d = p - s;
+        let (length, start) = (d.length(), self.start(leg, d));
         // What lies on the target may be a little behind it.
         let margin = LIES_M / target.normal.dot(d).abs();
         let mut is_hidden = false;
-        self.faces.visit_segment(self.origin, p + d * margin, ROUNDING_M, |i| {
-            let other = self.face(i);
-            is_hidden = self.lit[i as usize]
+        faces.visit_segment(s + d * start, p + d * margin, ROUNDING_M, |i| {
+            let other = self.scene.face(i);
+            is_hidden = self.is_lit(leg, i)
                 && other.patch != target.patch
                 && !skip.iter().any(|h| h.face == i)
-                && self
-                    .meets(other, d)
-                    .is_some_and(|t| t < 1.0 + margin && self.hides(other, target, t, ROUNDING_M / length));
+                && self.meets(leg, other, d).is_some_and(|t| {
+                    t > start && t < 1.0 + margin && self.hides(leg, other, target, t, ROUNDING_M / length)
+                });
             is_hidden
         });
         !is_hidden
     }
 
-    /// Whether an edge lies in the plane of a face.
-    fn touches(&self, edge: &Edge, halves: &[HalfFace], face: &Face) -> bool {
-        edge.ends_m.iter().all(|p| self.height(face, *p).abs() <= self.faces.flat_m)
-            || halves.iter().any(|h| self.lit[h.face as usize] && self.lies_on(self.face(h.face), face))
-    }
-
-    /// Whether a ray reaches a point beside an edge.
+    /// Whether a ray of the last leg reaches a place beside an edge.
     fn reaches_edge(&self, p: DVec3, edge: &Edge, halves: &[HalfFace]) -> bool {
-        let d = p - self.origin;
-        let rounding = ROUNDING_M / d.length();
+        let (leg, s) = (self.last(), self.source());
+        let d = p - s;
+        let (rounding, start) = (ROUNDING_M / d.length(), self.start(leg, d));
         let mut is_hidden = false;
-        self.faces.visit_segment(self.origin, p, ROUNDING_M, |i| {
-            let other = self.face(i);
-            is_hidden = self.lit[i as usize]
+        self.scene.faces.visit_segment(s + d * start, p, ROUNDING_M, |i| {
+            let other = self.scene.face(i);
+            is_hidden = self.is_lit(leg, i)
                 && !halves.iter().any(|h| h.face == i)
-                && self.meets(other, d).is_some_and(|t| t < 1.0 - rounding)
-                && !self.touches(edge, halves, other);
+                && self.meets(leg, other, d).is_some_and(|t| t > start && t < 1.0 - rounding)
+                && !self.scene.touches(edge, other, |f| self.is_lit(leg, f));
             is_hidden
         });
         !is_hidden
     }
 
-    /// The fragment that the plane through the radar and a segment throws on what lies behind its side `free`. `edge` is the edge that the
-    /// segment is part of; None for a wall of a window, which begins at the radar.
-    fn shadow(&self, ends_m: [DVec3; 2], free: DVec3, edge: Option<&Edge>) -> Option<Fragment> {
-        let s = self.origin;
+    /// The fragment that the plane through the source and a segment throws on what lies behind its side `free`.
+    fn shadow(&self, ends_m: [DVec3; 2], free: DVec3, caster: Caster) -> Option<Fragment> {
+        let Scene { faces, table, .. } = *self.scene;
+        let (leg, s) = (self.last(), self.source());
         let middle = 0.5 * (ends_m[0] + ends_m[1]);
         let beside_m = beside_m(ends_m);
         let d = middle + free * beside_m - s;
         let rounding = ROUNDING_M / d.length();
-        let halves = edge.map_or(&[][..], |e| self.table.halves(e));
-        let reach = (s.distance(self.faces.centre_m) + self.faces.radius_m) / d.length();
+        let edge = match caster {
+            Caster::Edge(number) => Some(&table.edges[number as usize]),
+            _ => None,
+        };
+        let halves = edge.map_or(&[][..], |e| table.halves(e));
+        let reach = (s.distance(faces.centre_m) + faces.radius_m) / d.length();
+        let leaves = self.start(leg, d);
         // (share of the distance, face, share up to which one that lies on it is looked for)
         let best: Cell<Option<(f64, u32, f64)>> = Cell::new(None);
         let end = |face: &Face, t: f64| t + LIES_M / face.normal.dot(d).abs();
-        let start = if edge.is_some() { (1.0 - SLACK_M / d.length()).max(0.0) } else { 0.0 };
+        let start = if edge.is_some() { leaves.max(1.0 - SLACK_M / d.length()) } else { leaves };
         let misses = |centre: DVec3, half: DVec3| {
             let end = best.get().map_or(reach, |b| b.2);
             misses_segment(s + d * start, s + d * end, ROUNDING_M)(centre, half)
         };
-        self.faces.visit_boxes(misses, |i| {
-            let face = self.face(i);
-            if !self.lit[i as usize] || halves.iter().any(|h| h.face == i) {
+        faces.visit_boxes(misses, |i| {
+            let face = self.scene.face(i);
+            if !self.is_lit(leg, i) || halves.iter().any(|h| h.face == i) {
                 return;
             }
-            let Some(t) = self.meets(face, d) else { return };
+            let Some(t) = self.meets(leg, face, d) else { return };
             let least = match edge {
-                None => 0.0,
-                Some(e) if t <= 1.0 + rounding => match self.touches(e, halves, face) {
-                    true => 1.0 - 2.0 * LIES_M / face.normal.dot(d).abs(),
-                    false => 1.0 + rounding,
-                },
+                None => leaves,
+                Some(e) if t <= 1.0 + rounding => {
+                    match self.scene.touches(e, face, |f| self.is_lit(leg, f)) {
+                        true => 1.0 - 2.0 * LIES_M / face.normal.dot(d).abs(),
+                        false => 1.0 + rounding,
+                    }
+                }
                 _ => 1.0,
             };
-            if t < least {
+            if t < least || leg > 0 && t <= leaves {
                 return;
             }
             let is_nearer = best.get().is_none_or(|(other_t, other, end)| {
-                let other = self.face(other);
-                t < end && (self.lies_on(face, other) || t < other_t && !self.lies_on(other, face))
+                let other = self.scene.face(other);
+                t < end
+                    && (self.scene.lies_on(face, other) || t < other_t && !self.scene.lies_on(other, face))
             });
             if is_nearer {
                 best.set(Some((t, i, end(face, t))));
             }
         });
         let (t, number, _) = best.get()?;
-        let face = self.face(number);
+        let face = self.scene.face(number);
         // What does not hide the face shades it neither: a line on the road that a smaller one lies on.
         let hidden_by = |h: &HalfFace| {
-            self.lit[h.face as usize] && self.hides(self.face(h.face), face, 1.0 / t.max(1.0), rounding)
+            self.is_lit(leg, h.face)
+                && self.hides(leg, self.scene.face(h.face), face, 1.0 / t.max(1.0), rounding)
         };
         if edge.is_some() && !halves.iter().any(hidden_by) {
             return None;
         }
+        // A face that rises from the mirror's outline ends there by its own edge.
+        let is_local = t - 1.0 <= 2.0 * rounding.max(LIES_M / face.normal.dot(d).abs());
+        let along = match caster {
+            Caster::Edge(number) | Caster::Outline(number) if is_local => number,
+            _ => NO_EDGE,
+        };
+        if let (Caster::Outline(_), Some(edge)) = (caster, table.edges.get(along as usize))
+            && table.halves(edge).iter().any(|h| self.scene.face(h.face).patch == face.patch)
+        {
+            return None;
+        }
         // Where the patch ends at the line it is the patch's own edge that bounds it.
         let covered = middle - free * beside_m - s;
-        let goes_on = self.is_seen_at(face, covered) || self.is_on_patch(face, covered);
+        let goes_on = self.is_seen_at(leg, face, covered) || self.face_of_patch(leg, face, covered).is_some();
         let inward = (free - face.normal * free.dot(face.normal)).normalize_or_zero();
-        goes_on.then(|| self.fragment(ends_m, inward, number))
+        goes_on.then(|| self.fragment(ends_m, inward, number, along, false))
     }
 
     /// A fragment of a face's patch with both ends on the rays through two positions.
-    fn fragment(&self, ends_m: [DVec3; 2], inward: DVec3, face: u32) -> Fragment {
-        let s = self.origin;
-        let lead = self.face(self.leads[self.face(face).patch as usize]);
-        let height = self.height(lead, s);
+    fn fragment(&self, ends_m: [DVec3; 2], inward: DVec3, face: u32, edge: u32, is_side: bool) -> Fragment {
+        let s = self.source();
+        let lead = self.scene.face(self.scene.leads[self.scene.face(face).patch as usize]);
+        let height = height(lead, s);
         let on = |p: DVec3| s - (p - s) * (height / lead.normal.dot(p - s));
-        Fragment { ends_m: ends_m.map(on), inward, face }
+        Fragment { ends_m: ends_m.map(on), inward, face, edge, is_side }
     }
 
-    /// Whether a face has a place in a direction from the radar: by the sides as the radar sees them, which are its edges, also where a
-    /// corner is off its plane.
-    fn is_seen_at(&self, face: &Face, d: DVec3) -> bool {
-        let corners = self.table.corners(face);
-        let sign = -self.height(face, self.origin).signum();
-        let mut a = corners[corners.len() - 1] - self.origin;
+    /// Whether a face has a place in a direction from a leg's source: by the sides as they are seen from there, which are its edges, also
+    /// where a corner is off its plane.
+    fn is_seen_at(&self, leg: usize, face: &Face, d: DVec3) -> bool {
+        let s = self.legs[leg].source;
+        let corners = self.scene.table.corners(face);
+        let sign = -height(face, s).signum();
+        let mut a = corners[corners.len() - 1] - s;
         corners.iter().all(|b| {
-            let b = *b - self.origin;
+            let b = *b - s;
             let is_inside = sign * a.cross(b).dot(d) >= 0.0;
             a = b;
             is_inside
         })
     }
 
-    /// Whether a patch of which `face` is one has a place in a direction.
-    fn is_on_patch(&self, on: &Face, d: DVec3) -> bool {
-        let p = self.origin - d * (self.height(on, self.origin) / on.normal.dot(d));
-        let mut found = false;
+    /// The face of the patch to which `on` belongs that has a place in a direction from a leg's source.
+    fn face_of_patch(&self, leg: usize, on: &Face, d: DVec3) -> Option<u32> {
+        let s = self.legs[leg].source;
+        let p = s - d * (height(on, s) / on.normal.dot(d));
+        let mut found = None;
         let apart = |c: DVec3, half: DVec3| (p - c).abs().cmpgt(half + LIES_M).any();
-        self.faces.visit_boxes(apart, |i| {
-            let face = self.face(i);
-            found = found || face.patch == on.patch && self.is_seen_at(face, d);
+        self.scene.faces.visit_boxes(apart, |i| {
+            let face = self.scene.face(i);
+            if found.is_none() && face.patch == on.patch && self.is_seen_at(leg, face, d) {
+                found = Some(i);
+            }
         });
         found
     }
+
+    /// The outline of what both this view and the radar's own light of a patch, where `own` are this view's fragments of it and `direct` the
+    /// radar's.
+    pub fn also_lit(&self, own: &[Fragment], direct: &[Fragment]) -> Vec<Fragment> {
+        let Some(first) = own.first() else { return Vec::new() };
+        let (table, radar) = (self.scene.table, self.scene.view());
+        let plane = self.scene.face(self.scene.leads[self.scene.face(first.face).patch as usize]);
+        if height(plane, self.source()) * height(plane, self.scene.radar) <= 0.0 || !radar.can_meet(0, plane)
+        {
+            return Vec::new();
+        }
+        let box_around = |fragments: &[Fragment]| {
+            let ends = || fragments.iter().flat_map(|f| f.ends_m);
+            let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            ends().fold(start, |(lo, hi), p| (lo.min(p), hi.max(p)))
+        };
+        let reaches_into = |(lo, hi): (DVec3, DVec3)| {
+            move |f: &&Fragment| {
+                let [a, b] = f.ends_m;
+                !(a.min(b).cmpgt(hi + ROUNDING_M).any() || a.max(b).cmplt(lo - ROUNDING_M).any())
+            }
+        };
+        let near: Vec<Fragment> = direct.iter().filter(reaches_into(box_around(own))).copied().collect();
+        // The parts of a fragment between the places where it comes to an outline in its plane.
+        let mut shares = Vec::new();
+        let mut parts = |f: &Fragment, others: &Outline<'_>| -> Vec<Fragment> {
+            let [a, b] = f.ends_m;
+            let along = b - a;
+            let across = plane.normal.cross(along).normalize_or_zero();
+            shares.clear();
+            shares.extend([0.0, 1.0]);
+            let (lo, hi) = (a.min(b) - ROUNDING_M, a.max(b) + ROUNDING_M);
+            let misses = |centre: DVec3, half: DVec3| {
+                (centre - half).cmpgt(hi).any() || (centre + half).cmplt(lo).any()
+            };
+            others.visit(misses, |g| {
+                let heights = g.ends_m.map(|p| across.dot(p - a));
+                let share = |x: DVec3| along.dot(x - a) / along.length_squared();
+                shares.extend(g.meeting(heights).map(share).filter(|t| *t > 0.0 && *t < 1.0));
+            });
+            shares.sort_by(f64::total_cmp);
+            let part = |w: &[f64]| Fragment { ends_m: [f.at(w[0]), f.at(w[1])], ..*f };
+            let is_long = |f: &Fragment| f.ends_m[0].distance(f.ends_m[1]) > SHORTEST_M;
+            shares.windows(2).map(part).filter(is_long).collect()
+        };
+        let mut out = Vec::new();
+        let (of_radar, of_view) = (Outline::new(&near), Outline::new(own));
+        for f in own {
+            let edge = table.edges.get(f.edge as usize).filter(|_| f.is_side);
+            let halves = edge.map_or(&[][..], |e| table.halves(e));
+            let number = halves.iter().position(|h| h.face == f.face && h.inward.dot(f.inward) > 0.0);
+            for part in parts(f, &of_radar) {
+                let (middle, beside_m) = (part.at(0.5), beside_m(part.ends_m));
+                let is_free = edge.zip(number).is_none_or(|(e, i)| radar.is_lit_beside(e, i, middle));
+                // Where only the inner side is lit the radar's own outline coincides.
+                if is_free
+                    && radar.lights(middle + f.inward * beside_m, f.face, halves)
+                    && (edge.is_some() || radar.lights(middle - f.inward * beside_m, f.face, &[]))
+                {
+                    out.push(part);
+                }
+            }
+        }
+        for f in near.iter().filter(|f| !f.is_side) {
+            for part in parts(f, &of_view) {
+                if self.lights(part.at(0.5) + f.inward * beside_m(part.ends_m), f.face, &[]) {
+                    out.push(part);
+                }
+            }
+        }
+        out
+    }
+}
+
+/// What throws a shadow.
+#[derive(Clone, Copy)]
+enum Caster {
+    /// An edge by number.
+    Edge(u32),
+    /// A wall of a window, which begins at the radar.
+    Wall,
+    /// The outline of what is lit of the last mirror, and the edge along which it runs.
+    Outline(u32),
+}
+
+/// Height over a face's plane on the side of its normal, m.
+fn height(face: &Face, p: DVec3) -> f64 {
+    face.normal.dot(p) - face.offset_m
 }
 
 /// How far beside a part a ray decides, m.

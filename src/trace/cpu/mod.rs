@@ -3,6 +3,7 @@
 pub mod beams;
 pub mod bend;
 pub mod boundary;
+pub mod chains;
 pub mod closest;
 pub mod contribute;
 pub(crate) mod curved;

@@ -2,68 +2,116 @@
 
 use super::device_frames::drawn;
 use catseye::geom::edge_table::EdgeTable;
-use catseye::geom::faces::{Face, Faces, LIES_M};
+use catseye::geom::faces::{Face, Faces, LIES_M, NOT_CURVED};
 use catseye::trace::beams::{BeamOptions, Frame as Window};
-use catseye::trace::cpu::{beams, lines};
+use catseye::trace::cpu::beams::{self, Piece};
+use catseye::trace::cpu::chains;
+use catseye::trace::cpu::lines::Fragment;
 use catseye::trace::windows::windows;
 use catseye_papers::bench::frame::Frame;
 use catseye_papers::bench::frame_of;
 use glam::{DVec2, DVec3};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::time::Instant;
 
-/// Areas of patches agree within this share and this much, m².
+/// Areas agree within this share and this much, m².
 const SHARE: f64 = 1e-6;
 const LEAST_M2: f64 = 1e-9;
 
-/// Visible area of every patch by both methods, m², and how far its outline by lines is from closing, m.
+/// Areas of a chain of patches: what the radar sees of what is lit, by polygons and by lines, m²; what is lit, by polygons where they list it,
+/// and by lines; how far the outlines by lines are from closing, m.
+#[derive(Default, Clone, Copy)]
 struct Areas {
-    polygons: Vec<f64>,
-    lines: Vec<f64>,
-    gaps: Vec<f64>,
-    seconds: [f64; 3],
+    seen: [f64; 2],
+    lit: [Option<f64>; 2],
+    gap_m: f64,
 }
 
-fn areas(faces: &Faces, windows: &[Window]) -> Areas {
-    let patches = faces.patch_area_m2.len();
+impl Areas {
+    fn off_m2(&self) -> f64 {
+        let lit = self.lit[0].map_or(0.0, |polygons| (polygons - self.lit[1].unwrap_or(0.0)).abs());
+        lit.max((self.seen[0] - self.seen[1]).abs())
+    }
+
+    fn is_off(&self) -> bool {
+        self.off_m2() > LEAST_M2 + SHARE * self.seen[0].max(self.lit[0].unwrap_or(0.0))
+    }
+}
+
+type OfChains = BTreeMap<Vec<u32>, Areas>;
+
+/// Areas of all chains, and the seconds that polygons, the table of edges and lines took.
+fn areas(faces: &Faces, windows: &[Window], options: &BeamOptions) -> (OfChains, [f64; 3]) {
     let start = Instant::now();
-    let options = BeamOptions::new(1, 0.2, false);
-    let clipped = beams::clip_windows(faces, windows, &options, None);
+    let clipped = beams::clip_windows(faces, windows, options, None);
     let by_polygons = start.elapsed().as_secs_f64();
-    let mut polygons = vec![0.0; patches];
+    let mut all = OfChains::new();
     // Corners of a file may be a little off their planes. Seen at a small angle that shifts an outline by far more, so that both are
     // measured in the plane in which lines give the outline.
-    let mut leads = vec![0; patches];
+    let mut leads = vec![0; faces.patch_area_m2.len()];
     faces.faces.iter().enumerate().for_each(|(i, f)| leads[f.patch as usize] = i);
-    for piece in &clipped.every {
-        let face = &faces.faces[clipped.nodes[piece.node as usize].face as usize];
+    let area_of = |piece: &Piece| {
+        let node = &clipped.nodes[piece.node as usize];
+        let face = &faces.faces[node.face as usize];
         let lead = &faces.faces[leads[face.patch as usize]];
-        let radar = windows[0].origin;
+        let source = node.frame.origin;
         let on_lead = |p: &DVec2| {
-            let d = faces.corners(face)[0] + face.axis[0] * p.x + face.axis[1] * p.y - radar;
-            radar - d * (height(lead, radar) / lead.normal.dot(d))
+            let d = faces.corners(face)[0] + face.axis[0] * p.x + face.axis[1] * p.y - source;
+            source - d * (height(lead, source) / lead.normal.dot(d))
         };
         let corners: Vec<DVec3> = piece.polygon.corners().iter().map(on_lead).collect();
         let fan = corners.windows(2).map(|w| (w[0] - corners[0]).cross(w[1] - corners[0]));
-        polygons[face.patch as usize] += 0.5 * lead.normal.dot(fan.sum()).abs();
+        0.5 * lead.normal.dot(fan.sum()).abs()
+    };
+    let chain_of = |mut node: u32| {
+        let mut chain = Vec::new();
+        while let Some(at) = clipped.nodes.get(node as usize) {
+            chain.insert(0, faces.faces[at.face as usize].patch);
+            node = at.parent;
+        }
+        chain
+    };
+    let is_curved = |patch: u32| faces.faces[leads[patch as usize]].curved != NOT_CURVED;
+    for piece in &clipped.every {
+        all.entry(chain_of(piece.node)).or_default().seen[0] += area_of(piece);
+    }
+    for piece in &clipped.imaged {
+        let of = all.entry(chain_of(piece.node)).or_default();
+        *of.lit[0].get_or_insert(0.0) += area_of(piece);
     }
     let start = Instant::now();
     let table = EdgeTable::new(faces);
     let by_table = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let found = lines::seen(faces, &table, windows);
+    let chains = chains::follow(faces, &table, windows, options);
     let by_lines = start.elapsed().as_secs_f64();
-    let mut origins: Vec<Option<(DVec3, DVec3)>> = vec![None; patches];
-    let (mut lines, mut gaps) = (vec![0.0; patches], vec![DVec3::ZERO; patches]);
-    for f in &found {
-        let face = &faces.faces[f.face as usize];
-        let patch = face.patch as usize;
-        let (origin, normal) = *origins[patch].get_or_insert((faces.corners(face)[0], face.normal));
-        lines[patch] += f.area_m2(origin, normal);
-        gaps[patch] += f.vector_m(normal);
+    let asked: Option<Vec<u32>> = std::env::var("CATSEYE_CHAIN")
+        .ok()
+        .map(|list| list.split(',').filter_map(|n| n.trim().parse().ok()).collect());
+    for (i, chain) in chains.iter().enumerate() {
+        let mut patches = vec![chain.patch];
+        let mut at = &chains[i];
+        while let Some(parent) = chains.get(at.parent as usize) {
+            patches.insert(0, parent.patch);
+            at = parent;
+        }
+        if asked.as_ref() == Some(&patches) {
+            let rays = Rays::new(faces, windows, &patches);
+            rays.check("lit", &chain.lit, false);
+            rays.check("seen", chain.returning(), true);
+        }
+        let of = all.entry(patches).or_default();
+        if chain.bounce == 1 || !is_curved(chain.patch) {
+            of.seen[1] += chains::area_m2(faces, chain.returning());
+        }
+        *of.lit[1].get_or_insert(0.0) += chains::area_m2(faces, &chain.lit);
+        let gap = |outline: &[Fragment]| {
+            outline.iter().map(|f| f.vector_m(faces.faces[f.face as usize].normal)).sum::<DVec3>().length()
+        };
+        of.gap_m = gap(&chain.lit).max(gap(chain.returning()));
     }
-    let gaps = gaps.into_iter().map(|g| g.length()).collect();
-    Areas { polygons, lines, gaps, seconds: [by_polygons, by_table, by_lines] }
+    (all, [by_polygons, by_table, by_lines])
 }
 
 fn height(face: &Face, p: DVec3) -> f64 {
@@ -80,119 +128,240 @@ fn is_met(faces: &Faces, face: &Face, radar: DVec3, d: DVec3) -> bool {
     })
 }
 
-/// Visible area of a patch by a grid of rays over each of its faces, m², each ray against all faces in its cone. Which of two faces in one
-/// plane hides the other follows CONVENTIONS eq. 65b.
-fn by_rays(faces: &Faces, windows: &[Window], patch: usize) -> f64 {
-    const RAYS: usize = 300;
-    let radar = windows[0].origin;
-    let is_lit = |f: &Face| {
-        let h = height(f, radar);
-        h.abs() > 1e-9 * faces.radius_m && (h > 0.0 || !f.one_sided)
-    };
-    let lies_on = |a: &Face, b: &Face| {
-        let area = |f: &Face| (faces.patch_area_m2[f.patch as usize], f.body);
-        a.body != b.body
-            && area(a) < area(b)
-            && faces.corners(a).iter().all(|p| height(b, *p).abs() <= LIES_M)
-    };
-    // Least and largest height of corners over a plane, towards the radar.
+/// Which of two faces in one plane hides the other follows CONVENTIONS eq. 65b.
+fn lies_on(faces: &Faces, a: &Face, b: &Face) -> bool {
+    let area = |f: &Face| (faces.patch_area_m2[f.patch as usize], f.body);
+    a.body != b.body && area(a) < area(b) && faces.corners(a).iter().all(|p| height(b, *p).abs() <= LIES_M)
+}
+
+/// Whether `other` hides `face` from a source; None where the nearer one hides.
+fn hides(faces: &Faces, source: DVec3, other: &Face, face: &Face) -> Option<bool> {
+    // Least and largest height of corners over a plane, towards the source.
     let heights = |of: &Face, plane: &Face| {
-        let side = height(plane, radar).signum();
+        let side = height(plane, source).signum();
         let all = faces.corners(of).iter().map(|p| side * height(plane, *p));
         all.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), h| (lo.min(h), hi.max(h)))
     };
-    // None where the nearer one hides, else whether `other` does.
-    let hides = |other: &Face, face: &Face| {
-        if lies_on(face, other) || lies_on(other, face) {
-            return Some(lies_on(other, face));
-        }
-        let (lo, hi) = heights(other, face);
-        if hi <= faces.flat_m || lo >= -faces.flat_m {
-            return Some(hi > faces.flat_m);
-        }
-        let (lo, hi) = heights(face, other);
-        (hi <= faces.flat_m || lo >= -faces.flat_m).then_some(hi <= faces.flat_m)
-    };
-    let cone = |f: &Face| {
-        let corners = faces.corners(f);
-        let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
-        let size = corners.iter().map(|c| c.distance(middle)).fold(0.0, f64::max);
-        let d = middle - radar;
-        (d.normalize(), if size < d.length() { (size / d.length()).asin() } else { PI })
-    };
-    let in_window = |d: DVec3| {
-        windows.iter().any(|w| w.k.dot(d) > 0.0 && w.u.dot(d).abs().max(w.v.dot(d).abs()) <= w.k.dot(d))
-    };
-    let mut sum = 0.0;
-    for face in faces.faces.iter().filter(|f| f.patch as usize == patch && is_lit(f)) {
-        let (axis, angle) = cone(face);
-        let others: Vec<(&Face, Option<bool>)> = (faces.faces.iter())
-            .filter(|f| f.patch != face.patch && is_lit(f))
-            .filter(|f| {
-                let (other_axis, other_angle) = cone(f);
-                axis.dot(other_axis).clamp(-1.0, 1.0).acos() <= angle + other_angle + 1e-9
-            })
-            .map(|f| (f, hides(f, face)))
-            .filter(|(_, hides)| *hides != Some(false))
-            .collect();
-        let corners = faces.corners(face);
-        let span = |axis: DVec3| {
-            let at = corners.iter().map(|c| axis.dot(*c - corners[0]));
-            at.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
-        };
-        let [x, y] = face.axis.map(span);
-        let step = [(x.1 - x.0) / RAYS as f64, (y.1 - y.0) / RAYS as f64];
-        let is_seen = |i: &usize| {
-            let (a, b) = ((i % RAYS) as f64 + 0.5, (i / RAYS) as f64 + 0.5);
-            let p = corners[0] + face.axis[0] * (x.0 + step[0] * a) + face.axis[1] * (y.0 + step[1] * b);
-            let d = p - radar;
-            is_met(faces, face, radar, d)
-                && in_window(d)
-                && !others.iter().any(|(f, hides)| {
-                    let t = -height(f, radar) / f.normal.dot(d);
-                    let is_near = if hides.is_some() { t > 0.0 } else { t > 0.0 && t < 1.0 };
-                    // What hides as a whole may lie a little behind the plane, never far behind the place.
-                    is_near && (t - 1.0) * d.length() < 1.0 && is_met(faces, f, radar, d)
-                })
-        };
-        sum += (0..RAYS * RAYS).filter(is_seen).count() as f64 * step[0] * step[1];
+    if lies_on(faces, face, other) || lies_on(faces, other, face) {
+        return Some(lies_on(faces, other, face));
     }
-    sum
+    let (lo, hi) = heights(other, face);
+    if hi <= faces.flat_m || lo >= -faces.flat_m {
+        return Some(hi > faces.flat_m);
+    }
+    let (lo, hi) = heights(face, other);
+    (hi <= faces.flat_m || lo >= -faces.flat_m).then_some(hi <= faces.flat_m)
 }
 
-/// Prints how two lists of areas differ, and gives the areas.
-fn compare(name: &str, frame: &Frame) -> Areas {
+/// A leg of a path: its source, the plane that it leaves (normal on the lit side, offset), and what it leads to, with the faces that may
+/// hide that.
+struct Leg<'a> {
+    source: DVec3,
+    leaves: Option<(DVec3, f64)>,
+    targets: Vec<(&'a Face, Vec<(&'a Face, Option<bool>)>)>,
+}
+
+impl<'a> Leg<'a> {
+    fn new(faces: &'a Faces, source: DVec3, leaves: Option<(DVec3, f64)>, patch: u32) -> Leg<'a> {
+        let is_lit = |f: &Face| {
+            let h = height(f, source);
+            h.abs() > 1e-9 * faces.radius_m
+                && (h > 0.0 || !f.one_sided)
+                && leaves.is_none_or(|(n, offset)| {
+                    faces.corners(f).iter().any(|p| n.dot(*p) - offset > LIES_M.max(faces.flat_m))
+                })
+        };
+        let cone = |f: &Face| {
+            let corners = faces.corners(f);
+            let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
+            let size = corners.iter().map(|c| c.distance(middle)).fold(0.0, f64::max);
+            let d = middle - source;
+            (d.normalize(), if size < d.length() { (size / d.length()).asin() } else { PI })
+        };
+        let lit: Vec<(&Face, (DVec3, f64))> =
+            faces.faces.iter().filter(|f| is_lit(f)).map(|f| (f, cone(f))).collect();
+        let target = |face: &'a Face| {
+            let (axis, angle) = cone(face);
+            let others = (lit.iter())
+                .filter(|(f, (other_axis, other_angle))| {
+                    f.patch != patch
+                        && axis.dot(*other_axis).clamp(-1.0, 1.0).acos() <= angle + other_angle + 1e-9
+                })
+                .map(|(f, _)| (*f, hides(faces, source, f, face)))
+                .filter(|(_, hides)| *hides != Some(false));
+            (face, others.collect())
+        };
+        let targets = faces.faces.iter().filter(|f| f.patch == patch && is_lit(f)).map(target).collect();
+        Leg { source, leaves, targets }
+    }
+
+    /// Whether a ray reaches a place on a face of the target.
+    fn reaches(&self, faces: &Faces, p: DVec3) -> bool {
+        let d = p - self.source;
+        let start = self.leaves.map_or(0.0, |(n, offset)| (offset - n.dot(self.source)) / n.dot(d));
+        self.targets.iter().any(|(face, others)| {
+            is_met(faces, face, self.source, d)
+                && !others.iter().any(|(f, hides)| {
+                    let t = -height(f, self.source) / f.normal.dot(d);
+                    // What hides as a whole may lie a little behind the plane, never far behind the place.
+                    t > start
+                        && (hides.is_some() || t < 1.0)
+                        && (t - 1.0) * d.length() < 1.0
+                        && is_met(faces, f, self.source, d)
+                })
+        })
+    }
+}
+
+/// What a chain lights of its last patch, and what the radar sees of that, ray by ray, each against all faces in its cone.
+struct Rays<'a> {
+    faces: &'a Faces,
+    windows: &'a [Window],
+    legs: Vec<Leg<'a>>,
+    direct: Leg<'a>,
+    patch: u32,
+}
+
+impl<'a> Rays<'a> {
+    fn new(faces: &'a Faces, windows: &'a [Window], chain: &[u32]) -> Rays<'a> {
+        let radar = windows[0].origin;
+        let mut leads = vec![0; faces.patch_area_m2.len()];
+        faces.faces.iter().enumerate().for_each(|(i, f)| leads[f.patch as usize] = i);
+        let mut legs = vec![Leg::new(faces, radar, None, chain[0])];
+        for pair in chain.windows(2) {
+            let (mirror, source) = (&faces.faces[leads[pair[0] as usize]], legs[legs.len() - 1].source);
+            let h = height(mirror, source);
+            let leaves = (mirror.normal * h.signum(), mirror.offset_m * h.signum());
+            legs.push(Leg::new(faces, source - mirror.normal * (2.0 * h), Some(leaves), pair[1]));
+        }
+        let patch = chain[chain.len() - 1];
+        Rays { faces, windows, legs, direct: Leg::new(faces, radar, None, patch), patch }
+    }
+
+    fn in_window(&self, p: DVec3) -> bool {
+        let d = p - self.windows[0].origin;
+        let sees = |w: &Window| w.k.dot(d) > 0.0 && w.u.dot(d).abs().max(w.v.dot(d).abs()) <= w.k.dot(d);
+        self.windows.iter().any(sees)
+    }
+
+    fn is_lit(&self, mut p: DVec3) -> bool {
+        for leg in self.legs.iter().rev() {
+            if !leg.reaches(self.faces, p) {
+                return false;
+            }
+            if let Some((n, offset)) = leg.leaves {
+                let d = p - leg.source;
+                p = leg.source + d * ((offset - n.dot(leg.source)) / n.dot(d));
+            }
+        }
+        self.in_window(p)
+    }
+
+    fn is_seen(&self, p: DVec3) -> bool {
+        let (image, radar) = (self.legs[self.legs.len() - 1].source, self.windows[0].origin);
+        let is_before = |f: &Face| height(f, image) * height(f, radar) > 0.0;
+        self.direct.targets.iter().any(|(f, _)| is_before(f))
+            && self.in_window(p)
+            && self.direct.reaches(self.faces, p)
+    }
+
+    /// Areas of what is seen of what is lit, and of what is lit, m², by a grid over each face of so many rays along its sides.
+    fn areas_m2(&self, rays: usize) -> [f64; 2] {
+        let faces = self.faces;
+        let image = self.legs[self.legs.len() - 1].source;
+        let mut sums = [0.0; 2];
+        for face in faces.faces.iter().filter(|f| f.patch == self.patch) {
+            let corners = faces.corners(face);
+            let span = |axis: DVec3| {
+                let at = corners.iter().map(|c| axis.dot(*c - corners[0]));
+                at.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
+            };
+            let [x, y] = face.axis.map(span);
+            let step = [(x.1 - x.0) / rays as f64, (y.1 - y.0) / rays as f64];
+            for i in 0..rays * rays {
+                let (a, b) = ((i % rays) as f64 + 0.5, (i / rays) as f64 + 0.5);
+                let p = corners[0] + face.axis[0] * (x.0 + step[0] * a) + face.axis[1] * (y.0 + step[1] * b);
+                if is_met(faces, face, image, p - image) && self.is_lit(p) {
+                    sums[0] += if self.is_seen(p) { step[0] * step[1] } else { 0.0 };
+                    sums[1] += step[0] * step[1];
+                }
+            }
+        }
+        sums
+    }
+
+    /// Prints each fragment of an outline, whether what is beside it is lit (`seen`: and seen) as it says, and where it does not close.
+    fn check(&self, name: &str, outline: &[Fragment], seen: bool) {
+        let is_in = |p: DVec3| self.is_lit(p) && (!seen || self.is_seen(p));
+        let mut ends: Vec<(DVec3, i32)> = Vec::new();
+        let normal = self.faces.faces[outline[0].face as usize].normal;
+        println!("      {name}: {} fragments", outline.len());
+        for f in outline {
+            let [a, b] = f.ends_m;
+            let (middle, beside) = (0.5 * (a + b), f.inward * 2e-4f64.min(0.1 * a.distance(b)));
+            let sides = [is_in(middle + beside), is_in(middle - beside)];
+            if sides != [true, false] {
+                println!("        {sides:?} at {a:.4} to {b:.4}, inward {:.3}: {f:?}", f.inward);
+            }
+            let turn = if f.vector_m(normal).dot(b - a) > 0.0 { 1 } else { -1 };
+            for (p, sign) in [(a, -turn), (b, turn)] {
+                match ends.iter_mut().find(|(q, _)| q.distance(p) < 1e-6) {
+                    Some(end) => end.1 += sign,
+                    None => ends.push((p, sign)),
+                }
+            }
+        }
+        ends.iter().filter(|e| e.1 != 0).for_each(|(p, n)| println!("        {n} at {p:.7}"));
+    }
+}
+
+/// Prints how areas differ by number of bounces, and gives the areas.
+fn compare(name: &str, frame: &Frame, bounces: usize) -> OfChains {
     let geometry = frame.geometry(&frame.refined(frame.options.accuracy_db).unwrap()).unwrap();
     let faces = geometry.faces();
     let windows = windows(&frame.radar, &frame.pose);
-    let areas = areas(faces, &windows);
-    let all: f64 = areas.polygons.iter().sum();
-    let mut off: Vec<(f64, usize)> = (areas.polygons.iter().zip(&areas.lines).enumerate())
-        .map(|(i, (p, l))| ((p - l).abs(), i))
-        .filter(|(d, i)| *d > LEAST_M2 + SHARE * areas.polygons[*i])
-        .collect();
-    off.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let sum: f64 = off.iter().map(|o| o.0).sum();
-    let seen = areas.polygons.iter().filter(|a| **a > 0.0).count();
-    let open = areas.gaps.iter().filter(|g| **g > 1e-6).count();
-    let [by_polygons, by_table, by_lines] = areas.seconds;
+    let options = BeamOptions { images: bounces > 1, ..BeamOptions::new(bounces, 0.2, false) };
+    let (areas, [by_polygons, by_table, by_lines]) = areas(faces, &windows, &options);
     println!(
-        "{name}: {} faces, {seen} of {} patches seen, {all:.1} m²; {} off by {:.2e} in sum, {open} outlines open; polygons {by_polygons:.3} s, edges {by_table:.3} s, lines {by_lines:.3} s",
+        "{name}: {} faces in {} patches; polygons {by_polygons:.3} s, edges {by_table:.3} s, lines {by_lines:.3} s",
         faces.faces.len(),
-        areas.polygons.len(),
-        off.len(),
-        sum / all,
+        faces.patch_area_m2.len(),
     );
     let shown = std::env::var("CATSEYE_WORST").ok().and_then(|n| n.parse().ok()).unwrap_or(4);
-    for (d, i) in off.iter().take(shown) {
-        let rays = match std::env::var("CATSEYE_RAYS") {
-            Ok(_) => format!(", rays {:.6}", by_rays(faces, &windows, *i)),
-            Err(_) => String::new(),
-        };
+    for bounce in 1..=bounces + 1 {
+        let of: Vec<_> = areas.iter().filter(|(chain, _)| chain.len() == bounce).collect();
+        if of.is_empty() {
+            continue;
+        }
+        let all: f64 = of.iter().map(|(_, a)| a.seen[0].max(a.lit[0].unwrap_or(0.0))).sum();
+        let mut off: Vec<_> = of.iter().filter(|(_, a)| a.is_off()).collect();
+        off.sort_by(|a, b| b.1.off_m2().total_cmp(&a.1.off_m2()));
+        let sum: f64 = off.iter().map(|(_, a)| a.off_m2()).sum();
+        let open = of.iter().filter(|(_, a)| a.gap_m > 1e-6).count();
         println!(
-            "  patch {i} of {:.3e} m²: polygons {:.9}, lines {:.9}{rays}, difference {d:.2e}, gap {:.1e} m",
-            faces.patch_area_m2[*i], areas.polygons[*i], areas.lines[*i], areas.gaps[*i]
+            "  bounce {bounce}: {} chains, {all:.4} m²; {} off by {:.2e} in sum, {open} outlines open",
+            of.len(),
+            off.len(),
+            sum / all,
         );
+        for (chain, a) in off.iter().take(shown) {
+            let rays = match std::env::var("CATSEYE_RAYS").ok().and_then(|n| n.parse().ok()) {
+                Some(rays) => {
+                    let [seen, lit] = Rays::new(faces, &windows, chain).areas_m2(rays);
+                    format!(", rays {seen:.6} {lit:.6}")
+                }
+                _ => String::new(),
+            };
+            println!(
+                "    {chain:?} of {:.3e} m²: polygons {:.9} {:.9?}, lines {:.9} {:.9?}{rays}, gap {:.1e} m",
+                faces.patch_area_m2[*chain.last().unwrap() as usize],
+                a.seen[0],
+                a.lit[0],
+                a.seen[1],
+                a.lit[1],
+                a.gap_m
+            );
+        }
     }
     areas
 }
@@ -205,20 +374,21 @@ fn lines_and_polygons_agree() {
     let scenes = [("template", 3, 1e-5), ("template", 4, 1e-6), ("highways", 2, 1e-6), ("highways", 3, 1e-6)];
     let scenes = scenes.map(|(recipe, i, open_m)| (format!("{recipe}, scene {i}"), drawn(recipe, i), open_m));
     for (name, frame, open_m) in frames.into_iter().chain(scenes) {
-        let areas = compare(&name, &frame);
-        for (patch, ((p, l), gap)) in areas.polygons.iter().zip(&areas.lines).zip(&areas.gaps).enumerate() {
-            assert!((p - l).abs() <= 1e-6 * p.max(1.0), "{name}, patch {patch}: polygons {p}, lines {l}");
-            assert!(*gap <= open_m, "{name}, patch {patch} is open by {gap} m");
+        for (patch, Areas { seen: [p, l], gap_m, .. }) in compare(&name, &frame, 1) {
+            assert!((p - l).abs() <= 1e-6 * p.max(1.0), "{name}, patch {patch:?}: polygons {p}, lines {l}");
+            assert!(gap_m <= open_m, "{name}, patch {patch:?} is open by {gap_m} m");
         }
     }
 }
 
-/// CATSEYE_LOOKS chooses frames whose name contains it, CATSEYE_WORST says how many patches are listed. With CATSEYE_RAYS
-/// set their areas are counted by rays too.
+/// CATSEYE_LOOKS chooses frames whose name contains it, CATSEYE_BOUNCES how many bounces are followed (1), CATSEYE_WORST says how many chains
+/// are listed. With CATSEYE_RAYS these are counted by rays too, so many along each side of a face. CATSEYE_CHAIN names a chain by its patches, whose
+/// fragments are checked one by one.
 #[test]
 #[ignore = "prints a table"]
 fn areas_of_every_frame() {
     let only = std::env::var("CATSEYE_LOOKS").unwrap_or_default();
+    let bounces = std::env::var("CATSEYE_BOUNCES").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
     let mut frames: Vec<(String, Box<dyn Fn() -> Frame>)> = Vec::new();
     for name in ["W3-static", "W3-moving", "W7", "W8", "W9", "W13"] {
         frames.push((name.into(), Box::new(move || frame_of(name).unwrap())));
@@ -229,6 +399,6 @@ fn areas_of_every_frame() {
         }
     }
     for (name, frame) in frames.iter().filter(|f| f.0.contains(&only)) {
-        compare(name, &frame());
+        compare(name, &frame(), bounces);
     }
 }

@@ -1,0 +1,137 @@
+//! Chains of mirrors followed by lines ([`super::lines`]): what a radar lights by way of them, and what it sees of that.
+//!
+//! A chain is a list of patches: the radar lights the first, each mirrors what lights it to the next. Its view is that of the radar's image
+//! behind all but the last of them. Level by level every lit patch that mirrors makes a new view, and what that lights of each patch
+//! ahead is a chain of one bounce more.
+
+use super::lines::{Fragment, Scene, View};
+use crate::base::tasks::Tasks;
+use crate::geom::edge_table::EdgeTable;
+use crate::geom::faces::{Faces, NOT_CURVED};
+use crate::trace::MAX_BOUNCES;
+use crate::trace::beams::{BeamOptions, Frame};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Lit areas below this are rounding, m².
+const LEAST_M2: f64 = 1e-13;
+
+/// What is lit of a patch by way of the patches before it.
+#[derive(Debug, Clone)]
+pub struct Chain {
+    /// The chain without its last patch; u32::MAX for the first bounce.
+    pub parent: u32,
+    /// The patch that is lit.
+    pub patch: u32,
+    /// Number of patches.
+    pub bounce: u8,
+    /// The chain begins with a mirror of its second patch (`Faces::mirrors`).
+    pub imaged: bool,
+    /// Whether that mirror is as good as endless (`Faces::is_endless`).
+    pub endless: bool,
+    /// The radar's image from which the patch is lit, m.
+    pub image_m: DVec3,
+    /// Outline of what is lit.
+    pub lit: Vec<Fragment>,
+    /// Outline of what the radar sees of that; empty for the first bounce, where it is all, and for curved surfaces.
+    pub seen: Vec<Fragment>,
+}
+
+impl Chain {
+    /// Outline of what is lit and seen.
+    pub fn returning(&self) -> &[Fragment] {
+        if self.bounce == 1 { &self.lit } else { &self.seen }
+    }
+}
+
+/// All chains of a radar that looks through windows from one point, each after its parent, in a fixed order.
+pub fn follow(faces: &Faces, table: &EdgeTable, windows: &[Frame], options: &BeamOptions) -> Vec<Chain> {
+    let Some(scene) = Scene::new(faces, table, windows) else { return Vec::new() };
+    let radar = scene.view();
+    let patch_of = |f: &Fragment| faces.faces[f.face as usize].patch;
+    let first = by_patch(radar.of_windows(), patch_of);
+    let mut direct = vec![u32::MAX; faces.patch_area_m2.len()];
+    let mut chains: Vec<Chain> = Vec::new();
+    for lit in first {
+        let patch = patch_of(&lit[0]);
+        direct[patch as usize] = chains.len() as u32;
+        chains.push(Chain {
+            parent: u32::MAX,
+            patch,
+            bounce: 1,
+            imaged: false,
+            endless: false,
+            image_m: radar.source(),
+            lit,
+            seen: Vec::new(),
+        });
+    }
+    let most = |endless: bool| (options.bounces + usize::from(endless)).min(MAX_BOUNCES);
+    let begins = |chain: &Chain| options.images && chain.bounce == 1 && faces.mirrors_points(chain.patch);
+    let is_mirror = |chain: &Chain| {
+        let face = &faces.faces[chain.lit[0].face as usize];
+        face.curved == NOT_CURVED && (chain.bounce as usize) < most(chain.endless || begins(chain))
+    };
+    let mut level: Range<usize> = 0..chains.len();
+    while !level.is_empty() {
+        let this = &chains[..];
+        let next = |number: usize| -> Vec<Chain> {
+            let parent = &this[number];
+            let Some(view) = view_of(&scene, this, number) else { return Vec::new() };
+            let view = view.through(&parent.lit);
+            let first = first_patch(this, number);
+            let child = |lit: Vec<Fragment>| {
+                let patch = patch_of(&lit[0]);
+                let imaged = parent.imaged || begins(parent) && faces.mirrors(first, patch);
+                let endless = parent.endless || begins(parent) && faces.is_endless(first, patch);
+                if parent.bounce as usize >= most(endless) || area_m2(faces, &lit) < LEAST_M2 {
+                    return None;
+                }
+                let is_curved = faces.faces[lit[0].face as usize].curved != NOT_CURVED;
+                // What a curved surface returns is asked for pairs of ways.
+                let direct = this.get(direct[patch as usize] as usize).map_or(&[][..], |c| &c.lit[..]);
+                let seen = if is_curved { Vec::new() } else { view.also_lit(&lit, direct) };
+                let (bounce, image_m) = (parent.bounce + 1, view.source());
+                Some(Chain { parent: number as u32, patch, bounce, imaged, endless, image_m, lit, seen })
+            };
+            by_patch(view.of_mirror(), patch_of).into_iter().filter_map(child).collect()
+        };
+        let mirrors: Vec<usize> = level.clone().filter(|i| is_mirror(&chains[*i])).collect();
+        let found: Vec<Vec<Chain>> = mirrors.into_par_iter().map_tasks(next).collect();
+        let start = chains.len();
+        chains.extend(found.into_iter().flatten());
+        level = start..chains.len();
+    }
+    chains
+}
+
+/// Area within an outline, m².
+pub fn area_m2(faces: &Faces, outline: &[Fragment]) -> f64 {
+    let Some(first) = outline.first() else { return 0.0 };
+    let (origin, normal) = (first.ends_m[0], faces.faces[first.face as usize].normal);
+    outline.iter().map(|f| f.area_m2(origin, normal)).sum()
+}
+
+/// Fragments by patch, in the order in which they come.
+fn by_patch(mut fragments: Vec<Fragment>, patch_of: impl Fn(&Fragment) -> u32) -> Vec<Vec<Fragment>> {
+    fragments.sort_by_key(&patch_of);
+    fragments.chunk_by(|a, b| patch_of(a) == patch_of(b)).map(<[Fragment]>::to_vec).collect()
+}
+
+fn first_patch(chains: &[Chain], mut number: usize) -> u32 {
+    while chains[number].parent != u32::MAX {
+        number = chains[number].parent as usize;
+    }
+    chains[number].patch
+}
+
+/// The view behind the last patch of a chain.
+fn view_of<'a>(scene: &'a Scene<'a>, chains: &[Chain], number: usize) -> Option<View<'a>> {
+    let chain = &chains[number];
+    let before = match chain.parent {
+        u32::MAX => scene.view(),
+        parent => view_of(scene, chains, parent as usize)?,
+    };
+    before.behind(chain.patch)
+}
