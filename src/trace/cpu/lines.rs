@@ -33,6 +33,8 @@ const BESIDE: f64 = 0.02;
 /// A silhouette counts as nearer than a segment up to so far behind it, m: a split too many changes nothing, and faces that lie on one
 /// another hide each other from behind.
 const SLACK_M: f64 = 0.05;
+/// What comes so near to a line touches it, m: farther than a ray decides beside it. One split too many changes nothing.
+const TOUCHING_M: f64 = 1e-8;
 /// Shorter parts are left out, m.
 const SHORTEST_M: f64 = 1e-10;
 /// Sine of the angle to the plane of sight below which a half-face covers neither side of its edge.
@@ -76,22 +78,21 @@ impl Fragment {
     fn at(&self, share: f64) -> DVec3 {
         self.ends_m[0] + (self.ends_m[1] - self.ends_m[0]) * share
     }
+}
 
-    /// Where the fragment comes to a plane over which its ends stand this high, m: nowhere, in one place, or from end to end.
-    fn meeting(&self, [u, v]: [f64; 2]) -> impl Iterator<Item = DVec3> {
-        let is_met = u.min(v) <= ROUNDING_M && u.max(v) >= -ROUNDING_M;
-        let (first, second) = match u.abs().max(v.abs()) <= ROUNDING_M {
-            true => (0.0, Some(1.0)),
-            false => ((u / (u - v)).clamp(0.0, 1.0), None),
-        };
-        let first = is_met.then(|| self.at(first));
-        let second = second.filter(|_| is_met).map(|t| self.at(t));
-        first.into_iter().chain(second)
-    }
+/// Where a segment comes as near as `margin_m` to a plane over which its ends stand so high, m: nowhere, in one place, or from end to end.
+fn meeting([a, b]: [DVec3; 2], [u, v]: [f64; 2], margin_m: f64) -> impl Iterator<Item = DVec3> {
+    let is_met = u.min(v) <= margin_m && u.max(v) >= -margin_m;
+    let (first, second) = match u.abs().max(v.abs()) <= margin_m {
+        true => (a, Some(b)),
+        false => (a + (b - a) * (u / (u - v)).clamp(0.0, 1.0), None),
+    };
+    [Some(first), second].into_iter().flatten().filter(move |_| is_met)
 }
 
 /// The plane through a source and a segment, between the rays to the segment's ends.
 struct Wedge {
+    source: DVec3,
     normal: DVec3,
     /// Positive inside: normals of the planes through the rays to the first and to the second end. What they are at a place is as the shares
     /// of the segment before and behind the ray through it.
@@ -102,7 +103,13 @@ impl Wedge {
     fn new(source: DVec3, ends_m: [DVec3; 2]) -> Option<Wedge> {
         let [a, b] = ends_m.map(|p| p - source);
         let normal = a.cross(b).try_normalize()?;
-        Some(Wedge { normal, sides: [normal.cross(a), b.cross(normal)] })
+        Some(Wedge { source, normal, sides: [normal.cross(a), b.cross(normal)] })
+    }
+
+    /// The share of the segment at which the ray to a place crosses it.
+    fn share(&self, x: DVec3) -> Option<f64> {
+        let [a, b] = self.sides.map(|side| side.dot(x - self.source));
+        (a > 0.0 && b > 0.0).then(|| a / (a + b))
     }
 }
 
@@ -353,28 +360,23 @@ impl<'a> View<'a> {
                 return false;
             }
             let edge = &table.edges[i];
-            let [u, v] = edge.ends_m.map(|e| normal.dot(e - s));
-            if (u > 0.0) == (v > 0.0) {
-                return false;
-            }
-            let x = edge.at(u / (u - v));
-            let depth = far.dot(x - a);
-            let is_asked_for = match reach {
-                Reach::Nearer => depth < SLACK_M,
-                Reach::Beyond => depth > -ROUNDING_M,
-            };
-            let is_inside = from_a.dot(x - s) >= 0.0
-                && to_b.dot(x - s) >= 0.0
-                && is_asked_for
-                && mirror.is_none_or(|m| m.height(x) > -LIES_M)
-                && match reach {
-                    Reach::Nearer => self.is_silhouette(i),
-                    Reach::Beyond => table.halves(edge).iter().any(|h| self.is_lit(last, h.face)),
+            let heights = edge.ends_m.map(|e| normal.dot(e - s));
+            for x in meeting(edge.ends_m, heights, TOUCHING_M) {
+                let depth = far.dot(x - a);
+                let is_asked_for = match reach {
+                    Reach::Nearer => depth < SLACK_M,
+                    Reach::Beyond => depth > -ROUNDING_M,
                 };
-            if is_inside {
-                let across = (edge.ends_m[0] - s).cross(edge.ends_m[1] - s);
-                let (u, v) = (across.dot(a - s), across.dot(b - s));
-                out.extend(Some(u / (u - v)).filter(|t| *t > 0.0 && *t < 1.0));
+                if let Some(share) = wedge.share(x)
+                    && is_asked_for
+                    && mirror.is_none_or(|m| m.height(x) > -LIES_M)
+                    && match reach {
+                        Reach::Nearer => self.is_silhouette(i),
+                        Reach::Beyond => table.halves(edge).iter().any(|h| self.is_lit(last, h.face)),
+                    }
+                {
+                    out.push(share);
+                }
             }
             false
         });
@@ -399,17 +401,14 @@ impl<'a> View<'a> {
         let Some(wedge) = Wedge::new(source, ends_m) else { return };
         let [n, p, q] = [wedge.normal, wedge.sides[0], wedge.sides[1]].map(|v: DVec3| v.abs());
         let misses = |centre: DVec3, half: DVec3| {
-            let (d, half) = (centre - source, half + ROUNDING_M);
+            let (d, half) = (centre - source, half + TOUCHING_M);
             wedge.normal.dot(d).abs() > n.dot(half)
                 || wedge.sides[0].dot(d) < -p.dot(half)
                 || wedge.sides[1].dot(d) < -q.dot(half)
         };
         self.outline.visit(misses, |f| {
             let heights = f.ends_m.map(|x| wedge.normal.dot(x - source));
-            for x in f.meeting(heights) {
-                let [a, b] = wedge.sides.map(|side| side.dot(x - source));
-                shares.extend(Some(a / (a + b)).filter(|t| *t > 0.0 && *t < 1.0));
-            }
+            shares.extend(meeting(f.ends_m, heights, TOUCHING_M).filter_map(|x| wedge.share(x)));
         });
     }
 
@@ -866,7 +865,7 @@ impl<'a> View<'a> {
         let reaches_into = |(lo, hi): (DVec3, DVec3)| {
             move |f: &&Fragment| {
                 let [a, b] = f.ends_m;
-                !(a.min(b).cmpgt(hi + ROUNDING_M).any() || a.max(b).cmplt(lo - ROUNDING_M).any())
+                !(a.min(b).cmpgt(hi + TOUCHING_M).any() || a.max(b).cmplt(lo - TOUCHING_M).any())
             }
         };
         let near: Vec<Fragment> = direct.iter().filter(reaches_into(box_around(own))).copied().collect();
@@ -878,14 +877,16 @@ impl<'a> View<'a> {
             let across = plane.normal.cross(along).normalize_or_zero();
             shares.clear();
             shares.extend([0.0, 1.0]);
-            let (lo, hi) = (a.min(b) - ROUNDING_M, a.max(b) + ROUNDING_M);
+            let (lo, hi) = (a.min(b) - TOUCHING_M, a.max(b) + TOUCHING_M);
             let misses = |centre: DVec3, half: DVec3| {
                 (centre - half).cmpgt(hi).any() || (centre + half).cmplt(lo).any()
             };
             others.visit(misses, |g| {
                 let heights = g.ends_m.map(|p| across.dot(p - a));
                 let share = |x: DVec3| along.dot(x - a) / along.length_squared();
-                shares.extend(g.meeting(heights).map(share).filter(|t| *t > 0.0 && *t < 1.0));
+                shares.extend(
+                    meeting(g.ends_m, heights, TOUCHING_M).map(share).filter(|t| *t > 0.0 && *t < 1.0),
+                );
             });
             shares.sort_by(f64::total_cmp);
             let part = |w: &[f64]| Fragment { ends_m: [f.at(w[0]), f.at(w[1])], ..*f };

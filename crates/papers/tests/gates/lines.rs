@@ -296,12 +296,15 @@ impl<'a> Rays<'a> {
         let mut ends: Vec<(DVec3, i32)> = Vec::new();
         let normal = self.faces.faces[outline[0].face as usize].normal;
         println!("      {name}: {} fragments", outline.len());
+        for f in self.faces.faces.iter().filter(|f| f.patch == self.patch) {
+            println!("        face of {:.6?}", self.faces.corners(f));
+        }
         for f in outline {
             let [a, b] = f.ends_m;
             let (middle, beside) = (0.5 * (a + b), f.inward * 2e-4f64.min(0.1 * a.distance(b)));
             let sides = [is_in(middle + beside), is_in(middle - beside)];
-            if sides != [true, false] {
-                println!("        {sides:?} at {a:.4} to {b:.4}, inward {:.3}: {f:?}", f.inward);
+            if sides != [true, false] || outline.len() <= 12 {
+                println!("        {sides:?} at {a:.6} to {b:.6}, inward {:.3}, {f:?}", f.inward);
             }
             let turn = if f.vector_m(normal).dot(b - a) > 0.0 { 1 } else { -1 };
             for (p, sign) in [(a, -turn), (b, turn)] {
