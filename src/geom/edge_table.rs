@@ -4,7 +4,7 @@
 //! half-faces that meet in it. Sides inside a patch cancel. Lines in which faces of different patches cross are edges with four
 //! half-faces. Points at which an edge pierces a face are listed with the edge. All of it follows from positions alone.
 
-use super::faces::{Face, Faces, bounds, misses_segment};
+use super::faces::{Face, Faces, LIES_M, bounds, misses_segment};
 use super::hash::FastMap;
 use super::tree::BoxTree;
 use crate::base::tasks::Tasks;
@@ -185,6 +185,13 @@ fn crossings(faces: &Faces, numbers: &[u32]) -> Vec<Found> {
         let d = corners.iter().map(|p| face.normal.dot(*p) - face.offset_m);
         d.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), d| (lo.min(d), hi.max(d)))
     };
+    // What lies on the plane of another body does not cross it: one hides the other (CONVENTIONS eq. 65b).
+    let lies_on = |f: &Face, g: &Face| {
+        f.body != g.body && {
+            let (lo, hi) = plane_side(g, faces.corners(f));
+            lo >= -LIES_M && hi <= LIES_M
+        }
+    };
     let is_across = |f: &Face, g: &Face| {
         let (lo, hi) = plane_side(g, faces.corners(f));
         lo < -faces.flat_m && hi > faces.flat_m
@@ -201,6 +208,8 @@ fn crossings(faces: &Faces, numbers: &[u32]) -> Vec<Found> {
                 && g.patch != f.patch
                 && is_across(f, g)
                 && is_across(g, f)
+                && !lies_on(f, g)
+                && !lies_on(g, f)
                 && !are_neighbours(f, g)
             {
                 out.extend(crossing(faces, [i as u32, j]));

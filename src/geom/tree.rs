@@ -3,8 +3,9 @@
 use super::faces::{Node, tree_over};
 use glam::DVec3;
 
-/// Levels that a tree may have: those of the bodies' trees and of the tree over them.
-const DEEPEST: usize = 128;
+/// Branches that a walk may leave open on the stack: more than the levels of a tree whose boxes differ. What is too much alike for the
+/// builder, which works in f32, can hang below one another.
+const OPEN: usize = 96;
 
 /// Least and largest corner of a box.
 pub(super) type Bounds = (DVec3, DVec3);
@@ -56,11 +57,12 @@ pub(super) fn walk(
     if nodes.is_empty() {
         return;
     }
-    let mut stack = [0u32; DEEPEST];
+    let (mut stack, mut rest) = ([0u32; OPEN], Vec::new());
     let mut top = 1;
     while top > 0 {
         top -= 1;
-        let node = &nodes[stack[top] as usize];
+        let at = if top < OPEN { stack[top] } else { rest.pop().unwrap_or_default() };
+        let node = &nodes[at as usize];
         if misses(node) {
             continue;
         }
@@ -76,9 +78,13 @@ pub(super) fn walk(
                     std::mem::swap(&mut near, &mut far);
                 }
             }
-            stack[top] = far;
-            stack[top + 1] = near;
-            top += 2;
+            for i in [far, near] {
+                match stack.get_mut(top) {
+                    Some(slot) => *slot = i,
+                    None => rest.push(i),
+                }
+                top += 1;
+            }
         }
     }
 }
@@ -105,5 +111,36 @@ impl BoxTree {
     #[inline]
     pub(crate) fn visit(&self, misses: impl Fn(DVec3, DVec3) -> bool, visit: impl FnMut(u32) -> bool) {
         walk(&self.nodes, |node| misses(node.centre, node.half), None, visit);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boxes that are one in f32 end up below one another, deeper than the stack.
+    #[test]
+    fn a_walk_comes_to_the_end_of_any_tree() {
+        let count = 3 * OPEN as u32;
+        let node = |first: u32, count: u32| Node { centre: DVec3::ZERO, half: DVec3::ONE, first, count };
+        // Each node has a leaf and the rest below it.
+        let levels = (0..count).flat_map(|i| [node(i, 1), node(2 * i + 3, 0)]);
+        let mut nodes: Vec<Node> = [node(1, 0)].into_iter().chain(levels).collect();
+        let last = nodes.len() - 1;
+        nodes[last] = node(count, 1);
+        for from in [None, Some(DVec3::ONE)] {
+            let mut found = Vec::new();
+            walk(
+                &nodes,
+                |_| false,
+                from,
+                |i| {
+                    found.push(i);
+                    false
+                },
+            );
+            found.sort_unstable();
+            assert_eq!(found, (0..=count).collect::<Vec<_>>());
+        }
     }
 }

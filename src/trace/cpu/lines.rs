@@ -140,6 +140,12 @@ impl Mirror {
         self.side.normal.dot(p) - self.side.offset
     }
 
+    /// Where the ray from a source to a place meets the plane.
+    fn met_from(&self, source: DVec3, p: DVec3) -> DVec3 {
+        let (from, to) = (self.height(source), self.height(p));
+        source + (p - source) * (from / (from - to))
+    }
+
     fn image(&self, p: DVec3) -> DVec3 {
         p - self.side.normal * (2.0 * self.height(p))
     }
@@ -296,7 +302,10 @@ impl<'a> View<'a> {
         let above_m = faces.flat_m.max(LIES_M);
         height.abs() > GRAZING * faces.radius_m
             && !(face.one_sided && height < 0.0)
-            && mirror.is_none_or(|m| faces.corners(face).iter().any(|p| m.height(*p) > above_m))
+            && mirror.is_none_or(|m| {
+                face.patch != self.scene.face(m.lead).patch
+                    && faces.corners(face).iter().any(|p| m.height(*p) > above_m)
+            })
     }
 
     /// The side of the plane through a leg's source and an edge that nothing at the edge covers, as the sign of (a - source) x (b - source);
@@ -305,7 +314,13 @@ impl<'a> View<'a> {
         let [a, b] = edge.ends_m.map(|p| p - self.legs[leg].source);
         let Some(normal) = a.cross(b).try_normalize() else { return 0.0 };
         let (mut above, mut below) = (false, false);
-        for half in self.scene.table.halves(edge).iter().filter(|h| self.is_lit(leg, h.face)) {
+        let in_plane = self.legs[leg]
+            .mirror
+            .filter(|m| edge.ends_m.iter().all(|p| m.height(*p).abs() <= self.scene.faces.flat_m));
+        // In the plane of the mirror only what rises from it counts.
+        let rises = |h: &HalfFace| in_plane.is_none_or(|m| m.side.normal.dot(h.inward) > EDGE_ON);
+        let halves = self.scene.table.halves(edge);
+        for half in halves.iter().filter(|h| rises(h) && self.is_lit(leg, h.face)) {
             let sine = normal.dot(half.inward);
             above |= sine > EDGE_ON;
             below |= sine < -EDGE_ON;
@@ -520,8 +535,17 @@ impl<'a> View<'a> {
             return out;
         }
         let s = self.source();
+        // A side of the mirror runs where the source before sees it on the mirror's plane, also where corners are a little off that.
+        let leaves = self.legs[last].mirror.filter(|m| {
+            let patch = self.scene.face(m.lead).patch;
+            halves.iter().any(|h| self.scene.face(h.face).patch == patch)
+        });
+        let seen_at = |p: DVec3| match leaves {
+            Some(mirror) => mirror.met_from(self.legs[last - 1].source, p),
+            None => p,
+        };
         let mut shares = vec![0.0, 1.0];
-        self.splits([edge.at(from), edge.at(to)], number, &mut shares);
+        self.splits([edge.at(from), edge.at(to)].map(seen_at), number, &mut shares);
         if (from, to) != (0.0, 1.0) {
             shares.iter_mut().for_each(|t| *t = from + *t * (to - from));
         }
@@ -537,7 +561,7 @@ impl<'a> View<'a> {
         let mut farther = Vec::new();
         for part in shares.windows(2).filter(|w| (w[1] - w[0]) * length_m > SHORTEST_M) {
             let ends_m = [edge.at(part[0]), edge.at(part[1])];
-            let mut middle = 0.5 * (ends_m[0] + ends_m[1]);
+            let mut middle = seen_at(0.5 * (ends_m[0] + ends_m[1]));
             let beside_m = beside_m(ends_m);
             match self.legs[last].mirror {
                 None if !self.scene.is_between_windows(middle) => continue,
@@ -742,6 +766,15 @@ impl<'a> View<'a> {
             _ => None,
         };
         let halves = edge.map_or(&[][..], |e| table.halves(e));
+        // Where the outline of a mirror runs along an edge, what rises there is met by all rays beside it or by none.
+        let at_outline = match caster {
+            Caster::Outline(number) => table.edges.get(number as usize).map_or(&[][..], |e| table.halves(e)),
+            _ => &[],
+        };
+        if self.rises_into(at_outline, (ends_m[1] - ends_m[0]).normalize_or_zero(), free, d) {
+            return None;
+        }
+        let is_beside = |face: &Face| at_outline.iter().any(|h| self.scene.face(h.face).patch == face.patch);
         let reach = (s.distance(faces.centre_m) + faces.radius_m) / d.length();
         let leaves = self.start(leg, d);
         // (share of the distance, face, share up to which one that lies on it is looked for)
@@ -754,7 +787,7 @@ impl<'a> View<'a> {
         };
         faces.visit_boxes(misses, |i| {
             let face = self.scene.face(i);
-            if !self.is_lit(leg, i) || halves.iter().any(|h| h.face == i) {
+            if !self.is_lit(leg, i) || halves.iter().any(|h| h.face == i) || is_beside(face) {
                 return;
             }
             let Some(t) = self.meets(leg, face, d) else { return };
@@ -790,22 +823,31 @@ impl<'a> View<'a> {
         if edge.is_some() && !halves.iter().any(hidden_by) {
             return None;
         }
-        // A face that rises from the mirror's outline ends there by its own edge.
         let is_local = t - 1.0 <= 2.0 * rounding.max(LIES_M / face.normal.dot(d).abs());
         let along = match caster {
             Caster::Edge(number) | Caster::Outline(number) if is_local => number,
             _ => NO_EDGE,
         };
-        if let (Caster::Outline(_), Some(edge)) = (caster, table.edges.get(along as usize))
-            && table.halves(edge).iter().any(|h| self.scene.face(h.face).patch == face.patch)
-        {
-            return None;
-        }
         // Where the patch ends at the line it is the patch's own edge that bounds it.
         let covered = middle - free * beside_m - s;
         let goes_on = self.is_seen_at(leg, face, covered) || self.face_of_patch(leg, face, covered).is_some();
         let inward = (free - face.normal * free.dot(face.normal)).normalize_or_zero();
         goes_on.then(|| self.fragment(ends_m, inward, number, along, false))
+    }
+
+    /// Whether one of the half-faces at an edge on the outline of the last mirror is met by the rays that leave the mirror beside the edge along
+    /// `d`, where `free` leads to its lit side.
+    fn rises_into(&self, halves: &[HalfFace], axis: DVec3, free: DVec3, d: DVec3) -> bool {
+        let Some(mirror) = self.legs[self.last()].mirror else { return false };
+        let inner = free - mirror.side.normal * mirror.side.normal.dot(free);
+        let [inner, ray] = [inner, d - axis * d.dot(axis)].map(DVec3::normalize_or_zero);
+        let angle = |from: DVec3, to: DVec3| from.cross(to).dot(axis);
+        let sign = angle(inner, ray).signum();
+        halves.iter().any(|h| {
+            self.is_lit(self.last(), h.face)
+                && sign * angle(inner, h.inward) > EDGE_ON
+                && sign * angle(h.inward, ray) > EDGE_ON
+        })
     }
 
     /// A fragment of a face's patch with both ends on the rays through two positions.

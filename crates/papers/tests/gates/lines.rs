@@ -99,7 +99,9 @@ fn areas(faces: &Faces, windows: &[Window], options: &BeamOptions) -> (OfChains,
         if asked.as_ref() == Some(&patches) {
             let rays = Rays::new(faces, windows, &patches);
             rays.check("lit", &chain.lit, false);
-            rays.check("seen", chain.returning(), true);
+            if !chain.returning().is_empty() {
+                rays.check("seen", chain.returning(), true);
+            }
         }
         let of = all.entry(patches).or_default();
         if chain.bounce == 1 || !is_curved(chain.patch) {
@@ -219,6 +221,7 @@ struct Rays<'a> {
     windows: &'a [Window],
     legs: Vec<Leg<'a>>,
     direct: Leg<'a>,
+    chain: Vec<u32>,
     patch: u32,
 }
 
@@ -235,7 +238,14 @@ impl<'a> Rays<'a> {
             legs.push(Leg::new(faces, source - mirror.normal * (2.0 * h), Some(leaves), pair[1]));
         }
         let patch = chain[chain.len() - 1];
-        Rays { faces, windows, legs, direct: Leg::new(faces, radar, None, patch), patch }
+        Rays {
+            faces,
+            windows,
+            legs,
+            direct: Leg::new(faces, radar, None, patch),
+            chain: chain.to_vec(),
+            patch,
+        }
     }
 
     fn in_window(&self, p: DVec3) -> bool {
@@ -296,8 +306,12 @@ impl<'a> Rays<'a> {
         let mut ends: Vec<(DVec3, i32)> = Vec::new();
         let normal = self.faces.faces[outline[0].face as usize].normal;
         println!("      {name}: {} fragments", outline.len());
-        for f in self.faces.faces.iter().filter(|f| f.patch == self.patch) {
-            println!("        face of {:.6?}", self.faces.corners(f));
+        let leaves = self.legs[self.legs.len() - 1].leaves;
+        let over = |p: &DVec3| leaves.map_or(0.0, |(n, offset)| n.dot(*p) - offset);
+        for f in self.faces.faces.iter().filter(|f| self.chain.contains(&f.patch)) {
+            let corners: Vec<_> =
+                self.faces.corners(f).iter().map(|p| format!("{p:.6} {:.1e}", over(p))).collect();
+            println!("        patch {}, heights over the last mirror: {}", f.patch, corners.join(", "));
         }
         for f in outline {
             let [a, b] = f.ends_m;
