@@ -39,6 +39,8 @@ const TOUCHING_M: f64 = 1e-8;
 const SHORTEST_M: f64 = 1e-10;
 /// Sine of the angle to the plane of sight below which a half-face covers neither side of its edge.
 const EDGE_ON: f64 = 1e-9;
+/// Sine of the angle to a mirror from which on a face rises from it.
+const STEEP: f64 = 1e-3;
 /// Rounding along a ray, m.
 const ROUNDING_M: f64 = 1e-9;
 /// Value of `Fragment::edge` where there is none.
@@ -563,23 +565,31 @@ impl<'a> View<'a> {
             let ends_m = [edge.at(part[0]), edge.at(part[1])];
             let mut middle = seen_at(0.5 * (ends_m[0] + ends_m[1]));
             let beside_m = beside_m(ends_m);
+            // What is as good as in the mirror's plane, and below it, begins where its face comes out of that.
+            let mut out_of = None;
             match self.legs[last].mirror {
                 None if !self.scene.is_between_windows(middle) => continue,
                 None => {}
                 Some(mirror) => {
-                    // What lies in the mirror's plane is its foot there.
                     let height = mirror.height(middle);
                     if height < -faces.flat_m {
                         continue;
                     }
-                    if height < faces.flat_m {
+                    if height < 0.0 {
+                        out_of = Some((middle, height, mirror.side.normal));
                         middle -= mirror.side.normal * height;
                     }
                 }
             }
             for (i, half) in halves.iter().enumerate().filter(|(_, h)| self.is_lit(last, h.face)) {
+                let base = match out_of {
+                    Some((p, height, normal)) if leaves.is_none() && normal.dot(half.inward) > STEEP => {
+                        p - half.inward * (height / normal.dot(half.inward))
+                    }
+                    _ => middle,
+                };
                 if self.is_lit_beside(edge, i, middle)
-                    && self.lights(middle + half.inward * beside_m, half.face, halves)
+                    && self.lights(base + half.inward * beside_m, half.face, halves)
                 {
                     out.push(self.fragment(ends_m, half.inward, half.face, number as u32, true));
                 }
@@ -893,7 +903,7 @@ impl<'a> View<'a> {
     /// radar's.
     pub fn also_lit(&self, own: &[Fragment], direct: &[Fragment]) -> Vec<Fragment> {
         let Some(first) = own.first() else { return Vec::new() };
-        let (table, radar) = (self.scene.table, self.scene.view());
+        let radar = self.scene.view();
         let plane = self.scene.face(self.scene.leads[self.scene.face(first.face).patch as usize]);
         if height(plane, self.source()) * height(plane, self.scene.radar) <= 0.0 || !radar.can_meet(0, plane)
         {
@@ -910,7 +920,9 @@ impl<'a> View<'a> {
                 !(a.min(b).cmpgt(hi + TOUCHING_M).any() || a.max(b).cmplt(lo - TOUCHING_M).any())
             }
         };
-        let near: Vec<Fragment> = direct.iter().filter(reaches_into(box_around(own))).copied().collect();
+        let (sides, shadows): (Vec<&Fragment>, Vec<&Fragment>) = direct.iter().partition(|f| f.is_side);
+        let around = reaches_into(box_around(own));
+        let shadows: Vec<Fragment> = shadows.into_iter().filter(around).copied().collect();
         // The parts of a fragment between the places where it comes to an outline in its plane.
         let mut shares = Vec::new();
         let mut parts = |f: &Fragment, others: &Outline<'_>| -> Vec<Fragment> {
@@ -936,24 +948,30 @@ impl<'a> View<'a> {
             shares.windows(2).map(part).filter(is_long).collect()
         };
         let mut out = Vec::new();
-        let (of_radar, of_view) = (Outline::new(&near), Outline::new(own));
-        for f in own {
-            let edge = table.edges.get(f.edge as usize).filter(|_| f.is_side);
-            let halves = edge.map_or(&[][..], |e| table.halves(e));
-            let number = halves.iter().position(|h| h.face == f.face && h.inward.dot(f.inward) > 0.0);
+        let (of_radar, of_view) = (Outline::new(&shadows), Outline::new(own));
+        for f in own.iter().filter(|f| f.is_side) {
+            let along = f.ends_m[1] - f.ends_m[0];
+            let share = |p: DVec3| along.dot(p - f.ends_m[0]) / along.length_squared();
+            let is_same =
+                |g: &&&Fragment| g.edge == f.edge && g.face == f.face && g.inward.dot(f.inward) > 0.0;
+            for g in sides.iter().filter(is_same) {
+                let [a, b] = g.ends_m.map(share);
+                let (from, to) = (a.min(b).max(0.0), a.max(b).min(1.0));
+                if (to - from) * along.length() > SHORTEST_M {
+                    out.push(Fragment { ends_m: [f.at(from), f.at(to)], ..*f });
+                }
+            }
+        }
+        for f in own.iter().filter(|f| !f.is_side) {
             for part in parts(f, &of_radar) {
-                let (middle, beside_m) = (part.at(0.5), beside_m(part.ends_m));
-                let is_free = edge.zip(number).is_none_or(|(e, i)| radar.is_lit_beside(e, i, middle));
+                let beside = f.inward * beside_m(part.ends_m);
                 // Where only the inner side is lit the radar's own outline coincides.
-                if is_free
-                    && radar.lights(middle + f.inward * beside_m, f.face, halves)
-                    && (edge.is_some() || radar.lights(middle - f.inward * beside_m, f.face, &[]))
-                {
+                if [beside, -beside].iter().all(|d| radar.lights(part.at(0.5) + *d, f.face, &[])) {
                     out.push(part);
                 }
             }
         }
-        for f in near.iter().filter(|f| !f.is_side) {
+        for f in &shadows {
             for part in parts(f, &of_view) {
                 if self.lights(part.at(0.5) + f.inward * beside_m(part.ends_m), f.face, &[]) {
                     out.push(part);

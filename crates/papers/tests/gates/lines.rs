@@ -19,7 +19,7 @@ use std::time::Instant;
 const SHARE: f64 = 1e-6;
 const LEAST_M2: f64 = 1e-9;
 
-/// Areas of a chain of patches: what the radar sees of what is lit, by polygons and by lines, m²; what is lit, by polygons where they list it,
+/// Areas of a chain of patches, across the rays from the middle of its last patch to the image: what the radar sees of what is lit, by polygons and by lines, m²; what is lit, by polygons where they list it,
 /// and by lines; how far the outlines by lines are from closing, m.
 #[derive(Default, Clone, Copy)]
 struct Areas {
@@ -51,6 +51,18 @@ fn areas(faces: &Faces, windows: &[Window], options: &BeamOptions) -> (OfChains,
     // measured in the plane in which lines give the outline.
     let mut leads = vec![0; faces.patch_area_m2.len()];
     faces.faces.iter().enumerate().for_each(|(i, f)| leads[f.patch as usize] = i);
+    // What noise moves at small angles counts as little as it returns.
+    let middles: Vec<DVec3> = leads
+        .iter()
+        .map(|i| {
+            let corners = faces.corners(&faces.faces[*i]);
+            corners.iter().sum::<DVec3>() / corners.len() as f64
+        })
+        .collect();
+    let across = |patch: u32, source: DVec3| {
+        let patch = patch as usize;
+        (middles[patch] - source).normalize().dot(faces.faces[leads[patch]].normal).abs()
+    };
     let area_of = |piece: &Piece| {
         let node = &clipped.nodes[piece.node as usize];
         let face = &faces.faces[node.face as usize];
@@ -62,7 +74,7 @@ fn areas(faces: &Faces, windows: &[Window], options: &BeamOptions) -> (OfChains,
         };
         let corners: Vec<DVec3> = piece.polygon.corners().iter().map(on_lead).collect();
         let fan = corners.windows(2).map(|w| (w[0] - corners[0]).cross(w[1] - corners[0]));
-        0.5 * lead.normal.dot(fan.sum()).abs()
+        0.5 * lead.normal.dot(fan.sum()).abs() * across(face.patch, source)
     };
     let chain_of = |mut node: u32| {
         let mut chain = Vec::new();
@@ -105,9 +117,10 @@ fn areas(faces: &Faces, windows: &[Window], options: &BeamOptions) -> (OfChains,
         }
         let of = all.entry(patches).or_default();
         if chain.bounce == 1 || !is_curved(chain.patch) {
-            of.seen[1] += chains::area_m2(faces, chain.returning());
+            of.seen[1] += chains::area_m2(faces, chain.returning()) * across(chain.patch, chain.image_m);
         }
-        *of.lit[1].get_or_insert(0.0) += chains::area_m2(faces, &chain.lit);
+        *of.lit[1].get_or_insert(0.0) +=
+            chains::area_m2(faces, &chain.lit) * across(chain.patch, chain.image_m);
         let gap = |outline: &[Fragment]| {
             outline.iter().map(|f| f.vector_m(faces.faces[f.face as usize].normal)).sum::<DVec3>().length()
         };
