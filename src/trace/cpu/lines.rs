@@ -706,7 +706,8 @@ impl<'a> View<'a> {
             return false;
         }
         if lo >= -flat_m {
-            return true;
+            // Where it stands on the target it may reach behind that by rounding.
+            return t <= 1.0;
         }
         let (lo, hi) = self.heights(leg, target, other);
         lo < -flat_m && (hi <= flat_m || t < 1.0 - rounding)
