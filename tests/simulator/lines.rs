@@ -12,6 +12,7 @@ use catseye::trace::cpu::chains;
 use catseye::trace::cpu::lines::Fragment;
 use glam::DVec3;
 use proptest::prelude::*;
+use std::collections::HashMap;
 
 /// Rays along each side of a face.
 const RAYS: usize = 60;
@@ -86,68 +87,126 @@ fn is_inside(faces: &Faces, face: &Face, p: DVec3) -> bool {
     })
 }
 
-/// Whether no face is between the radar and a place on a patch.
-fn is_seen(faces: &Faces, radar: DVec3, face: &Face, p: DVec3) -> bool {
-    let is_met = |f: &Face| height(f, radar) > 0.0 || !f.one_sided;
-    let d = p - radar;
-    is_met(face)
-        && !faces.faces.iter().any(|f| {
-            let t = -height(f, radar) / f.normal.dot(d);
-            let is_before = t > 0.0 && t < 1.0 - 1e-9;
-            is_before && f.patch != face.patch && is_met(f) && is_inside(faces, f, radar + d * t)
-        })
+/// A leg of a path: its source, and the plane that it leaves (unit normal on the lit side, offset).
+#[derive(Clone, Copy)]
+struct Leg {
+    source: DVec3,
+    leaves: Option<(DVec3, f64)>,
 }
 
-/// The visible area of a face by a grid of rays, and how much that may be off: half a cell at its border, and a strip too thin for the grid.
-fn by_rays(faces: &Faces, radar: DVec3, face: &Face) -> (f64, f64) {
-    let [u, v] = face.axis;
-    let corners = faces.corners(face);
-    let span = |axis: DVec3| {
-        let at = corners.iter().map(|c| axis.dot(*c - corners[0]));
-        at.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
-    };
-    let (x, y) = (span(u), span(v));
-    let step = [(x.1 - x.0) / RAYS as f64, (y.1 - y.0) / RAYS as f64];
-    let seen: Vec<bool> = (0..RAYS * RAYS)
-        .map(|i| {
-            let (a, b) = ((i % RAYS) as f64 + 0.5, (i / RAYS) as f64 + 0.5);
-            let p = corners[0] + u * (x.0 + step[0] * a) + v * (y.0 + step[1] * b);
-            is_inside(faces, face, p) && is_seen(faces, radar, face, p)
-        })
-        .collect();
-    let is_border = |i: &usize| {
-        let (a, b) = (i % RAYS, i / RAYS);
-        let differs = |is_in: bool, j: usize| (is_in && seen[j]) != seen[*i];
-        differs(a > 0, i.wrapping_sub(1))
-            || differs(a + 1 < RAYS, i + 1)
-            || differs(b > 0, i.wrapping_sub(RAYS))
-            || differs(b + 1 < RAYS, i + RAYS)
-    };
-    let border = (0..seen.len()).filter(is_border).count();
-    let cell = step[0] * step[1];
-    let count = seen.iter().filter(|s| **s).count();
-    (count as f64 * cell, (0.5 * border as f64 + 0.5 * RAYS as f64) * cell)
+/// A chain of patches as rays meet it.
+struct Chain<'a> {
+    faces: &'a Faces,
+    patches: Vec<u32>,
+    legs: Vec<Leg>,
 }
 
-/// The fragments of all that the radar sees at first hand.
-fn first_bounce(faces: &Faces, radar: DVec3) -> Vec<Fragment> {
-    let options = BeamOptions::new(1, 0.2, false);
-    let chains = chains::follow(faces, &EdgeTable::new(faces), &all_around(radar), &options);
-    chains.iter().flat_map(|c| c.lit.clone()).collect()
-}
-
-/// Area of each patch and the gap of its outline.
-fn sums(faces: &Faces, fragments: &[Fragment]) -> Vec<(f64, DVec3)> {
-    let mut sums = vec![(0.0, DVec3::ZERO); faces.patch_area_m2.len()];
-    let mut first = vec![None; sums.len()];
-    for f in fragments {
-        let face = &faces.faces[f.face as usize];
-        let patch = face.patch as usize;
-        let (origin, normal) = *first[patch].get_or_insert((faces.corners(face)[0], face.normal));
-        sums[patch].0 += f.area_m2(origin, normal);
-        sums[patch].1 += f.vector_m(normal);
+impl<'a> Chain<'a> {
+    /// None where a patch cannot be met from its source, or lies wholly behind the mirror before it.
+    fn new(faces: &'a Faces, radar: DVec3, patches: &[u32]) -> Option<Chain<'a>> {
+        let mut legs = vec![Leg { source: radar, leaves: None }];
+        for pair in patches.windows(2) {
+            let mirror = faces.faces.iter().find(|f| f.patch == pair[0])?;
+            let source = legs[legs.len() - 1].source;
+            let h = height(mirror, source);
+            let leaves = (mirror.normal * h.signum(), mirror.offset_m * h.signum());
+            legs.push(Leg { source: source - mirror.normal * (2.0 * h), leaves: Some(leaves) });
+        }
+        let chain = Chain { faces, patches: patches.to_vec(), legs };
+        let meets = |(leg, patch): (&Leg, &u32)| {
+            faces.faces.iter().any(|f| f.patch == *patch && chain.is_met(leg, f))
+        };
+        chain.legs.iter().zip(patches).all(meets).then_some(chain)
     }
-    sums
+
+    fn is_met(&self, leg: &Leg, f: &Face) -> bool {
+        let is_ahead =
+            |(n, offset): (DVec3, f64)| self.faces.corners(f).iter().any(|p| n.dot(*p) - offset > 1e-6);
+        (height(f, leg.source) > 0.0 || !f.one_sided) && leg.leaves.is_none_or(is_ahead)
+    }
+
+    /// Whether a place on the last patch is lit.
+    fn lights(&self, mut p: DVec3) -> bool {
+        for (leg, patch) in self.legs.iter().zip(&self.patches).rev() {
+            let d = p - leg.source;
+            let start = leg.leaves.map_or(0.0, |(n, offset)| (offset - n.dot(leg.source)) / n.dot(d));
+            let is_on = |f: &&Face| f.patch == *patch && is_inside(self.faces, f, p);
+            let is_target = self.faces.faces.iter().find(is_on).is_some_and(|f| self.is_met(leg, f));
+            let is_hidden = self.faces.faces.iter().any(|f| {
+                let t = -height(f, leg.source) / f.normal.dot(d);
+                let is_between = t > start + 1e-9 && t < 1.0 - 1e-9;
+                is_between
+                    && f.patch != *patch
+                    && self.is_met(leg, f)
+                    && is_inside(self.faces, f, leg.source + d * t)
+            });
+            if !(start >= 0.0 && start <= 1.0) || !is_target || is_hidden {
+                return false;
+            }
+            p = leg.source + d * start;
+        }
+        true
+    }
+
+    /// Lit area of the last patch by a grid of `rays` along each side of a face, that of it which `also` lights on the same side, and how much
+    /// either may be off: half a cell at its border, and a strip too thin for the grid.
+    fn areas(&self, rays: usize, also: &Chain<'_>) -> [(f64, f64); 2] {
+        let last = self.patches[self.patches.len() - 1];
+        let mut sums = [(0.0, 0.0); 2];
+        for face in self.faces.faces.iter().filter(|f| f.patch == last) {
+            let [u, v] = face.axis;
+            let corners = self.faces.corners(face);
+            let span = |axis: DVec3| {
+                let at = corners.iter().map(|c| axis.dot(*c - corners[0]));
+                at.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
+            };
+            let (x, y) = (span(u), span(v));
+            let step = [(x.1 - x.0) / rays as f64, (y.1 - y.0) / rays as f64];
+            let place = |i: usize| {
+                let (a, b) = ((i % rays) as f64 + 0.5, (i / rays) as f64 + 0.5);
+                corners[0] + u * (x.0 + step[0] * a) + v * (y.0 + step[1] * b)
+            };
+            let is_lit = |i: usize| is_inside(self.faces, face, place(i)) && self.lights(place(i));
+            let lit: Vec<bool> = (0..rays * rays).map(is_lit).collect();
+            let sides = [self, also].map(|c| height(face, c.legs[c.legs.len() - 1].source));
+            let is_seen = |i: usize| lit[i] && sides[0] * sides[1] > 0.0 && also.lights(place(i));
+            let seen = (0..rays * rays).map(is_seen).collect();
+            for (sum, is_in) in sums.iter_mut().zip([lit.clone(), seen]) {
+                let is_border = |i: &usize| {
+                    let (a, b) = (i % rays, i / rays);
+                    let differs = |is_in_grid: bool, j: usize| (is_in_grid && is_in[j]) != is_in[*i];
+                    differs(a > 0, i.wrapping_sub(1))
+                        || differs(a + 1 < rays, i + 1)
+                        || differs(b > 0, i.wrapping_sub(rays))
+                        || differs(b + 1 < rays, i + rays)
+                };
+                let border = (0..is_in.len()).filter(is_border).count();
+                let cell = step[0] * step[1];
+                sum.0 += is_in.iter().filter(|x| **x).count() as f64 * cell;
+                sum.1 += (0.5 * border as f64 + 0.5 * rays as f64) * cell;
+            }
+        }
+        sums
+    }
+}
+
+fn follow(faces: &Faces, radar: DVec3, bounces: usize) -> Vec<chains::Chain> {
+    let options = BeamOptions::new(bounces, 0.2, false);
+    chains::follow(faces, &EdgeTable::new(faces), &all_around(radar), &options)
+}
+
+fn patches_of(chains: &[chains::Chain], mut number: usize) -> Vec<u32> {
+    let mut patches = vec![chains[number].patch];
+    while let Some(parent) = chains.get(chains[number].parent as usize) {
+        patches.insert(0, parent.patch);
+        number = chains[number].parent as usize;
+    }
+    patches
+}
+
+fn gap_m(faces: &Faces, outline: &[Fragment]) -> f64 {
+    let vector = |f: &Fragment| f.vector_m(faces.faces[f.face as usize].normal);
+    outline.iter().map(vector).sum::<DVec3>().length()
 }
 
 proptest! {
@@ -155,16 +214,57 @@ proptest! {
     #[test]
     fn areas_are_those_that_rays_count(seed in any::<u32>(), bodies in 3usize..9) {
         let (faces, radar) = scene(seed, bodies);
-        let fragments = first_bounce(&faces, radar);
-        let sums = sums(&faces, &fragments);
-        for (patch, (area, gap)) in sums.iter().enumerate() {
-            prop_assert!(gap.length() < 1e-9, "patch {patch} is open by {:.1e} m", gap.length());
-            let of = faces.faces.iter().filter(|f| f.patch as usize == patch);
-            let counted = of.map(|f| by_rays(&faces, radar, f)).fold((0.0, 0.0), |s, a| (s.0 + a.0, s.1 + a.1));
-            let (rays, error) = counted;
+        let chains = follow(&faces, radar, 1);
+        for patch in 0..faces.patch_area_m2.len() as u32 {
+            let outline = chains.iter().find(|c| c.patch == patch).map_or(&[][..], |c| &c.lit[..]);
+            let gap = gap_m(&faces, outline);
+            prop_assert!(gap < 1e-9, "patch {patch} is open by {gap:.1e} m");
+            let area = chains::area_m2(&faces, outline);
+            let Some(by_rays) = Chain::new(&faces, radar, &[patch]) else {
+                prop_assert!(area < 1e-9, "patch {patch}: lines {area}");
+                continue;
+            };
+            let [(rays, error), _] = by_rays.areas(RAYS, &by_rays);
             prop_assert!((area - rays).abs() <= error, "patch {patch}: lines {area}, rays {rays} ± {error}");
         }
-        let again = first_bounce(&faces, radar);
-        prop_assert_eq!(fragments, again);
+        let outlines = |chains: &[chains::Chain]| chains.iter().map(|c| c.lit.clone()).collect::<Vec<_>>();
+        prop_assert_eq!(outlines(&chains), outlines(&follow(&faces, radar, 1)));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+    /// All pairs of patches, and of the chains of three bounces every so manieth.
+    #[test]
+    fn mirrors_light_what_rays_count(seed in any::<u32>(), bodies in 3usize..6) {
+        const CHAINS: usize = 60;
+        let (faces, radar) = scene(seed, bodies);
+        let chains = follow(&faces, radar, 3);
+        let numbers: HashMap<Vec<u32>, usize> = (0..chains.len()).map(|i| (patches_of(&chains, i), i)).collect();
+        let count = faces.patch_area_m2.len() as u32;
+        let pairs = (0..count).flat_map(|a| (0..count).map(move |b| vec![a, b]));
+        let mut triples: Vec<_> = numbers.keys().filter(|p| p.len() == 3).cloned().collect();
+        triples.sort();
+        let every = triples.len().div_ceil(CHAINS).max(1);
+        for patches in pairs.chain(triples.into_iter().step_by(every)) {
+            let last = patches[patches.len() - 1];
+            let found = numbers.get(&patches).map(|i| &chains[*i]);
+            let outlines = found.map_or([&[][..]; 2], |c| [&c.lit[..], &c.seen[..]]);
+            let areas = outlines.map(|o| chains::area_m2(&faces, o));
+            let gap = outlines.map(|o| gap_m(&faces, o));
+            prop_assert!(gap.iter().all(|g| *g < 1e-6), "{patches:?} is open by {gap:?} m");
+            let (Some(by_rays), Some(direct)) =
+                (Chain::new(&faces, radar, &patches), Chain::new(&faces, radar, &[last]))
+            else {
+                prop_assert!(areas[1] < 1e-9, "{patches:?}: lines {areas:?}");
+                continue;
+            };
+            // A coarse grid is enough where neither finds anything.
+            let rays = if found.is_some() || by_rays.areas(8, &direct)[0].0 > 0.0 { RAYS } else { continue };
+            let counted = by_rays.areas(rays, &direct);
+            for (area, (rays, error)) in areas.iter().zip(counted) {
+                prop_assert!((area - rays).abs() <= error, "{patches:?}: lines {areas:?}, rays {counted:?}");
+            }
+        }
     }
 }

@@ -41,6 +41,8 @@ const SHORTEST_M: f64 = 1e-10;
 const EDGE_ON: f64 = 1e-9;
 /// Sine of the angle to a mirror from which on a face rises from it.
 const STEEP: f64 = 1e-3;
+/// Rounding of the share of a way at which it leaves a mirror.
+const ON_MIRROR: f64 = 1e-12;
 /// Rounding along a ray, m.
 const ROUNDING_M: f64 = 1e-9;
 /// Value of `Fragment::edge` where there is none.
@@ -441,7 +443,7 @@ impl<'a> View<'a> {
             let Leg { source, mirror: Some(mirror) } = &self.legs[leg] else { return false };
             let d = at - *source;
             let share = -mirror.height(*source) / mirror.side.normal.dot(d);
-            if !(share > 0.0 && share <= 1.0) {
+            if !(share > 0.0 && share <= 1.0 + ON_MIRROR) {
                 return false;
             }
             at = *source + d * share;
@@ -566,7 +568,7 @@ impl<'a> View<'a> {
             let mut middle = seen_at(0.5 * (ends_m[0] + ends_m[1]));
             let beside_m = beside_m(ends_m);
             // What is as good as in the mirror's plane, and below it, begins where its face comes out of that.
-            let mut out_of = None;
+            let (mut out_of, mut in_plane) = (None, leaves.is_some());
             match self.legs[last].mirror {
                 None if !self.scene.is_between_windows(middle) => continue,
                 None => {}
@@ -575,6 +577,7 @@ impl<'a> View<'a> {
                     if height < -faces.flat_m {
                         continue;
                     }
+                    in_plane |= height <= faces.flat_m;
                     if height < 0.0 {
                         out_of = Some((middle, height, mirror.side.normal));
                         middle -= mirror.side.normal * height;
@@ -588,8 +591,16 @@ impl<'a> View<'a> {
                     }
                     _ => middle,
                 };
+                let p = base + half.inward * beside_m;
+                let comes = || match in_plane {
+                    true => self
+                        .leaving_beside(base, edge, half.inward, beside_m)
+                        .is_some_and(|on_mirror| self.comes_to(on_mirror)),
+                    false => self.comes_to(p),
+                };
                 if self.is_lit_beside(edge, i, middle)
-                    && self.lights(base + half.inward * beside_m, half.face, halves)
+                    && comes()
+                    && self.reaches_face(last, p, half.face, halves)
                 {
                     out.push(self.fragment(ends_m, half.inward, half.face, number as u32, true));
                 }
@@ -616,6 +627,20 @@ impl<'a> View<'a> {
             }
         }
         out
+    }
+
+    /// The place on the last mirror, beside an edge in its plane, on the side where rays leave that meet a half-face just off the edge; None where that does not rise. From there
+    /// to the half-face the way is as good as none, so that the side is what decides.
+    fn leaving_beside(&self, p: DVec3, edge: &Edge, half: DVec3, beside_m: f64) -> Option<DVec3> {
+        let normal = self.legs[self.last()].mirror?.side.normal;
+        if half.dot(normal) < EDGE_ON {
+            return None;
+        }
+        let d = p - self.source();
+        let across = normal.cross(edge.ends_m[1] - edge.ends_m[0]).try_normalize()?;
+        let back = half - d * (half.dot(normal) / d.dot(normal));
+        let on_mirror = self.source() + d * self.start(self.last(), d);
+        Some(on_mirror + across * (beside_m * back.dot(across).signum()))
     }
 
     /// The fragments at a wall of a window.
@@ -834,9 +859,10 @@ impl<'a> View<'a> {
         if edge.is_some() && !halves.iter().any(hidden_by) {
             return None;
         }
-        let is_local = t - 1.0 <= 2.0 * rounding.max(LIES_M / face.normal.dot(d).abs());
+        let touches = |e: &Edge| self.scene.touches(e, face, |f| self.is_lit(leg, f));
         let along = match caster {
-            Caster::Edge(number) | Caster::Outline(number) if is_local => number,
+            Caster::Edge(number) if t <= 1.0 + rounding || edge.is_some_and(touches) => number,
+            Caster::Outline(number) if t <= 1.0 + rounding => number,
             _ => NO_EDGE,
         };
         // Where the patch ends at the line it is the patch's own edge that bounds it.

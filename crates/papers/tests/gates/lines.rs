@@ -21,7 +21,7 @@ const LEAST_M2: f64 = 1e-9;
 
 /// Areas of a chain of patches, across the rays from the middle of its last patch to the image: what the radar sees of what is lit, by polygons and by lines, m²; what is lit, by polygons where they list it,
 /// and by lines; how far the outlines by lines are from closing, m.
-#[derive(Default, Clone, Copy)]
+#[derive(Debug, Default, Clone, Copy)]
 struct Areas {
     seen: [f64; 2],
     lit: [Option<f64>; 2],
@@ -397,16 +397,20 @@ fn compare(name: &str, frame: &Frame, bounces: usize) -> OfChains {
 }
 
 /// Every patch agrees within 1e-6 of a square metre or of its area, and every outline closes within a micrometre. One patch of template
-/// scene 3 stays open by 7 µm.
+/// scene 3 stays open by 7 µm. On W3 so does every chain of three mirrors, with a fourth bounce behind an endless one.
 #[test]
 fn lines_and_polygons_agree() {
-    let frames = ["W3-static", "W3-moving"].map(|name| (name.to_string(), frame_of(name).unwrap(), 1e-6));
+    let frames = ["W3-static", "W3-moving"].map(|name| (name.to_string(), frame_of(name).unwrap(), 3, 1e-6));
     let scenes = [("template", 3, 1e-5), ("template", 4, 1e-6), ("highways", 2, 1e-6), ("highways", 3, 1e-6)];
-    let scenes = scenes.map(|(recipe, i, open_m)| (format!("{recipe}, scene {i}"), drawn(recipe, i), open_m));
-    for (name, frame, open_m) in frames.into_iter().chain(scenes) {
-        for (patch, Areas { seen: [p, l], gap_m, .. }) in compare(&name, &frame, 1) {
-            assert!((p - l).abs() <= 1e-6 * p.max(1.0), "{name}, patch {patch:?}: polygons {p}, lines {l}");
-            assert!(gap_m <= open_m, "{name}, patch {patch:?} is open by {gap_m} m");
+    let scenes =
+        scenes.map(|(recipe, i, open_m)| (format!("{recipe}, scene {i}"), drawn(recipe, i), 1, open_m));
+    for (name, frame, bounces, open_m) in frames.into_iter().chain(scenes) {
+        let areas = compare(&name, &frame, bounces);
+        assert!(bounces == 1 || areas.keys().filter(|chain| chain.len() == 4).count() > 100);
+        for (chain, of) in areas {
+            let (off, gap) = (of.off_m2(), of.gap_m);
+            assert!(off <= 1e-6 * of.seen[0].max(1.0), "{name}, chain {chain:?}: {of:?}");
+            assert!(gap <= open_m, "{name}, chain {chain:?} is open by {gap} m");
         }
     }
 }
