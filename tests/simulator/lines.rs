@@ -4,7 +4,7 @@ use catseye::base::frames::Pose;
 use catseye::base::rng::philox4x32_10;
 use catseye::geom::Geometry;
 use catseye::geom::edge_table::EdgeTable;
-use catseye::geom::faces::{Face, Faces};
+use catseye::geom::faces::{Face, Faces, LIES_M};
 use catseye::road::shape::cuboid;
 use catseye::scene::{Material, Mesh, Scene};
 use catseye::trace::beams::{BeamOptions, Frame};
@@ -209,62 +209,96 @@ fn gap_m(faces: &Faces, outline: &[Fragment]) -> f64 {
     outline.iter().map(vector).sum::<DVec3>().length()
 }
 
+/// Whether a face is nearly in the plane of another body's: then the smaller is lit and the other is not (CONVENTIONS eq. 65b), whichever
+/// is in front, which the rays of these tests do not know.
+fn is_ambiguous(faces: &Faces) -> bool {
+    let nearly = |f: &Face, g: &Face| {
+        let off = faces.corners(f).iter().map(|p| height(g, *p).abs()).fold(0.0, f64::max);
+        f.body != g.body && off > 1e-9 && off <= LIES_M
+    };
+    faces.faces.iter().any(|f| faces.faces.iter().any(|g| nearly(f, g)))
+}
+
+/// The first bounce: outlines close, areas are those that rays count, and a second run gives the same.
+fn first_bounce_agrees(seed: u32, bodies: usize) -> Result<(), TestCaseError> {
+    let (faces, radar) = scene(seed, bodies);
+    if is_ambiguous(&faces) {
+        return Ok(());
+    }
+    let chains = follow(&faces, radar, 1);
+    for patch in 0..faces.patch_area_m2.len() as u32 {
+        let outline = chains.iter().find(|c| c.patch == patch).map_or(&[][..], |c| &c.lit[..]);
+        let gap = gap_m(&faces, outline);
+        prop_assert!(gap < 1e-9, "patch {patch} is open by {gap:.1e} m");
+        let area = chains::area_m2(&faces, outline);
+        let Some(by_rays) = Chain::new(&faces, radar, &[patch]) else {
+            prop_assert!(area < 1e-9, "patch {patch}: lines {area}");
+            continue;
+        };
+        let [(rays, error), _] = by_rays.areas(RAYS, &by_rays);
+        prop_assert!((area - rays).abs() <= error, "patch {patch}: lines {area}, rays {rays} ± {error}");
+    }
+    let outlines = |chains: &[chains::Chain]| chains.iter().map(|c| c.lit.clone()).collect::<Vec<_>>();
+    prop_assert_eq!(outlines(&chains), outlines(&follow(&faces, radar, 1)));
+    Ok(())
+}
+
+/// Mirrors: all pairs of patches, and of the chains of three bounces every so manieth.
+fn mirrors_agree(seed: u32, bodies: usize) -> Result<(), TestCaseError> {
+    const CHAINS: usize = 60;
+    let (faces, radar) = scene(seed, bodies);
+    if is_ambiguous(&faces) {
+        return Ok(());
+    }
+    let chains = follow(&faces, radar, 3);
+    let numbers: HashMap<Vec<u32>, usize> = (0..chains.len()).map(|i| (patches_of(&chains, i), i)).collect();
+    let count = faces.patch_area_m2.len() as u32;
+    let pairs = (0..count).flat_map(|a| (0..count).map(move |b| vec![a, b]));
+    let mut triples: Vec<_> = numbers.keys().filter(|p| p.len() == 3).cloned().collect();
+    triples.sort();
+    let every = triples.len().div_ceil(CHAINS).max(1);
+    for patches in pairs.chain(triples.into_iter().step_by(every)) {
+        let last = patches[patches.len() - 1];
+        let found = numbers.get(&patches).map(|i| &chains[*i]);
+        let outlines = found.map_or([&[][..]; 2], |c| [&c.lit[..], &c.seen[..]]);
+        let areas = outlines.map(|o| chains::area_m2(&faces, o));
+        let gap = outlines.map(|o| gap_m(&faces, o));
+        prop_assert!(gap.iter().all(|g| *g < 1e-6), "{patches:?} is open by {gap:?} m");
+        let (Some(by_rays), Some(direct)) =
+            (Chain::new(&faces, radar, &patches), Chain::new(&faces, radar, &[last]))
+        else {
+            prop_assert!(areas[1] < 1e-9, "{patches:?}: lines {areas:?}");
+            continue;
+        };
+        // A coarse grid is enough where neither finds anything.
+        let rays = if found.is_some() || by_rays.areas(8, &direct)[0].0 > 0.0 { RAYS } else { continue };
+        let counted = by_rays.areas(rays, &direct);
+        for (area, (rays, error)) in areas.iter().zip(counted) {
+            prop_assert!((area - rays).abs() <= error, "{patches:?}: lines {areas:?}, rays {counted:?}");
+        }
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
     fn areas_are_those_that_rays_count(seed in any::<u32>(), bodies in 3usize..9) {
-        let (faces, radar) = scene(seed, bodies);
-        let chains = follow(&faces, radar, 1);
-        for patch in 0..faces.patch_area_m2.len() as u32 {
-            let outline = chains.iter().find(|c| c.patch == patch).map_or(&[][..], |c| &c.lit[..]);
-            let gap = gap_m(&faces, outline);
-            prop_assert!(gap < 1e-9, "patch {patch} is open by {gap:.1e} m");
-            let area = chains::area_m2(&faces, outline);
-            let Some(by_rays) = Chain::new(&faces, radar, &[patch]) else {
-                prop_assert!(area < 1e-9, "patch {patch}: lines {area}");
-                continue;
-            };
-            let [(rays, error), _] = by_rays.areas(RAYS, &by_rays);
-            prop_assert!((area - rays).abs() <= error, "patch {patch}: lines {area}, rays {rays} ± {error}");
-        }
-        let outlines = |chains: &[chains::Chain]| chains.iter().map(|c| c.lit.clone()).collect::<Vec<_>>();
-        prop_assert_eq!(outlines(&chains), outlines(&follow(&faces, radar, 1)));
+        first_bounce_agrees(seed, bodies)?;
     }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
-    /// All pairs of patches, and of the chains of three bounces every so manieth.
     #[test]
     fn mirrors_light_what_rays_count(seed in any::<u32>(), bodies in 3usize..6) {
-        const CHAINS: usize = 60;
-        let (faces, radar) = scene(seed, bodies);
-        let chains = follow(&faces, radar, 3);
-        let numbers: HashMap<Vec<u32>, usize> = (0..chains.len()).map(|i| (patches_of(&chains, i), i)).collect();
-        let count = faces.patch_area_m2.len() as u32;
-        let pairs = (0..count).flat_map(|a| (0..count).map(move |b| vec![a, b]));
-        let mut triples: Vec<_> = numbers.keys().filter(|p| p.len() == 3).cloned().collect();
-        triples.sort();
-        let every = triples.len().div_ceil(CHAINS).max(1);
-        for patches in pairs.chain(triples.into_iter().step_by(every)) {
-            let last = patches[patches.len() - 1];
-            let found = numbers.get(&patches).map(|i| &chains[*i]);
-            let outlines = found.map_or([&[][..]; 2], |c| [&c.lit[..], &c.seen[..]]);
-            let areas = outlines.map(|o| chains::area_m2(&faces, o));
-            let gap = outlines.map(|o| gap_m(&faces, o));
-            prop_assert!(gap.iter().all(|g| *g < 1e-6), "{patches:?} is open by {gap:?} m");
-            let (Some(by_rays), Some(direct)) =
-                (Chain::new(&faces, radar, &patches), Chain::new(&faces, radar, &[last]))
-            else {
-                prop_assert!(areas[1] < 1e-9, "{patches:?}: lines {areas:?}");
-                continue;
-            };
-            // A coarse grid is enough where neither finds anything.
-            let rays = if found.is_some() || by_rays.areas(8, &direct)[0].0 > 0.0 { RAYS } else { continue };
-            let counted = by_rays.areas(rays, &direct);
-            for (area, (rays, error)) in areas.iter().zip(counted) {
-                prop_assert!((area - rays).abs() <= error, "{patches:?}: lines {areas:?}, rays {counted:?}");
-            }
-        }
+        mirrors_agree(seed, bodies)?;
+    }
+}
+
+#[test]
+fn scenes_that_were_wrong_once_agree() {
+    for (seed, bodies) in [(1891209184, 5), (2796023216, 5), (2925922672, 3), (1788712946, 5)] {
+        mirrors_agree(seed, bodies).unwrap();
     }
 }

@@ -3,10 +3,11 @@
 //! The lit part of a patch is never a polygon. Its outline is a list of fragments, each by itself: parts of the patch's own edges,
 //! shadows of silhouettes on it, and walls of the window through which the radar looks. Areas, moments and waves are sums over fragments.
 //!
-//! A [`View`] is a source of rays, the radar or its image behind the last of a chain of mirrors, with all legs of the path to it.
+//! A view is a source of rays, the radar or its image behind the last of a chain of mirrors, with all legs of the path to it.
 //!
-//! 1. **Edges.** Every edge ahead is split where nearer silhouettes cross it in the view, on each leg of the path, where it pierces a face,
-//!    and at walls of windows. Rays to the middle of each part, one for each leg, decide whether the part is lit.
+//! 1. **Edges.** Every edge ahead is split where the view's outline of the last mirror, or the walls of the windows, bound what can be lit; what
+//!    comes through is split where nearer silhouettes cross it and where it pierces a face. Rays to the middle of each part, one for each leg,
+//!    decide whether the part is lit.
 //! 2. **Half-faces.** A lit part is outline of each lit face that meets in it, unless another of them hides it there.
 //! 3. **Shadows.** A lit part of a silhouette throws its shadow on what lies behind its free side. The part is split where edges farther
 //!    away cross it; one ray finds the face behind each piece; the fragment is the plane through source and edge on that face.
@@ -57,7 +58,7 @@ pub struct Fragment {
     pub inward: DVec3,
     /// Index of a face of the patch.
     pub face: u32,
-    /// The edge along which the fragment runs, or [`NO_EDGE`].
+    /// The edge along which the fragment runs, or `NO_EDGE`.
     edge: u32,
     /// Whether that edge is one of the patch: what radiates ends there in every view.
     is_side: bool,
@@ -315,8 +316,8 @@ impl<'a> View<'a> {
     /// The side of the plane through a leg's source and an edge that nothing at the edge covers, as the sign of (a - source) x (b - source);
     /// 0 where the edge is no silhouette.
     fn free_side(&self, leg: usize, edge: &Edge) -> f64 {
-        let [a, b] = edge.ends_m.map(|p| p - self.legs[leg].source);
-        let Some(normal) = a.cross(b).try_normalize() else { return 0.0 };
+        let (s, [a, b]) = (self.legs[leg].source, edge.ends_m);
+        let Some(normal) = (a - s).cross(b - s).try_normalize() else { return 0.0 };
         let (mut above, mut below) = (false, false);
         let in_plane = self.legs[leg]
             .mirror
@@ -379,7 +380,8 @@ impl<'a> View<'a> {
                 return false;
             }
             let edge = &table.edges[i];
-            let heights = edge.ends_m.map(|e| normal.dot(e - s));
+            let [first, second] = edge.ends_m;
+            let heights = [normal.dot(first - s), normal.dot(second - s)];
             for x in meeting(edge.ends_m, heights, TOUCHING_M) {
                 let depth = far.dot(x - a);
                 let is_asked_for = match reach {
@@ -401,9 +403,8 @@ impl<'a> View<'a> {
         });
     }
 
-    /// Appends the shares of a segment at which it may begin or cease to be lit.
-    fn splits(&self, ends_m: [DVec3; 2], own: usize, shares: &mut Vec<f64>) {
-        self.crossings(ends_m, own, Reach::Nearer, shares);
+    /// Appends the shares of a segment at which it comes to the bounds of what the last mirror lights, or the windows, if nothing is before it.
+    fn bounds(&self, ends_m: [DVec3; 2], shares: &mut Vec<f64>) {
         let cut = |[p, q]: [f64; 2], shares: &mut Vec<f64>| {
             if (p > 0.0) != (q > 0.0) {
                 shares.push(p / (p - q));
@@ -548,13 +549,6 @@ impl<'a> View<'a> {
             Some(mirror) => mirror.met_from(self.legs[last - 1].source, p),
             None => p,
         };
-        let mut shares = vec![0.0, 1.0];
-        self.splits([edge.at(from), edge.at(to)].map(seen_at), number, &mut shares);
-        if (from, to) != (0.0, 1.0) {
-            shares.iter_mut().for_each(|t| *t = from + *t * (to - from));
-        }
-        shares.extend(table.pierced(edge).iter().filter(|t| **t > from && **t < to));
-        shares.sort_by(f64::total_cmp);
         let [a, b] = edge.ends_m;
         let length_m = a.distance(b);
         let normal = (a - s).cross(b - s).normalize_or_zero();
@@ -562,8 +556,30 @@ impl<'a> View<'a> {
             0 => self.scene.free[number],
             _ => self.free_side(last, edge),
         };
-        let mut farther = Vec::new();
-        for part in shares.windows(2).filter(|w| (w[1] - w[0]) * length_m > SHORTEST_M) {
+        let mut bounds = vec![0.0, 1.0];
+        self.bounds([edge.at(from), edge.at(to)].map(seen_at), &mut bounds);
+        bounds.sort_by(f64::total_cmp);
+        bounds.iter_mut().for_each(|t| *t = from + *t * (to - from));
+        // Most of what is ahead of a mirror is beside what it lights. In the mirror's plane sides are told apart below.
+        let is_dark = |w: &[f64]| {
+            let middle = edge.at(0.5 * (w[0] + w[1]));
+            let beside = normal * beside_m([edge.at(w[0]), edge.at(w[1])]);
+            let is_off = self.legs[last].mirror.is_some_and(|m| m.height(middle).abs() > faces.flat_m);
+            leaves.is_none() && is_off && !self.comes_to(middle + beside) && !self.comes_to(middle - beside)
+        };
+        let is_long = |w: &&[f64]| (w[1] - w[0]) * length_m > SHORTEST_M;
+        let mut shares: Vec<[f64; 2]> = Vec::new();
+        let (mut found, mut farther) = (Vec::new(), Vec::new());
+        for w in bounds.windows(2).filter(|w| is_long(w) && !is_dark(w)) {
+            found.clear();
+            self.crossings([edge.at(w[0]), edge.at(w[1])].map(seen_at), number, Reach::Nearer, &mut found);
+            found.iter_mut().for_each(|t| *t = w[0] + *t * (w[1] - w[0]));
+            found.extend(table.pierced(edge).iter().filter(|t| **t > w[0] && **t < w[1]));
+            found.extend(w);
+            found.sort_by(f64::total_cmp);
+            shares.extend(found.windows(2).filter(is_long).map(|w| [w[0], w[1]]));
+        }
+        for part in shares {
             let ends_m = [edge.at(part[0]), edge.at(part[1])];
             let mut middle = seen_at(0.5 * (ends_m[0] + ends_m[1]));
             let beside_m = beside_m(ends_m);
