@@ -168,12 +168,15 @@ fn hides(faces: &Faces, source: DVec3, other: &Face, face: &Face) -> Option<bool
     (hi <= faces.flat_m || lo >= -faces.flat_m).then_some(hi <= faces.flat_m)
 }
 
+/// A face, and the faces that may hide it, as [`hides`] has it.
+type Target<'a> = (&'a Face, Vec<(&'a Face, Option<bool>)>);
+
 /// A leg of a path: its source, the plane that it leaves (normal on the lit side, offset), and what it leads to, with the faces that may
 /// hide that.
 struct Leg<'a> {
     source: DVec3,
     leaves: Option<(DVec3, f64)>,
-    targets: Vec<(&'a Face, Vec<(&'a Face, Option<bool>)>)>,
+    targets: Vec<Target<'a>>,
 }
 
 impl<'a> Leg<'a> {
