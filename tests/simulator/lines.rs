@@ -140,7 +140,7 @@ impl<'a> Chain<'a> {
                     && self.is_met(leg, f)
                     && is_inside(self.faces, f, leg.source + d * t)
             });
-            if !(start >= 0.0 && start <= 1.0) || !is_target || is_hidden {
+            if !(0.0..=1.0).contains(&start) || !is_target || is_hidden {
                 return false;
             }
             p = leg.source + d * start;
