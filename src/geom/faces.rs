@@ -1,18 +1,14 @@
 //! Convex faces for exact beams: coplanar neighbours merged, cut into convex polygons of at most
 //! [`MOST_CORNERS`] corners, in a binary tree of boxes that can be asked for what lies in a prism.
 
-use super::bvh::binary_tree;
 use super::cells::{self, Cell, NO_CELL};
 use super::curved_facet::CurvedFacet;
-use super::tree::{self, parents_first};
+pub use super::tree::Node;
+use super::tree::{self, parents_first, tree_over};
 use super::welded::{NO_PLANE, Welded, sides};
 use crate::base::frames::{Pose, Target, World};
 use crate::geom::hash::FastMap;
 use glam::{DMat3, DVec2, DVec3, Vec3Swizzles};
-use obvhs::bvh2::leaf_collapser::collapse;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::bvh2::{Bvh2, node::Bvh2Node};
-use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 
 /// Largest number of corners of a face.
 pub const MOST_CORNERS: usize = 8;
@@ -74,19 +70,6 @@ impl Face {
 
 /// Value of `Face::curved` and `Face::shape` for a face that is flat.
 pub const NOT_CURVED: u32 = u32::MAX;
-
-/// A box of the tree: `count` faces from `first` on, or, when 0, the two nodes `first` and `first + 1`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Node {
-    /// Middle of the box, m.
-    pub centre: DVec3,
-    /// Half its lengths along the axes, m.
-    pub half: DVec3,
-    /// First face, or first of the two nodes below.
-    pub first: u32,
-    /// Number of faces, 0 where nodes are below.
-    pub count: u32,
-}
 
 /// The half space where `normal . r >= offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -578,40 +561,6 @@ fn turned(tensor: &DMat3, pose: &Pose<Target, World>) -> DMat3 {
     turn * *tensor * turn.transpose()
 }
 
-/// A tree over boxes, its own boxes still to be taken, and the order in which its leaves hold them, at most `most` each.
-pub(super) fn tree_over(boxes: &[(DVec3, DVec3)], most: u32) -> (Vec<Node>, Vec<u32>) {
-    struct Padded(Aabb);
-    impl Boundable for Padded {
-        fn aabb(&self) -> Aabb {
-            self.0
-        }
-    }
-    if boxes.is_empty() {
-        return (Vec::new(), Vec::new());
-    }
-    // obvhs builds in f32: the order of its leaves is what counts.
-    let boxes: Vec<Padded> =
-        boxes.iter().map(|(lo, hi)| Padded(Aabb::new(lo.as_vec3a(), hi.as_vec3a()))).collect();
-    let params = BvhBuildParams { max_prims_per_leaf: most, ..BvhBuildParams::medium_build() };
-    let tree = tree_of(&boxes, &params);
-    let node = |n: &Bvh2Node| Node {
-        centre: DVec3::ZERO,
-        half: DVec3::ZERO,
-        first: n.first_index,
-        count: n.prim_count,
-    };
-    (tree.nodes.iter().map(node).collect(), tree.primitive_indices)
-}
-
-/// The tree that `obvhs::bvh2::builder::build_bvh2` makes, by the same steps.
-fn tree_of<T: Boundable>(boxes: &[T], params: &BvhBuildParams) -> Bvh2 {
-    let mut tree = binary_tree(boxes, params);
-    collapse(&mut tree, params.max_prims_per_leaf.clamp(1, 255), params.collapse_traversal_cost);
-    let again = params.reinsertion_batch_ratio * params.post_collapse_reinsertion_batch_ratio_multiplier;
-    ReinsertionOptimizer::default().run(&mut tree, again, None);
-    tree
-}
-
 pub(super) fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
     let start = (DVec3::splat(f64::INFINITY), DVec3::splat(f64::NEG_INFINITY));
     points.iter().fold(start, |(lo, hi), p| (lo.min(*p), hi.max(*p)))
@@ -863,32 +812,6 @@ mod tests {
     use crate::base::frames::Pose;
     use crate::geom::Geometry;
     use crate::scene::{Material, Mesh, Scene};
-
-    #[test]
-    fn the_tree_is_that_of_the_library() {
-        let mut state = 5u64;
-        let mut draw = || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 40) as f32 / (1u64 << 24) as f32
-        };
-        for n in [1, 2, 7, 500] {
-            let place = |draw: &mut dyn FnMut() -> f32| glam::Vec3A::new(draw(), 3.0 * draw(), draw());
-            let boxes: Vec<Aabb> = (0..n)
-                .map(|_| {
-                    let at = place(&mut draw);
-                    Aabb::new(at, at + 0.2 * place(&mut draw))
-                })
-                .collect();
-            let params = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::medium_build() };
-            let (own, other) = (
-                tree_of(&boxes, &params),
-                obvhs::bvh2::builder::build_bvh2(&boxes, params, &mut Default::default()),
-            );
-            assert_eq!(own.primitive_indices, other.primitive_indices);
-            let node = |n: &Bvh2Node| (n.first_index, n.prim_count, n.aabb);
-            assert!(own.nodes.iter().map(node).eq(other.nodes.iter().map(node)), "{n}");
-        }
-    }
 
     fn faces_of(mesh: Mesh) -> Faces {
         let mut scene = Scene::default();

@@ -1,11 +1,28 @@
 //! Trees of boxes in f64: over faces ([`super::faces::Faces`]), and over anything that has a box ([`BoxTree`]).
 
-use super::faces::{Node, tree_over};
+use super::bvh::binary_tree;
 use glam::DVec3;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::bvh2::{Bvh2, node::Bvh2Node};
+use obvhs::{Boundable, BvhBuildParams, aabb::Aabb};
 
 /// Branches that a walk may leave open on the stack: more than the levels of a tree whose boxes differ. What is too much alike for the
 /// builder, which works in f32, can hang below one another.
 const OPEN: usize = 96;
+
+/// A box of the tree: `count` items from `first` on, or, when 0, the two nodes `first` and `first + 1`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Node {
+    /// Middle of the box, m.
+    pub centre: DVec3,
+    /// Half its lengths along the axes, m.
+    pub half: DVec3,
+    /// First item, or first of the two nodes below.
+    pub first: u32,
+    /// Number of items, 0 where nodes are below.
+    pub count: u32,
+}
 
 /// Least and largest corner of a box.
 pub(super) type Bounds = (DVec3, DVec3);
@@ -13,6 +30,40 @@ pub(super) type Bounds = (DVec3, DVec3);
 /// The box around two.
 pub(super) fn around(a: Bounds, b: Bounds) -> Bounds {
     (a.0.min(b.0), a.1.max(b.1))
+}
+
+/// A tree over boxes, its own boxes still to be taken, and the order in which its leaves hold them, at most `most` each.
+pub(super) fn tree_over(boxes: &[(DVec3, DVec3)], most: u32) -> (Vec<Node>, Vec<u32>) {
+    struct Padded(Aabb);
+    impl Boundable for Padded {
+        fn aabb(&self) -> Aabb {
+            self.0
+        }
+    }
+    if boxes.is_empty() {
+        return (Vec::new(), Vec::new());
+    }
+    // obvhs builds in f32: the order of its leaves is what counts.
+    let boxes: Vec<Padded> =
+        boxes.iter().map(|(lo, hi)| Padded(Aabb::new(lo.as_vec3a(), hi.as_vec3a()))).collect();
+    let params = BvhBuildParams { max_prims_per_leaf: most, ..BvhBuildParams::medium_build() };
+    let tree = tree_of(&boxes, &params);
+    let node = |n: &Bvh2Node| Node {
+        centre: DVec3::ZERO,
+        half: DVec3::ZERO,
+        first: n.first_index,
+        count: n.prim_count,
+    };
+    (tree.nodes.iter().map(node).collect(), tree.primitive_indices)
+}
+
+/// The tree that `obvhs::bvh2::builder::build_bvh2` makes, by the same steps.
+fn tree_of<T: Boundable>(boxes: &[T], params: &BvhBuildParams) -> Bvh2 {
+    let mut tree = binary_tree(boxes, params);
+    collapse(&mut tree, params.max_prims_per_leaf.clamp(1, 255), params.collapse_traversal_cost);
+    let again = params.reinsertion_batch_ratio * params.post_collapse_reinsertion_batch_ratio_multiplier;
+    ReinsertionOptimizer::default().run(&mut tree, again, None);
+    tree
 }
 
 /// All nodes, each before those below it.
@@ -117,6 +168,32 @@ impl BoxTree {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_tree_is_that_of_the_library() {
+        let mut state = 5u64;
+        let mut draw = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        };
+        for n in [1, 2, 7, 500] {
+            let place = |draw: &mut dyn FnMut() -> f32| glam::Vec3A::new(draw(), 3.0 * draw(), draw());
+            let boxes: Vec<Aabb> = (0..n)
+                .map(|_| {
+                    let at = place(&mut draw);
+                    Aabb::new(at, at + 0.2 * place(&mut draw))
+                })
+                .collect();
+            let params = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::medium_build() };
+            let (own, other) = (
+                tree_of(&boxes, &params),
+                obvhs::bvh2::builder::build_bvh2(&boxes, params, &mut Default::default()),
+            );
+            assert_eq!(own.primitive_indices, other.primitive_indices);
+            let node = |n: &Bvh2Node| (n.first_index, n.prim_count, n.aabb);
+            assert!(own.nodes.iter().map(node).eq(other.nodes.iter().map(node)), "{n}");
+        }
+    }
 
     /// Boxes that are one in f32 end up below one another, deeper than the stack.
     #[test]
