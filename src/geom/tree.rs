@@ -33,7 +33,7 @@ pub(super) fn around(a: Bounds, b: Bounds) -> Bounds {
 }
 
 /// A tree over boxes, its own boxes still to be taken, and the order in which its leaves hold them, at most `most` each.
-pub(super) fn tree_over(boxes: &[(DVec3, DVec3)], most: u32) -> (Vec<Node>, Vec<u32>) {
+pub(super) fn tree_over(boxes: &[Bounds], most: u32) -> (Vec<Node>, Vec<u32>) {
     struct Padded(Aabb);
     impl Boundable for Padded {
         fn aabb(&self) -> Aabb {

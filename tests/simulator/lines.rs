@@ -150,7 +150,7 @@ impl<'a> Chain<'a> {
 
     /// Lit area of the last patch by a grid of `rays` along each side of a face, that of it which `also` lights on the same side, and how much
     /// either may be off: half a cell at its border, and a strip too thin for the grid.
-    fn areas(&self, rays: usize, also: &Chain<'_>) -> [(f64, f64); 2] {
+    fn areas(&self, rays: usize, also: Option<&Chain<'_>>) -> [(f64, f64); 2] {
         let last = self.patches[self.patches.len() - 1];
         let mut sums = [(0.0, 0.0); 2];
         for face in self.faces.faces.iter().filter(|f| f.patch == last) {
@@ -168,8 +168,9 @@ impl<'a> Chain<'a> {
             };
             let is_lit = |i: usize| is_inside(self.faces, face, place(i)) && self.lights(place(i));
             let lit: Vec<bool> = (0..rays * rays).map(is_lit).collect();
-            let sides = [self, also].map(|c| height(face, c.legs[c.legs.len() - 1].source));
-            let is_seen = |i: usize| lit[i] && sides[0] * sides[1] > 0.0 && also.lights(place(i));
+            let side = |c: &Chain<'_>| height(face, c.legs[c.legs.len() - 1].source);
+            let also = also.filter(|c| side(self) * side(c) > 0.0);
+            let is_seen = |i: usize| lit[i] && also.is_some_and(|c| c.lights(place(i)));
             let seen = (0..rays * rays).map(is_seen).collect();
             for (sum, is_in) in sums.iter_mut().zip([lit.clone(), seen]) {
                 let is_border = |i: &usize| {
@@ -195,15 +196,6 @@ fn follow(faces: &Faces, radar: DVec3, bounces: usize) -> Vec<chains::Chain> {
     chains::follow(faces, &EdgeTable::new(faces), &all_around(radar), &options)
 }
 
-fn patches_of(chains: &[chains::Chain], mut number: usize) -> Vec<u32> {
-    let mut patches = vec![chains[number].patch];
-    while let Some(parent) = chains.get(chains[number].parent as usize) {
-        patches.insert(0, parent.patch);
-        number = chains[number].parent as usize;
-    }
-    patches
-}
-
 fn gap_m(faces: &Faces, outline: &[Fragment]) -> f64 {
     let vector = |f: &Fragment| f.vector_m(faces.faces[f.face as usize].normal);
     outline.iter().map(vector).sum::<DVec3>().length()
@@ -222,20 +214,19 @@ fn is_ambiguous(faces: &Faces) -> bool {
 /// The first bounce: outlines close, areas are those that rays count, and a second run gives the same.
 fn first_bounce_agrees(seed: u32, bodies: usize) -> Result<(), TestCaseError> {
     let (faces, radar) = scene(seed, bodies);
-    if is_ambiguous(&faces) {
-        return Ok(());
-    }
+    prop_assume!(!is_ambiguous(&faces));
     let chains = follow(&faces, radar, 1);
     for patch in 0..faces.patch_area_m2.len() as u32 {
         let outline = chains.iter().find(|c| c.patch == patch).map_or(&[][..], |c| &c.lit[..]);
         let gap = gap_m(&faces, outline);
+        // Rounding of positions at ten metres, some thousand times over at grazing sight.
         prop_assert!(gap < 1e-9, "patch {patch} is open by {gap:.1e} m");
         let area = chains::area_m2(&faces, outline);
         let Some(by_rays) = Chain::new(&faces, radar, &[patch]) else {
             prop_assert!(area < 1e-9, "patch {patch}: lines {area}");
             continue;
         };
-        let [(rays, error), _] = by_rays.areas(RAYS, &by_rays);
+        let [(rays, error), _] = by_rays.areas(RAYS, None);
         prop_assert!((area - rays).abs() <= error, "patch {patch}: lines {area}, rays {rays} ± {error}");
     }
     let outlines = |chains: &[chains::Chain]| chains.iter().map(|c| c.lit.clone()).collect::<Vec<_>>();
@@ -243,15 +234,14 @@ fn first_bounce_agrees(seed: u32, bodies: usize) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Mirrors: all pairs of patches, and of the chains of three bounces every so manieth.
+/// Mirrors: all pairs of patches, and at most `CHAINS` chains of three bounces, evenly taken; a second run gives the same.
 fn mirrors_agree(seed: u32, bodies: usize) -> Result<(), TestCaseError> {
     const CHAINS: usize = 60;
     let (faces, radar) = scene(seed, bodies);
-    if is_ambiguous(&faces) {
-        return Ok(());
-    }
+    prop_assume!(!is_ambiguous(&faces));
     let chains = follow(&faces, radar, 3);
-    let numbers: HashMap<Vec<u32>, usize> = (0..chains.len()).map(|i| (patches_of(&chains, i), i)).collect();
+    let numbers: HashMap<Vec<u32>, usize> =
+        (0..chains.len()).map(|i| (chains::patches_of(&chains, i), i)).collect();
     let count = faces.patch_area_m2.len() as u32;
     let pairs = (0..count).flat_map(|a| (0..count).map(move |b| vec![a, b]));
     let mut triples: Vec<_> = numbers.keys().filter(|p| p.len() == 3).cloned().collect();
@@ -263,20 +253,25 @@ fn mirrors_agree(seed: u32, bodies: usize) -> Result<(), TestCaseError> {
         let outlines = found.map_or([&[][..]; 2], |c| [&c.lit[..], &c.seen[..]]);
         let areas = outlines.map(|o| chains::area_m2(&faces, o));
         let gap = outlines.map(|o| gap_m(&faces, o));
+        // Each mirror at grazing sight adds its factor; the worst of 2,400 scenes was 6.4e-7 m.
         prop_assert!(gap.iter().all(|g| *g < 1e-6), "{patches:?} is open by {gap:?} m");
-        let (Some(by_rays), Some(direct)) =
-            (Chain::new(&faces, radar, &patches), Chain::new(&faces, radar, &[last]))
-        else {
-            prop_assert!(areas[1] < 1e-9, "{patches:?}: lines {areas:?}");
+        let Some(by_rays) = Chain::new(&faces, radar, &patches) else {
+            prop_assert!(areas.iter().all(|a| *a < 1e-9), "{patches:?}: lines {areas:?}");
             continue;
         };
+        let direct = Chain::new(&faces, radar, &[last]);
         // A coarse grid is enough where neither finds anything.
-        let rays = if found.is_some() || by_rays.areas(8, &direct)[0].0 > 0.0 { RAYS } else { continue };
-        let counted = by_rays.areas(rays, &direct);
+        if found.is_none() && by_rays.areas(8, None)[0].0 == 0.0 {
+            continue;
+        }
+        let counted = by_rays.areas(RAYS, direct.as_ref());
         for (area, (rays, error)) in areas.iter().zip(counted) {
             prop_assert!((area - rays).abs() <= error, "{patches:?}: lines {areas:?}, rays {counted:?}");
         }
     }
+    let outlines =
+        |chains: Vec<chains::Chain>| chains.into_iter().map(|c| (c.lit, c.seen)).collect::<Vec<_>>();
+    prop_assert_eq!(outlines(chains), outlines(follow(&faces, radar, 3)));
     Ok(())
 }
 

@@ -12,6 +12,7 @@ use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::iter::successors;
 use std::ops::Range;
 
 /// Lit areas below this are rounding, m².
@@ -80,7 +81,7 @@ pub fn follow(faces: &Faces, table: &EdgeTable, windows: &[Frame], options: &Bea
             let parent = &this[number];
             let Some(view) = view_of(&scene, this, number) else { return Vec::new() };
             let view = view.through(&parent.lit);
-            let first = first_patch(this, number);
+            let first = patches_of(this, number)[0];
             let child = |lit: Vec<Fragment>| {
                 let patch = patch_of(&lit[0]);
                 let imaged = parent.imaged || begins(parent) && faces.mirrors(first, patch);
@@ -106,6 +107,14 @@ pub fn follow(faces: &Faces, table: &EdgeTable, windows: &[Frame], options: &Bea
     chains
 }
 
+/// The patches of a chain, from the first bounce on.
+pub fn patches_of(chains: &[Chain], number: usize) -> Vec<u32> {
+    let parent = |chain: &&Chain| chains.get(chain.parent as usize);
+    let mut patches: Vec<u32> = successors(chains.get(number), parent).map(|chain| chain.patch).collect();
+    patches.reverse();
+    patches
+}
+
 /// Area within an outline, m².
 pub fn area_m2(faces: &Faces, outline: &[Fragment]) -> f64 {
     let Some(first) = outline.first() else { return 0.0 };
@@ -117,13 +126,6 @@ pub fn area_m2(faces: &Faces, outline: &[Fragment]) -> f64 {
 fn by_patch(mut fragments: Vec<Fragment>, patch_of: impl Fn(&Fragment) -> u32) -> Vec<Vec<Fragment>> {
     fragments.sort_by_key(&patch_of);
     fragments.chunk_by(|a, b| patch_of(a) == patch_of(b)).map(<[Fragment]>::to_vec).collect()
-}
-
-fn first_patch(chains: &[Chain], mut number: usize) -> u32 {
-    while chains[number].parent != u32::MAX {
-        number = chains[number].parent as usize;
-    }
-    chains[number].patch
 }
 
 /// The view behind the last patch of a chain.

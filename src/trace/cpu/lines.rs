@@ -22,6 +22,7 @@ use crate::base::tasks::Tasks;
 use crate::geom::edge_table::{Edge, EdgeTable, HalfFace};
 use crate::geom::faces::{Face, Faces, LIES_M, misses_segment};
 use crate::geom::tree::BoxTree;
+use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::Frame;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -120,7 +121,7 @@ impl Wedge {
 
 /// What does not depend on the chain of mirrors.
 pub(super) struct Scene<'a> {
-    pub faces: &'a Faces,
+    faces: &'a Faces,
     table: &'a EdgeTable,
     windows: &'a [Frame],
     radar: DVec3,
@@ -134,7 +135,7 @@ pub(super) struct Scene<'a> {
 
 /// A patch that mirrors, seen from its lit side.
 #[derive(Clone, Copy)]
-pub(super) struct Mirror {
+struct Mirror {
     /// The face in whose plane it mirrors.
     lead: u32,
     side: Side,
@@ -242,7 +243,7 @@ impl<'a> Scene<'a> {
         &self.faces.faces[i as usize]
     }
 
-    fn is_between_windows(&self, p: DVec3) -> bool {
+    fn is_in_window(&self, p: DVec3) -> bool {
         let d = p - self.radar;
         self.windows.iter().any(|w| {
             let k = w.k.dot(d);
@@ -435,10 +436,10 @@ impl<'a> View<'a> {
     /// Whether the legs before the last lead to a place.
     fn comes_to(&self, p: DVec3) -> bool {
         if self.last() == 0 {
-            return self.scene.is_between_windows(p);
+            return self.scene.is_in_window(p);
         }
         // Where the path meets each mirror, from the last on.
-        let mut places = [DVec3::ZERO; crate::trace::MAX_BOUNCES + 1];
+        let mut places = [DVec3::ZERO; MAX_BOUNCES + 1];
         let mut at = p;
         for leg in (1..self.legs.len()).rev() {
             let Leg { source, mirror: Some(mirror) } = &self.legs[leg] else { return false };
@@ -450,7 +451,7 @@ impl<'a> View<'a> {
             at = *source + d * share;
             places[leg] = at;
         }
-        if !self.scene.is_between_windows(at) {
+        if !self.scene.is_in_window(at) {
             return false;
         }
         (1..self.legs.len()).all(|leg| {
@@ -560,7 +561,7 @@ impl<'a> View<'a> {
         self.bounds([edge.at(from), edge.at(to)].map(seen_at), &mut bounds);
         bounds.sort_by(f64::total_cmp);
         bounds.iter_mut().for_each(|t| *t = from + *t * (to - from));
-        // Most of what is ahead of a mirror is beside what it lights. In the mirror's plane sides are told apart below.
+        // Most of what is ahead of a mirror is beside what it lights. In the mirror's plane its two sides are distinguished below.
         let is_dark = |w: &[f64]| {
             let middle = edge.at(0.5 * (w[0] + w[1]));
             let beside = normal * beside_m([edge.at(w[0]), edge.at(w[1])]);
@@ -586,7 +587,7 @@ impl<'a> View<'a> {
             // What is as good as in the mirror's plane, and below it, begins where its face comes out of that.
             let (mut out_of, mut in_plane) = (None, leaves.is_some());
             match self.legs[last].mirror {
-                None if !self.scene.is_between_windows(middle) => continue,
+                None if !self.scene.is_in_window(middle) => continue,
                 None => {}
                 Some(mirror) => {
                     let height = mirror.height(middle);
@@ -676,7 +677,7 @@ impl<'a> View<'a> {
             let at = |t: f64| ends_m[0] + (ends_m[1] - ends_m[0]) * t;
             let ends_m = [at(w[0]), at(w[1])];
             let middle = 0.5 * (ends_m[0] + ends_m[1]);
-            let is_inner = self.scene.is_between_windows(middle - inward * BESIDE_M);
+            let is_inner = self.scene.is_in_window(middle - inward * BESIDE_M);
             if !is_inner && ends_m[0].distance(ends_m[1]) > SHORTEST_M {
                 out.extend(self.shadow(ends_m, inward, Caster::Wall));
             }
