@@ -1,6 +1,6 @@
 // Frames of beams and the convex faces that they meet (CONVENTIONS eq. 50-52). Needs polygon.wgsl, the
 // binding `records` of the entry point and `body`: three words a face, (normal, offset), (first axis,
-// first corner), (second axis, corners | one-sided << 8 | surface << 16), then the corners, then two
+// first corner), (second axis, corners | one-sided << 8 | surface << 16), then the corners (place, patch), then two
 // words a node of the tree in the order of a walk, (centre, node behind the branch), (half size, first face
 // | faces << 24, 0 above the leaves), and for few faces a table of sides; `aspects`: three words, (u, 1 / distance),
 // (v, 0), (k, 0), of the transmitter's frame and as many of the receiver's. Places are measured from
@@ -85,6 +85,11 @@ fn face_at(i: u32) -> Face {
 
 fn corner_at(i: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(body[3u * params.faces + i].xyz);
+}
+
+// The flat patch of a face, by a corner of it.
+fn patch_of(f: u32) -> u32 {
+    return body[3u * params.faces + body[3u * f + 1u].w].w;
 }
 
 fn root_frame(aspect: u32, port: u32) -> Frame {

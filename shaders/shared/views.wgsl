@@ -177,6 +177,12 @@ fn place(face: u32, other: u32, lit_side: f32, flat: f32) -> u32 {
     return select(select(ACROSS, BEFORE, above), BEHIND, below);
 }
 
+// Whether two faces are of one flat patch: none hides the other, nor does what leaves one meet the other, though corners may be farther
+// off their plane than `flat_m`.
+fn of_one_patch(g: u32, f: u32) -> bool {
+    return body[3u * g + 1u].z == body[3u * f + 1u].z;
+}
+
 // Whether a face lies on a larger one of another body.
 fn lies_on(face: u32, other: u32) -> bool {
     if body[3u * face + 1u].w == body[3u * other + 1u].w || body[3u * face + 2u].x >= body[3u * other + 2u].x {

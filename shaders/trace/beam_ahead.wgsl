@@ -35,6 +35,7 @@ fn main(
     let bounce = record_bounce(record);
     let from_index = chain_at(record, bounce - 1u);
     let from_face = face_at(from_index);
+    let from_patch = patch_of(from_index);
     let f = frame_after(record, bounce);
     let away = dot(from_face.normal, towards(f, corner_at(from_face.first)));
     let source = side_of(from_face, -away);
@@ -52,7 +53,7 @@ fn main(
             break;
         }
         for (var g = leaf.x; g < leaf.y; g += 1u) {
-            if g == from_index {
+            if patch_of(g) == from_patch {
                 continue;
             }
             let face = face_at(g);

@@ -67,6 +67,8 @@ fn main(
         f = root_frame(aspect, params.port);
     }
     let face = face_at(target_face);
+    let target_patch = patch_of(target_face);
+    let source_patch = patch_of(source_face);
     let cosine = lit(f, face);
     var hidden = false;
     if cosine != 0.0 {
@@ -93,7 +95,8 @@ fn main(
                 break;
             }
             for (var g = leaf.x; g < leaf.y; g += 1u) {
-                if g == target_face || pieces == 0u {
+                let g_patch = patch_of(g);
+                if pieces == 0u || g_patch == target_patch || onward && g_patch == source_patch {
                     continue;
                 }
                 let other = face_at(g);

@@ -56,7 +56,7 @@ fn main(
     var found = 0u;
     while find_next() {
         let g = found_face;
-        if g == from_face || !reaches_in(g) || lit(f, g) == 0.0 {
+        if of_one_patch(g, from_face) || !reaches_in(g) || lit(f, g) == 0.0 {
             continue;
         }
         // The host looks again at what lies on the edge of the rule.

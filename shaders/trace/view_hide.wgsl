@@ -190,7 +190,7 @@ fn main(
         var is_full = false;
         while find_next() {
             let g = found_face;
-            if g == target_face || !reaches_in(g) {
+            if of_one_patch(g, target_face) || onward && of_one_patch(g, from_face) || !reaches_in(g) {
                 continue;
             }
             let other_facing = lit(f, g);

@@ -216,7 +216,12 @@ impl BeamArrays {
             body.push(word(f.axis[0], f.first));
             body.push(word(f.axis[1], f.count | (f.one_sided as u32) << 8 | f.surface << 16));
         }
+        let corners_at = body.len();
         body.extend(faces.corners.iter().map(|c| word(*c - faces.centre_m, 0)));
+        for f in &faces.faces {
+            let of_face = corners_at + f.first as usize;
+            body[of_face..of_face + f.count as usize].iter_mut().for_each(|c| c[3] = f.patch);
+        }
         let nodes_at = body.len() as u32;
         // In the order of a walk; each node knows where the walk goes on when it skips the branch.
         let few = faces.faces.len() <= LEAF_FACES;

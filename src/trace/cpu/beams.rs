@@ -467,20 +467,26 @@ impl Lines {
     }
 }
 
-/// The lit side of a plane.
+/// The lit side of the plane of a face.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Side {
     pub(super) normal: DVec3,
     pub(super) offset: f64,
+    patch: u32,
 }
 
 impl Side {
     pub(super) fn of(face: &Face, facing: f64) -> Side {
-        if facing < 0.0 {
-            Side { normal: face.normal, offset: face.offset_m }
-        } else {
-            Side { normal: -face.normal, offset: -face.offset_m }
-        }
+        Side::facing(face, if facing < 0.0 { face.normal } else { -face.normal })
+    }
+
+    /// The side whose unit normal, that of the face or its opposite, is given.
+    pub(super) fn facing(face: &Face, normal: DVec3) -> Side {
+        Side { normal, offset: normal.dot(face.normal) * face.offset_m, patch: face.patch }
+    }
+
+    pub(super) fn opposite(self) -> Side {
+        Side { normal: -self.normal, offset: -self.offset, ..self }
     }
 }
 
@@ -801,14 +807,18 @@ impl Clipper<'_> {
     }
 
     #[inline]
-    pub(super) fn place(&self, corners: &[DVec3], side: &Side) -> PlaneSide {
-        self.place_within(corners, side, self.faces.flat_m)
+    pub(super) fn place(&self, face: &Face, side: &Side) -> PlaneSide {
+        self.place_within(self.faces.corners(face), side, self.faces.flat_m)
     }
 
-    /// The same for rays that leave the plane: what lies on it they do not meet.
+    /// The same for rays that leave the plane: what lies on it they do not meet, nor the rest of their own patch, whose corners may be
+    /// farther off the plane than `flat_m` (a warped quadrilateral of a road).
     #[inline]
-    fn ahead(&self, corners: &[DVec3], source: &Side) -> PlaneSide {
-        self.place_within(corners, source, self.faces.flat_m.max(self.lies_m))
+    pub(super) fn ahead(&self, face: &Face, source: &Side) -> PlaneSide {
+        if face.patch == source.patch {
+            return PlaneSide::Behind;
+        }
+        self.place_within(self.faces.corners(face), source, self.faces.flat_m.max(self.lies_m))
     }
 
     #[inline]
@@ -1144,21 +1154,21 @@ impl Clipper<'_> {
         Sight { frame, source, target, side, start, least: SLIVER * start.area().abs(), cut: false }
     }
 
-    /// Takes away what the face `other`, which the rays can meet, hides of a target.
+    /// Takes away what the face `other`, which the rays can meet, hides of a target. A patch is flat: none of its faces hides another, though
+    /// corners may be farther off their plane than `flat_m`.
     #[inline]
     fn hide(&self, sight: &mut Sight<'_>, other: u32, other_facing: f64, scratch: &mut Scratch) {
         let Sight { frame, source, start, .. } = *sight;
         let face = &self.faces.faces[sight.target as usize];
         let other = &self.faces.faces[other as usize];
-        let corners = self.faces.corners(other);
-        if self.lies_on(face, other) {
+        if face.patch == other.patch || self.lies_on(face, other) {
             return;
         }
-        let crossing = match self.place(corners, &sight.side) {
+        let crossing = match self.place(other, &sight.side) {
             _ if self.lies_on(other, face) => None,
             PlaneSide::Behind => return,
             PlaneSide::Before => None,
-            PlaneSide::Across => match self.place(self.faces.corners(face), &Side::of(other, other_facing)) {
+            PlaneSide::Across => match self.place(face, &Side::of(other, other_facing)) {
                 PlaneSide::Before => return,
                 PlaneSide::Behind => None,
                 PlaneSide::Across => {
@@ -1168,7 +1178,7 @@ impl Clipper<'_> {
                 }
             },
         };
-        let beyond = match source.map(|s| (s, self.ahead(corners, s))) {
+        let beyond = match source.map(|s| (s, self.ahead(other, s))) {
             None | Some((_, PlaneSide::Before)) => None,
             Some((_, PlaneSide::Behind)) => return,
             Some((s, PlaneSide::Across)) => Some(self.beyond(frame, s, other)),
@@ -1255,7 +1265,7 @@ impl Clipper<'_> {
         self.faces.within(&[a, b, c, d, ahead], |f| {
             let target = &self.faces.faces[f as usize];
             let Some(facing) = self.lit(frame, target) else { return };
-            if self.ahead(self.faces.corners(target), source) == PlaneSide::Behind
+            if self.ahead(target, source) == PlaneSide::Behind
                 || self.outline(frame, target, facing, &ray).is_none()
             {
                 return;
@@ -1292,7 +1302,7 @@ impl Clipper<'_> {
     ) -> Option<(f64, Polygon)> {
         let target = &self.faces.faces[face as usize];
         let facing = self.lit(frame, target)?;
-        let beyond = match self.ahead(self.faces.corners(target), source) {
+        let beyond = match self.ahead(target, source) {
             PlaneSide::Behind => return None,
             PlaneSide::Before => None,
             PlaneSide::Across => Some(self.beyond(frame, source, target)),
@@ -1365,9 +1375,8 @@ impl Clipper<'_> {
                 continue;
             }
             let face = &self.faces.faces[node.face as usize];
-            let offset = node.normal.dot(face.normal) * face.offset_m;
-            let frame = node.frame.mirrored(node.normal, offset);
-            let source = Side { normal: node.normal, offset };
+            let source = Side::facing(face, node.normal);
+            let frame = node.frame.mirrored(node.normal, source.offset);
             if let Some(ends) = ends {
                 let left = self.left(&ends, &out.nodes, index, middle(&polygon));
                 let is_followed = |target: u32| {
@@ -1394,7 +1403,7 @@ impl Clipper<'_> {
             let list = |f: u32, halves: &mut [Polygon; 2], list: &mut Vec<(u32, f64, Polygon)>| {
                 let target = &self.faces.faces[f as usize];
                 let facing = self.lit(&frame, target)?;
-                let beyond = match self.ahead(self.faces.corners(target), &source) {
+                let beyond = match self.ahead(target, &source) {
                     PlaneSide::Behind => return None,
                     PlaneSide::Before => None,
                     PlaneSide::Across => Some(self.beyond(&frame, &source, target)),

@@ -292,9 +292,8 @@ impl<'a> Levels<'a> {
         }
         let (node, shared) = (&item.node, self.views.shared);
         let face = &shared.faces.faces[node.face as usize];
-        let offset = node.normal.dot(face.normal) * face.offset_m;
-        let (frame, source) =
-            (node.frame.mirrored(node.normal, offset), Side { normal: node.normal, offset });
+        let source = Side::facing(face, node.normal);
+        let frame = node.frame.mirrored(node.normal, source.offset);
         let begins = self.begins(node, item.first_patch);
         let left = shared.exact.left(ends, &self.out.nodes, index, middle(polygon));
         let mut met = Vec::new();

@@ -438,7 +438,7 @@ impl Tracer<'_> {
                 seen.views.push(View { parent: view, face: f, normal: side.normal, passed, wave });
                 seen.views.len() as u32 - 1
             });
-            let behind = Side { normal: -side.normal, offset: -side.offset };
+            let behind = side.opposite();
             let ahead = self.ahead(&wave, &behind, &mapped, &mut broken);
             for (g, _, parts) in ahead.met {
                 let passes = self.media.kind(&self.faces.faces[g as usize]) != Kind::Opaque;
@@ -479,7 +479,7 @@ impl Tracer<'_> {
         self.faces.within(&[a, b, d, e, space], |f| {
             let target = &self.faces.faces[f as usize];
             let Some(facing) = self.lit(frame, wave.cell, target) else { return };
-            let beyond = match c.place(self.faces.corners(target), source) {
+            let beyond = match c.ahead(target, source) {
                 PlaneSide::Behind => return,
                 PlaneSide::Before => None,
                 PlaneSide::Across => Some(c.beyond(frame, source, target)),
@@ -539,10 +539,10 @@ impl Tracer<'_> {
         while let Some((index, polygon)) = stack.pop() {
             let node = out.nodes[index as usize];
             let face = &self.faces.faces[node.face as usize];
-            let side = Side { normal: node.normal, offset: node.normal.dot(face.normal) * face.offset_m };
+            let side = Side::facing(face, node.normal);
             let kind = self.media.kind(face);
             let inside = node.wave.cell != NO_CELL;
-            let behind = Side { normal: -node.normal, offset: -side.offset };
+            let behind = side.opposite();
             let forwards = node.reflections == 0 && kind != Kind::Opaque && (inside || kind == Kind::Sheet);
             if forwards && node.normal.dot(receive) < 0.0 {
                 let polygon = self.on_face(&node, &polygon);

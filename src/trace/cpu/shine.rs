@@ -152,8 +152,8 @@ impl Clipper<'_> {
     /// Frame of the wave that leaves a node, and the plane that it leaves.
     fn leaving(&self, node: &Node) -> (Frame, Side) {
         let face = &self.faces.faces[node.face as usize];
-        let offset = node.normal.dot(face.normal) * face.offset_m;
-        (node.frame.mirrored(node.normal, offset), Side { normal: node.normal, offset })
+        let source = Side::facing(face, node.normal);
+        (node.frame.mirrored(node.normal, source.offset), source)
     }
 
     /// Patch of the first face of a node's chain.
