@@ -26,10 +26,22 @@ pub fn outline<'a>(polygons: impl IntoIterator<Item = &'a [DVec2]>, tolerance: f
         }
         count += 1;
     }
-    let points = corners.points;
     if count > 1 {
-        sides = split(&sides, &points, tolerance);
+        sides = split(&sides, &corners.points, tolerance);
     }
+    net(sides, &corners.points, tolerance)
+}
+
+/// The outline that directed sides enclose, inside on the left, in whatever order and parts they come: as [`outline`] has it.
+pub fn enclosing(sides: &[[DVec2; 2]], tolerance: f64) -> Vec<[DVec2; 2]> {
+    let mut corners = Welder::new(tolerance);
+    let mut welded: Vec<[u32; 2]> = sides.iter().map(|s| s.map(|p| corners.weld(p))).collect();
+    welded.retain(|[a, b]| a != b);
+    net(split(&welded, &corners.points, tolerance), &corners.points, tolerance)
+}
+
+/// What is left of directed sides where they run to and fro, straight runs in one piece.
+fn net(mut sides: Vec<[u32; 2]>, points: &[DVec2], tolerance: f64) -> Vec<[DVec2; 2]> {
     let key = |[a, b]: [u32; 2]| (a.min(b), a.max(b));
     let mut net: FastMap<(u32, u32), i32> =
         FastMap::with_capacity_and_hasher(sides.len(), Default::default());
@@ -45,7 +57,7 @@ pub fn outline<'a>(polygons: impl IntoIterator<Item = &'a [DVec2]>, tolerance: f
         }
         stays
     });
-    joined(&sides, &points, tolerance)
+    joined(&sides, points, tolerance)
 }
 
 /// Up to so many points are looked through one by one, which is quicker than any table.

@@ -4,13 +4,13 @@
 //! behind all but the last of them. Level by level every lit patch that mirrors makes a new view, and what that lights of each patch
 //! ahead is a chain of one bounce more.
 
+use super::beams::{Node, Side};
 use super::lines::{Fragment, Scene, View};
 use crate::base::tasks::Tasks;
 use crate::geom::edge_table::EdgeTable;
 use crate::geom::faces::{Faces, NOT_CURVED};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame};
-use glam::DVec3;
 use rayon::prelude::*;
 use std::iter::successors;
 use std::ops::Range;
@@ -21,18 +21,11 @@ const LEAST_M2: f64 = 1e-13;
 /// What is lit of a patch by way of the patches before it.
 #[derive(Debug, Clone)]
 pub struct Chain {
-    /// The chain without its last patch; u32::MAX for the first bounce.
-    pub parent: u32,
+    /// The chain as a node of beams: its parent is the chain without its last patch, its face the one in whose plane the outlines lie, the
+    /// origin of its frame the radar's image from which the patch is lit.
+    pub node: Node,
     /// The patch that is lit.
     pub patch: u32,
-    /// Number of patches.
-    pub bounce: u8,
-    /// The chain begins with a mirror of its second patch (`Faces::mirrors`).
-    pub imaged: bool,
-    /// Whether that mirror is as good as endless (`Faces::is_endless`).
-    pub endless: bool,
-    /// The radar's image from which the patch is lit, m.
-    pub image_m: DVec3,
     /// Outline of what is lit.
     pub lit: Vec<Fragment>,
     /// Outline of what the radar sees of that; empty for the first bounce, where it is all, and for curved surfaces.
@@ -42,7 +35,7 @@ pub struct Chain {
 impl Chain {
     /// Outline of what is lit and seen.
     pub fn returning(&self) -> &[Fragment] {
-        if self.bounce == 1 { &self.lit } else { &self.seen }
+        if self.node.bounce == 1 { &self.lit } else { &self.seen }
     }
 }
 
@@ -53,26 +46,25 @@ pub fn follow(faces: &Faces, table: &EdgeTable, windows: &[Frame], options: &Bea
     let patch_of = |f: &Fragment| faces.faces[f.face as usize].patch;
     let first = by_patch(radar.of_windows(), patch_of);
     let mut direct = vec![u32::MAX; faces.patch_area_m2.len()];
+    // The node of a patch that a frame of rays lights.
+    let node = |parent: u32, patch: u32, bounce: u8, frame: Frame| {
+        let face = scene.lead(patch);
+        let of = &faces.faces[face as usize];
+        let normal = Side::of(of, frame.facing(of.normal, of.offset_m)).normal;
+        Node { parent, face, bounce, imaged: false, endless: false, frame, normal }
+    };
     let mut chains: Vec<Chain> = Vec::new();
     for lit in first {
         let patch = patch_of(&lit[0]);
         direct[patch as usize] = chains.len() as u32;
-        chains.push(Chain {
-            parent: u32::MAX,
-            patch,
-            bounce: 1,
-            imaged: false,
-            endless: false,
-            image_m: radar.source(),
-            lit,
-            seen: Vec::new(),
-        });
+        chains.push(Chain { node: node(u32::MAX, patch, 1, windows[0]), patch, lit, seen: Vec::new() });
     }
     let most = |endless: bool| (options.bounces + usize::from(endless)).min(MAX_BOUNCES);
-    let begins = |chain: &Chain| options.images && chain.bounce == 1 && faces.mirrors_points(chain.patch);
+    let begins =
+        |chain: &Chain| options.images && chain.node.bounce == 1 && faces.mirrors_points(chain.patch);
     let is_mirror = |chain: &Chain| {
         let face = &faces.faces[chain.lit[0].face as usize];
-        face.curved == NOT_CURVED && (chain.bounce as usize) < most(chain.endless || begins(chain))
+        face.curved == NOT_CURVED && (chain.node.bounce as usize) < most(chain.node.endless || begins(chain))
     };
     let mut level: Range<usize> = 0..chains.len();
     while !level.is_empty() {
@@ -81,20 +73,22 @@ pub fn follow(faces: &Faces, table: &EdgeTable, windows: &[Frame], options: &Bea
             let parent = &this[number];
             let Some(view) = view_of(&scene, this, number) else { return Vec::new() };
             let view = view.through(&parent.lit);
+            let mirror = Side::facing(&faces.faces[parent.node.face as usize], parent.node.normal);
+            let frame = parent.node.frame.mirrored(mirror.normal, mirror.offset);
             let first = patches_of(this, number)[0];
             let child = |lit: Vec<Fragment>| {
                 let patch = patch_of(&lit[0]);
-                let imaged = parent.imaged || begins(parent) && faces.mirrors(first, patch);
-                let endless = parent.endless || begins(parent) && faces.is_endless(first, patch);
-                if parent.bounce as usize >= most(endless) || area_m2(faces, &lit) < LEAST_M2 {
+                let imaged = parent.node.imaged || begins(parent) && faces.mirrors(first, patch);
+                let endless = parent.node.endless || begins(parent) && faces.is_endless(first, patch);
+                if parent.node.bounce as usize >= most(endless) || area_m2(faces, &lit) < LEAST_M2 {
                     return None;
                 }
                 let is_curved = faces.faces[lit[0].face as usize].curved != NOT_CURVED;
                 // What a curved surface returns is asked for pairs of ways.
                 let direct = this.get(direct[patch as usize] as usize).map_or(&[][..], |c| &c.lit[..]);
                 let seen = if is_curved { Vec::new() } else { view.also_lit(&lit, direct) };
-                let (bounce, image_m) = (parent.bounce + 1, view.source());
-                Some(Chain { parent: number as u32, patch, bounce, imaged, endless, image_m, lit, seen })
+                let next = node(number as u32, patch, parent.node.bounce + 1, frame);
+                Some(Chain { node: Node { imaged, endless, ..next }, patch, lit, seen })
             };
             by_patch(view.of_mirror(), patch_of).into_iter().filter_map(child).collect()
         };
@@ -109,7 +103,7 @@ pub fn follow(faces: &Faces, table: &EdgeTable, windows: &[Frame], options: &Bea
 
 /// The patches of a chain, from the first bounce on.
 pub fn patches_of(chains: &[Chain], number: usize) -> Vec<u32> {
-    let parent = |chain: &&Chain| chains.get(chain.parent as usize);
+    let parent = |chain: &&Chain| chains.get(chain.node.parent as usize);
     let mut patches: Vec<u32> = successors(chains.get(number), parent).map(|chain| chain.patch).collect();
     patches.reverse();
     patches
@@ -131,7 +125,7 @@ fn by_patch(mut fragments: Vec<Fragment>, patch_of: impl Fn(&Fragment) -> u32) -
 /// The view behind the last patch of a chain.
 fn view_of<'a>(scene: &'a Scene<'a>, chains: &[Chain], number: usize) -> Option<View<'a>> {
     let chain = &chains[number];
-    let before = match chain.parent {
+    let before = match chain.node.parent {
         u32::MAX => scene.view(),
         parent => view_of(scene, chains, parent as usize)?,
     };

@@ -7,10 +7,12 @@
 use super::beams::{Clipped, Ends, Node, Piece, Polygon, overlaps};
 use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::{Holds, Plane, Wave, spread_for};
+use super::chains::{Chain, patches_of};
 use super::curved::{Curved, ON_CREASE};
 use super::diffuse;
 use super::ended;
 use super::field::{Bounce, sent};
+use super::lines::Fragment;
 use super::points::{Reflecting, SAME, TAU, point_echoes_over};
 use super::shine::{Shine, clip_shining};
 use super::specular::{self, Specular};
@@ -24,7 +26,7 @@ use crate::em::aperture::Moments;
 use crate::geom::Geometry;
 use crate::geom::faces::{Face, Faces, NOT_CURVED, NearFaces};
 use crate::geom::hash::FastMap;
-use crate::geom::outline::outline;
+use crate::geom::outline::{enclosing, outline};
 use crate::trace::beams::{BeamOptions, Frame};
 use crate::trace::{Echo, Echoes, MAX_BOUNCES, TraceOptions, strength, strong};
 use glam::{DVec2, DVec3};
@@ -162,40 +164,15 @@ pub fn from_clipped(
     options: &TraceOptions,
 ) -> Echoes {
     let last = options.convention == Convention::Last;
-    let tau = BeamOptions::new(options.bounces, options.accuracy_db, last).tau;
     let numbers = RegionNumbers::new(geometry, clipped);
     let mut direct = regions(geometry, clipped, &numbers, if last { &clipped.last } else { &clipped.every });
     let mut imaged = regions(geometry, clipped, &numbers, &clipped.imaged);
-    let is_curved = |r: &mut Region| {
-        geometry.faces().faces[clipped.nodes[r.node as usize].face as usize].curved != NOT_CURVED
-    };
-    let mut of_facets: Vec<Region> = direct.extract_if(.., is_curved).collect();
-    of_facets.extend(imaged.extract_if(.., is_curved));
-    of_facets.sort_by_key(|r| {
-        let node = &clipped.nodes[r.node as usize];
-        (node.face, node.bounce, r.node)
-    });
+    let of_facets = curved_regions(geometry, clipped, &mut direct, &mut imaged);
     let same_face =
         |a: &Region, b: &Region| clipped.nodes[a.node as usize].face == clipped.nodes[b.node as usize].face;
     let facets: Vec<&[Region]> = of_facets.chunk_by(same_face).collect();
-    let bends = Bends::new(geometry, pose.translation_m, velocity_mps, options);
-    let spread_m = spread_for(options.bandwidth_hz);
-    let least = options.least;
     let images = options.images && !last;
-    let lit = if images { lit(geometry, clipped, &direct) } else { FastMap::default() };
-    let radar = Station {
-        geometry,
-        clipped,
-        pose,
-        velocity_mps,
-        bends,
-        tau,
-        spread_m,
-        least,
-        places: options.places,
-        bounces: options.bounces,
-        lit,
-    };
+    let radar = Station::new(geometry, clipped, &direct, pose, velocity_mps, options);
     // What counts of a region's echoes, and how many are broken.
     let counted = |mut list: Vec<Echo>| {
         let before = list.len();
@@ -225,7 +202,7 @@ pub fn from_clipped(
     let mut broken: u64 = lists.iter().map(|l| l.1).sum();
     let mut others = diffuse::echoes(geometry, clipped, pose, velocity_mps, options);
     let rays = others.len() as u64;
-    others.extend(two_curved::echoes(geometry, &clipped.windows, pose, velocity_mps, &bends, options));
+    others.extend(two_curved::echoes(geometry, &clipped.windows, pose, velocity_mps, &radar.bends, options));
     let is_pointed = !(geometry.points.is_empty() && geometry.tables.is_empty());
     let planes = if images && is_pointed { radar.lit_planes(&direct) } else { Vec::new() };
     others.extend(point_echoes_over(&planes, geometry, pose, velocity_mps, options));
@@ -238,24 +215,174 @@ pub fn from_clipped(
     Echoes { list, rays, cut, broken, bounces: options.bounces, ..Default::default() }
 }
 
+/// The regions of curved facets, facet by facet, taken out of the lists.
+fn curved_regions(
+    geometry: &Geometry,
+    clipped: &Clipped,
+    direct: &mut Vec<Region>,
+    imaged: &mut Vec<Region>,
+) -> Vec<Region> {
+    let is_curved = |r: &mut Region| {
+        geometry.faces().faces[clipped.nodes[r.node as usize].face as usize].curved != NOT_CURVED
+    };
+    let mut of_facets: Vec<Region> = direct.extract_if(.., is_curved).collect();
+    of_facets.extend(imaged.extract_if(.., is_curved));
+    of_facets.sort_by_key(|r| {
+        let node = &clipped.nodes[r.node as usize];
+        (node.face, node.bounce, r.node)
+    });
+    of_facets
+}
+
+/// What a radar lights, as beams or as lines have it.
+#[derive(Clone, Copy)]
+pub enum Lit<'a> {
+    /// Polygons.
+    Beams(&'a Clipped),
+    /// Chains with their outlines, and the windows through which the radar looks.
+    Lines(&'a [Chain], &'a [Frame]),
+}
+
+/// The echoes of one chain of flat patches.
+#[derive(Debug, Clone)]
+pub struct ChainEchoes {
+    /// The patches, from the first bounce on.
+    pub patches: Vec<u32>,
+    /// The way back leads over the first of them.
+    pub over: bool,
+    /// Echoes, unfiltered.
+    pub list: Vec<Echo>,
+}
+
+/// Echoes of flat patches chain by chain, without those of the chains reversed (CONVENTIONS eq. 65).
+pub fn echoes_by_chain(
+    geometry: &Geometry,
+    lit: Lit<'_>,
+    pose: &Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    options: &TraceOptions,
+) -> Vec<ChainEchoes> {
+    let of_lines;
+    let (clipped, direct, imaged) = match lit {
+        Lit::Beams(clipped) => {
+            let numbers = RegionNumbers::new(geometry, clipped);
+            let of = |pieces| regions(geometry, clipped, &numbers, pieces);
+            let (mut direct, mut imaged) = (of(&clipped.every), of(&clipped.imaged));
+            curved_regions(geometry, clipped, &mut direct, &mut imaged);
+            (clipped, direct, imaged)
+        }
+        Lit::Lines(chains, windows) => {
+            let nodes = chains.iter().map(|c| c.node).collect();
+            of_lines = Clipped { nodes, windows: windows.to_vec(), ..Default::default() };
+            let [direct, imaged] = regions_by_lines(geometry.faces(), chains);
+            (&of_lines, direct, imaged)
+        }
+    };
+    let radar = Station::new(geometry, clipped, &direct, pose, velocity_mps, options);
+    let patch = |node: &u32| geometry.faces().faces[clipped.nodes[*node as usize].face as usize].patch;
+    let of = |(region, over): (&Region, bool)| {
+        let patches = radar.chain(region.node).iter().map(patch).collect();
+        ChainEchoes { patches, over, list: radar.echoes(region, over) }
+    };
+    let all: Vec<(&Region, bool)> =
+        direct.iter().map(|r| (r, false)).chain(imaged.iter().map(|r| (r, true))).collect();
+    all.into_par_iter().map_tasks(of).collect()
+}
+
+/// The regions of flat patches that chains by lines light: what the radar sees of them, and what it sees by way of each chain's first mirror.
+fn regions_by_lines(faces: &Faces, chains: &[Chain]) -> [Vec<Region>; 2] {
+    let outline = |number: usize, fragments: &[Fragment]| {
+        let face = &faces.faces[chains[number].node.face as usize];
+        let corner = faces.corners[face.first as usize];
+        let side = |f: &Fragment| {
+            let [a, b] = f.ends_m.map(|p| on_axes(face, p - corner));
+            if (b - a).perp_dot(on_axes(face, f.inward)) > 0.0 { [a, b] } else { [b, a] }
+        };
+        let sides: Vec<[DVec2; 2]> = fragments.iter().map(side).collect();
+        let sides = enclosing(&sides, SAME * faces.radius_m);
+        (!sides.is_empty()).then(|| Region { node: number as u32, covered: Covered::Outline(sides) })
+    };
+    let flat =
+        || (0..chains.len()).filter(|i| faces.faces[chains[*i].node.face as usize].curved == NOT_CURVED);
+    let mirrors_last = |number: &usize| {
+        let chain = &chains[*number];
+        chain.node.imaged && faces.mirrors(patches_of(chains, *number)[0], chain.patch)
+    };
+    let direct = flat().filter_map(|i| outline(i, chains[i].returning())).collect();
+    let imaged = flat().filter(mirrors_last).filter_map(|i| outline(i, &chains[i].lit)).collect();
+    [direct, imaged]
+}
+
 /// What of one plane is lit by one chain of planes.
 struct Region {
     /// One of the nodes; the others have the same images of the radar.
     node: u32,
-    /// Pieces on the face of that node.
-    pieces: Vec<Polygon>,
+    /// On the face of that node.
+    covered: Covered,
+}
+
+/// What of a plane is covered.
+enum Covered {
+    /// Polygons that do not overlap.
+    Pieces(Vec<Polygon>),
+    /// What directed sides enclose, inside on the left.
+    Outline(Vec<[DVec2; 2]>),
 }
 
 impl Region {
-    /// What the pieces cover, m².
+    /// The polygons of which it is made up; none where its outline alone is known.
+    fn pieces(&self) -> &[Polygon] {
+        match &self.covered {
+            Covered::Pieces(pieces) => pieces,
+            Covered::Outline(_) => &[],
+        }
+    }
+
+    /// What it covers, m².
     fn area_m2(&self) -> f64 {
-        self.pieces.iter().map(|p| p.area().abs()).sum()
+        match &self.covered {
+            Covered::Pieces(pieces) => pieces.iter().map(|p| p.area().abs()).sum(),
+            Covered::Outline(sides) => enclosed_m2(sides),
+        }
+    }
+
+    /// The centre of its area; None without one.
+    fn centre(&self) -> Option<DVec2> {
+        let (mut area, mut first) = (0.0, DVec2::ZERO);
+        match &self.covered {
+            Covered::Pieces(pieces) => {
+                for m in pieces.iter().map(|p| Moments::of(p.corners())) {
+                    area += m.area;
+                    first += m.centroid * m.area;
+                }
+            }
+            Covered::Outline(sides) => {
+                let origin = sides.first()?[0];
+                for [a, b] in sides.iter().map(|s| s.map(|p| p - origin)) {
+                    area += 0.5 * a.perp_dot(b);
+                    first += (a + b) * (a.perp_dot(b) / 6.0);
+                }
+                first += origin * area;
+            }
+        }
+        (area != 0.0).then(|| first / area)
+    }
+
+    /// Its corners, in no order.
+    fn corners(&self) -> Box<dyn Iterator<Item = DVec2> + '_> {
+        match &self.covered {
+            Covered::Pieces(pieces) => Box::new(pieces.iter().flat_map(|p| p.corners()).copied()),
+            Covered::Outline(sides) => Box::new(sides.iter().map(|s| s[0])),
+        }
     }
 
     /// Sides of its outline, corners within `near_m` taken for one. Where these do not enclose what the pieces cover (slivers narrower
     /// than that, corners of which three lie in a row of it) they are the sides of all pieces: those inside cancel in the sum of the waves.
     fn sides(&self, near_m: f64) -> Vec<[DVec2; 2]> {
-        outline_of(&self.pieces, near_m)
+        match &self.covered {
+            Covered::Pieces(pieces) => outline_of(pieces, near_m),
+            Covered::Outline(sides) => sides.clone(),
+        }
     }
 }
 
@@ -304,7 +431,7 @@ pub fn region_areas_m2(geometry: &Geometry, clipped: &Clipped) -> Vec<[f64; 2]> 
     };
     let near_m = SAME * geometry.faces().radius_m;
     let areas = |r: &Region| {
-        let pieces: f64 = r.pieces.iter().map(|p| exactly(&sides_of(p).collect::<Vec<_>>())).sum();
+        let pieces: f64 = r.pieces().iter().map(|p| exactly(&sides_of(p).collect::<Vec<_>>())).sum();
         [pieces, exactly(&r.sides(near_m))]
     };
     let numbers = RegionNumbers::new(geometry, clipped);
@@ -364,7 +491,8 @@ fn regions(geometry: &Geometry, clipped: &Clipped, numbers: &RegionNumbers, piec
             let shift = faces.corners[own.first as usize] - faces.corners[all.first as usize];
             piece.polygon.mapped(|p| on_axes(all, shift + own.axis[0] * p.x + own.axis[1] * p.y))
         };
-        (!own.is_empty()).then(|| Region { node: *node, pieces: own.iter().map(polygon).collect() })
+        (!own.is_empty())
+            .then(|| Region { node: *node, covered: Covered::Pieces(own.iter().map(polygon).collect()) })
     };
     numbers.nodes.par_iter().enumerate().filter_map_tasks(made).collect()
 }
@@ -474,7 +602,33 @@ struct Station<'a> {
     lit: FastMap<u32, Reflecting>,
 }
 
-impl Station<'_> {
+impl<'a> Station<'a> {
+    /// The radar of a frame that sees `direct` at first hand.
+    fn new(
+        geometry: &'a Geometry,
+        clipped: &'a Clipped,
+        direct: &[Region],
+        pose: &'a Pose<Sensor, World>,
+        velocity_mps: DVec3,
+        options: &TraceOptions,
+    ) -> Station<'a> {
+        let last = options.convention == Convention::Last;
+        let images = options.images && !last;
+        Station {
+            geometry,
+            clipped,
+            pose,
+            velocity_mps,
+            bends: Bends::new(geometry, pose.translation_m, velocity_mps, options),
+            tau: BeamOptions::new(options.bounces, options.accuracy_db, last).tau,
+            spread_m: spread_for(options.bandwidth_hz),
+            least: options.least,
+            places: options.places,
+            bounces: options.bounces,
+            lit: if images { lit(geometry, clipped, direct) } else { FastMap::default() },
+        }
+    }
+
     /// Echoes of a region to a radar that ways back over large planes reach by reciprocity (CONVENTIONS eq. 65): where the chain
     /// begins with a mirror of what follows, also those of the chain the other way round, which then give none of their own.
     fn with_reciprocals(&self, region: &Region) -> Vec<Echo> {
@@ -516,7 +670,7 @@ impl Station<'_> {
         }
         let k = wavenumber(self.geometry.freq_hz);
         let place = |p: DVec2| corner + face.axis[0] * p.x + face.axis[1] * p.y;
-        if over && (chain.len() == MAX_BOUNCES || !self.is_seen_over(&chain, &region.pieces, place)) {
+        if over && (chain.len() == MAX_BOUNCES || !self.is_seen_over(&chain, region, place)) {
             return Vec::new();
         }
         let plane = Plane::new(k, stations.map(|d| on_axes(face, d)), height, self.tau, self.spread_m)
@@ -537,7 +691,7 @@ impl Station<'_> {
             }
         });
         let over_k = Complex64::new(0.0, -k / (4.0 * PI));
-        let together = self.together(&plane, &region.pieces);
+        let together = self.together(&plane, region);
         if let Some((centre, true)) = together {
             let mut whole = at(centre);
             let turned = |w: &Wave| w.value * Complex64::cis(-k * (w.length_m - whole.path_length_m));
@@ -640,10 +794,10 @@ impl Station<'_> {
                     parent => numbers.of_node[parent as usize],
                 });
                 match i == j {
-                    true => self.curved((out, back), before, &lit[i].pieces, true, &mut found),
+                    true => self.curved((out, back), before, lit[i].pieces(), true, &mut found),
                     // An edge lit over a plane and seen over another is left out.
                     false => {
-                        let both = overlaps(&lit[i].pieces, &lit[j].pieces);
+                        let both = overlaps(lit[i].pieces(), lit[j].pieces());
                         self.curved((out, back), before, &both, back.len() == 1, &mut found);
                     }
                 }
@@ -786,20 +940,12 @@ impl Station<'_> {
 
     /// The centre of a region whose paths are so nearly of one length that one echo stands for all of them all over the band, and
     /// whether it is so small that the amplitude in its centre is that of every place.
-    fn together(&self, plane: &Plane, pieces: &[Polygon]) -> Option<(DVec2, bool)> {
-        let (mut area, mut first) = (0.0, DVec2::ZERO);
-        for m in pieces.iter().map(|p| Moments::of(p.corners())) {
-            area += m.area;
-            first += m.centroid * m.area;
-        }
-        if area == 0.0 {
-            return None;
-        }
-        let centre = first / area;
+    fn together(&self, plane: &Plane, region: &Region) -> Option<(DVec2, bool)> {
+        let centre = region.centre()?;
         let path = plane.path(centre);
         let mut radius = 0f64;
-        for p in pieces.iter().flat_map(|p| p.corners()) {
-            if (plane.path(*p).length - path.length).abs() > self.spread_m {
+        for p in region.corners() {
+            if (plane.path(p).length - path.length).abs() > self.spread_m {
                 return None;
             }
             radius = radius.max(p.distance(centre));
@@ -835,16 +981,12 @@ impl Station<'_> {
 
     /// Whether the middle of what a chain lights is seen from the radar over the chain's first plane. With two places on the chain
     /// the way back is the way out.
-    fn is_seen_over(&self, chain: &[u32], pieces: &[Polygon], place: impl Fn(DVec2) -> DVec3) -> bool {
+    fn is_seen_over(&self, chain: &[u32], region: &Region, place: impl Fn(DVec2) -> DVec3) -> bool {
         if chain.len() == 2 {
             return true;
         }
-        let (mut area, mut first) = (0.0, DVec2::ZERO);
-        for m in pieces.iter().map(|p| Moments::of(p.corners())) {
-            area += m.area;
-            first += m.centroid * m.area;
-        }
-        let from = place(first / area);
+        let Some(centre) = region.centre() else { return false };
+        let from = place(centre);
         let foot = self.foot(chain, from);
         let radar = self.pose.translation_m;
         self.geometry.faces().is_on_mirror(self.face(chain[0]).patch, foot)

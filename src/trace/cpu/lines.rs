@@ -239,6 +239,11 @@ impl<'a> Scene<'a> {
         }
     }
 
+    /// The face of a patch in whose plane outlines lie.
+    pub fn lead(&self, patch: u32) -> u32 {
+        self.leads[patch as usize]
+    }
+
     fn face(&self, i: u32) -> &Face {
         &self.faces.faces[i as usize]
     }

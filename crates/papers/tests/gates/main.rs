@@ -8,6 +8,7 @@ mod device_frames;
 mod echoes;
 mod gates;
 mod gpu_beams;
+mod line_echoes;
 mod lines;
 mod meshes;
 mod radar_gates;
