@@ -32,12 +32,37 @@ pub fn outline<'a>(polygons: impl IntoIterator<Item = &'a [DVec2]>, tolerance: f
     net(sides, &corners.points, tolerance)
 }
 
-/// The outline that directed sides enclose, inside on the left, in whatever order and parts they come: as [`outline`] has it.
+/// The outline that directed sides enclose, inside on the left, in whatever order and parts they come: as [`outline`] has it. Where it
+/// does not close, its ends are joined by straight lines, the nearest first: the waves of an open line would have no bound.
 pub fn enclosing(sides: &[[DVec2; 2]], tolerance: f64) -> Vec<[DVec2; 2]> {
     let mut corners = Welder::new(tolerance);
     let mut welded: Vec<[u32; 2]> = sides.iter().map(|s| s.map(|p| corners.weld(p))).collect();
     welded.retain(|[a, b]| a != b);
+    close(&mut welded, &corners.points);
     net(split(&welded, &corners.points, tolerance), &corners.points, tolerance)
+}
+
+/// Adds sides so that as many arrive at each corner as leave it.
+fn close(sides: &mut Vec<[u32; 2]>, points: &[DVec2]) {
+    let mut leaving = vec![0i32; points.len()];
+    for [a, b] in sides.iter() {
+        leaving[*a as usize] += 1;
+        leaving[*b as usize] -= 1;
+    }
+    let open = |sign: i32| (0..points.len()).filter(|i| leaving[*i] * sign > 0).collect::<Vec<_>>();
+    let (ends, starts) = (open(-1), open(1));
+    let mut ways: Vec<(f64, usize, usize)> = Vec::new();
+    for from in ends {
+        ways.extend(starts.iter().map(|to| (points[from].distance_squared(points[*to]), from, *to)));
+    }
+    ways.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    for (_, from, to) in ways {
+        while leaving[from] < 0 && leaving[to] > 0 {
+            sides.push([from as u32, to as u32]);
+            leaving[from] += 1;
+            leaving[to] -= 1;
+        }
+    }
 }
 
 /// What is left of directed sides where they run to and fro, straight runs in one piece.
@@ -58,6 +83,65 @@ fn net(mut sides: Vec<[u32; 2]>, points: &[DVec2], tolerance: f64) -> Vec<[DVec2
         stays
     });
     joined(&sides, points, tolerance)
+}
+
+/// Convex polygons that make up what directed sides enclose, inside on the left: one where that is convex, else slabs between the heights of
+/// its corners.
+pub fn convex_parts(sides: &[[DVec2; 2]]) -> Vec<Vec<DVec2>> {
+    if let Some(whole) = convex_loop(sides) {
+        return vec![whole];
+    }
+    let mut heights: Vec<f64> = sides.iter().flatten().map(|p| p.y).collect();
+    heights.sort_by(f64::total_cmp);
+    heights.dedup();
+    let mut parts = Vec::new();
+    let mut crossing: Vec<(f64, [DVec2; 2], i32)> = Vec::new();
+    for slab in heights.windows(2) {
+        crossing.clear();
+        for [a, b] in sides.iter().filter(|[a, b]| a.y.min(b.y) <= slab[0] && a.y.max(b.y) >= slab[1]) {
+            let at = |y: f64| DVec2::new(a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)).clamp(0.0, 1.0), y);
+            let ends = [at(slab[0]), at(slab[1])];
+            // What lies to the right of a side that leads down is inside.
+            crossing.push((0.5 * (ends[0].x + ends[1].x), ends, if b.y < a.y { 1 } else { -1 }));
+        }
+        crossing.sort_by(|p, q| p.0.total_cmp(&q.0).then(q.2.cmp(&p.2)));
+        let (mut depth, mut from) = (0, None::<[DVec2; 2]>);
+        for (_, ends, enters) in &crossing {
+            depth += enters;
+            match from {
+                None if depth > 0 => from = Some(*ends),
+                Some([low, high]) if depth <= 0 => {
+                    let mut part = vec![low, ends[0], ends[1], high];
+                    part.dedup();
+                    if part.len() > 2 {
+                        parts.push(part);
+                    }
+                    from = None;
+                }
+                _ => {}
+            }
+        }
+    }
+    parts
+}
+
+/// The corners of a convex polygon from its sides in any order; None where they are not those of one.
+fn convex_loop(sides: &[[DVec2; 2]]) -> Option<Vec<DVec2>> {
+    let mut corners = Vec::with_capacity(sides.len());
+    let mut side = sides.first()?;
+    loop {
+        corners.push(side[0]);
+        let mut following = sides.iter().filter(|s| s[0] == side[1]);
+        let next = following.next().filter(|_| following.next().is_none())?;
+        if (side[1] - side[0]).perp_dot(next[1] - next[0]) < 0.0 || corners.len() > sides.len() {
+            return None;
+        }
+        side = next;
+        if side == &sides[0] {
+            break;
+        }
+    }
+    (corners.len() == sides.len()).then_some(corners)
 }
 
 /// Up to so many points are looked through one by one, which is quicker than any table.
@@ -225,6 +309,52 @@ mod tests {
         assert!((length(&sides) - 10.0).abs() < 1e-12);
         let area: f64 = sides.iter().map(|[p, q]| 0.5 * p.perp_dot(*q)).sum();
         assert!((area - 4.0).abs() < 1e-12);
+    }
+
+    /// A square with a square hole, a corner cut off, and a triangle.
+    #[test]
+    fn parts_make_up_what_sides_enclose() {
+        let p = DVec2::new;
+        let ring = |corners: &[DVec2]| -> Vec<[DVec2; 2]> {
+            (0..corners.len()).map(|i| [corners[i], corners[(i + 1) % corners.len()]]).collect()
+        };
+        let outer = ring(&[p(0.0, 0.0), p(3.0, 0.0), p(4.0, 1.0), p(4.0, 4.0), p(0.0, 4.0)]);
+        let hole = ring(&[p(1.0, 1.0), p(1.0, 2.0), p(2.0, 2.5), p(2.0, 1.0)]);
+        let triangle = ring(&[p(5.0, 0.3), p(6.0, 0.5), p(5.5, 3.0)]);
+        let all = [outer.clone(), hole, triangle.clone()].concat();
+        let area = |corners: &[DVec2]| {
+            (0..corners.len())
+                .map(|i| 0.5 * corners[i].perp_dot(corners[(i + 1) % corners.len()]))
+                .sum::<f64>()
+        };
+        let want: f64 = all.iter().map(|[a, b]| 0.5 * a.perp_dot(*b)).sum();
+        let parts = convex_parts(&all);
+        assert!((parts.iter().map(|c| area(c)).sum::<f64>() - want).abs() < 1e-12);
+        for part in &parts {
+            assert!(part.len() > 2 && convex_loop(&ring(part)).is_some(), "{part:?}");
+        }
+        assert_eq!(convex_parts(&outer), [outer.iter().map(|s| s[0]).collect::<Vec<_>>()]);
+        assert_eq!(convex_parts(&triangle).len(), 1);
+        assert!(convex_parts(&[]).is_empty());
+    }
+
+    /// Sides in parts and in any order, one of them there twice and back, one missing.
+    #[test]
+    fn what_does_not_close_is_closed() {
+        let p = DVec2::new;
+        let parts = [
+            [p(2.0, 1.0), p(0.0, 1.0)],
+            [p(0.0, 0.0), p(0.5, 0.0)],
+            [p(0.5, 0.0), p(0.5, 3.0)],
+            [p(0.5, 0.0), p(2.0, 0.0)],
+            [p(0.5, 3.0), p(0.5, 0.0)],
+            [p(0.0, 1.0), p(0.0, 0.0)],
+        ];
+        let mut sides = enclosing(&parts, 1e-9);
+        sides.sort_by(|a, b| a[0].to_array().partial_cmp(&b[0].to_array()).unwrap());
+        let corners = [p(0.0, 0.0), p(0.0, 1.0), p(2.0, 0.0), p(2.0, 1.0)];
+        let next = [2, 0, 3, 1];
+        assert_eq!(sides, [0, 1, 2, 3].map(|i| [corners[i], corners[next[i]]]));
     }
 
     proptest! {

@@ -4,16 +4,16 @@
 //! made of. Its physical-optics integral is that of its outline, so that a wall costs as many echoes as it
 //! has corners and places of stationary phase.
 
-use super::beams::{Clipped, Ends, Node, Piece, Polygon, overlaps};
+use super::beams::{Clipped, Ends, Node, Polygon, overlaps};
 use super::bend::{Bends, End, Mirror, PathEnd};
 use super::boundary::{Holds, Plane, Wave, spread_for};
-use super::chains::{Chain, patches_of};
+use super::chains::Chain;
 use super::curved::{Curved, ON_CREASE};
 use super::diffuse;
 use super::ended;
 use super::field::{Bounce, sent};
-use super::lines::Fragment;
 use super::points::{Reflecting, SAME, TAU, point_echoes_over};
+use super::regions::{Region, RegionNumbers, Regions, on_axes, outline_of};
 use super::shine::{Shine, clip_shining};
 use super::specular::{self, Specular};
 use super::two_curved;
@@ -22,11 +22,9 @@ use crate::base::frames::{Pose, Sensor, World};
 use crate::base::matrix::Matrix2;
 use crate::base::tasks::Tasks;
 use crate::base::units::wavenumber;
-use crate::em::aperture::Moments;
 use crate::geom::Geometry;
 use crate::geom::faces::{Face, Faces, NOT_CURVED, NearFaces};
 use crate::geom::hash::FastMap;
-use crate::geom::outline::{enclosing, outline};
 use crate::trace::beams::{BeamOptions, Frame};
 use crate::trace::{Echo, Echoes, MAX_BOUNCES, TraceOptions, strength, strong};
 use glam::{DVec2, DVec3};
@@ -51,9 +49,6 @@ const LEAST_HEIGHT_M: f64 = 1e-6;
 const AT_PLACE: f64 = 1e-9;
 /// Share of the time until the frame's end up to which a wave has to stand for the same places: windows leave little of the ends.
 const DRIFT: f64 = 0.5;
-/// An outline encloses what its pieces cover but for this share of it.
-const SAME_AREA: f64 = 5e-10;
-
 fn is_finite(r: &Echo) -> bool {
     r.path_gain.iter().flatten().all(|z| z.is_finite())
         && r.path_rate_mps.is_finite()
@@ -164,15 +159,43 @@ pub fn from_clipped(
     options: &TraceOptions,
 ) -> Echoes {
     let last = options.convention == Convention::Last;
-    let numbers = RegionNumbers::new(geometry, clipped);
-    let mut direct = regions(geometry, clipped, &numbers, if last { &clipped.last } else { &clipped.every });
-    let mut imaged = regions(geometry, clipped, &numbers, &clipped.imaged);
-    let of_facets = curved_regions(geometry, clipped, &mut direct, &mut imaged);
+    of_regions(geometry, clipped, &Regions::of_beams(geometry, clipped, last), pose, velocity_mps, options)
+}
+
+/// Computes echoes of what chains by lines light through `windows`. Rough surfaces, which are sampled on polygons, have none; of what one bounce
+/// more would bring nothing is said.
+pub fn from_lines(
+    geometry: &Geometry,
+    (chains, windows): (&[Chain], &[Frame]),
+    pose: &Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    options: &TraceOptions,
+) -> Echoes {
+    let clipped = clipped_by_lines(chains, windows);
+    of_regions(geometry, &clipped, &Regions::of_lines(geometry, chains), pose, velocity_mps, options)
+}
+
+/// The nodes of chains, without polygons.
+fn clipped_by_lines(chains: &[Chain], windows: &[Frame]) -> Clipped {
+    let nodes = chains.iter().map(|c| c.node).collect();
+    Clipped { nodes, windows: windows.to_vec(), ..Default::default() }
+}
+
+fn of_regions(
+    geometry: &Geometry,
+    clipped: &Clipped,
+    regions: &Regions,
+    pose: &Pose<Sensor, World>,
+    velocity_mps: DVec3,
+    options: &TraceOptions,
+) -> Echoes {
+    let last = options.convention == Convention::Last;
+    let Regions { direct, imaged, of_facets, numbers } = regions;
     let same_face =
         |a: &Region, b: &Region| clipped.nodes[a.node as usize].face == clipped.nodes[b.node as usize].face;
     let facets: Vec<&[Region]> = of_facets.chunk_by(same_face).collect();
     let images = options.images && !last;
-    let radar = Station::new(geometry, clipped, &direct, pose, velocity_mps, options);
+    let radar = Station::new(geometry, clipped, direct, pose, velocity_mps, options);
     // What counts of a region's echoes, and how many are broken.
     let counted = |mut list: Vec<Echo>| {
         let before = list.len();
@@ -187,7 +210,7 @@ pub fn from_clipped(
     });
     let over = imaged.par_iter().map_tasks(|r| counted(radar.echoes(r, true)));
     let mut lists: Vec<(Vec<Echo>, u64)> = all.chain(over).collect();
-    let of_facets: Vec<OfFacet> = facets.par_iter().map_tasks(|f| radar.of_facet(f, &numbers)).collect();
+    let of_facets: Vec<OfFacet> = facets.par_iter().map_tasks(|f| radar.of_facet(f, numbers)).collect();
     let (mut apart, mut shares) = (Vec::new(), Vec::new());
     for of in of_facets {
         apart.push(of.edges);
@@ -204,7 +227,7 @@ pub fn from_clipped(
     let rays = others.len() as u64;
     others.extend(two_curved::echoes(geometry, &clipped.windows, pose, velocity_mps, &radar.bends, options));
     let is_pointed = !(geometry.points.is_empty() && geometry.tables.is_empty());
-    let planes = if images && is_pointed { radar.lit_planes(&direct) } else { Vec::new() };
+    let planes = if images && is_pointed { radar.lit_planes(direct) } else { Vec::new() };
     others.extend(point_echoes_over(&planes, geometry, pose, velocity_mps, options));
     let before = others.len();
     others.retain(is_finite);
@@ -213,25 +236,6 @@ pub fn from_clipped(
     let list = strong(&all, options.amplitude_floor);
     let cut = ended::estimates(geometry, clipped, pose);
     Echoes { list, rays, cut, broken, bounces: options.bounces, ..Default::default() }
-}
-
-/// The regions of curved facets, facet by facet, taken out of the lists.
-fn curved_regions(
-    geometry: &Geometry,
-    clipped: &Clipped,
-    direct: &mut Vec<Region>,
-    imaged: &mut Vec<Region>,
-) -> Vec<Region> {
-    let is_curved = |r: &mut Region| {
-        geometry.faces().faces[clipped.nodes[r.node as usize].face as usize].curved != NOT_CURVED
-    };
-    let mut of_facets: Vec<Region> = direct.extract_if(.., is_curved).collect();
-    of_facets.extend(imaged.extract_if(.., is_curved));
-    of_facets.sort_by_key(|r| {
-        let node = &clipped.nodes[r.node as usize];
-        (node.face, node.bounce, r.node)
-    });
-    of_facets
 }
 
 /// What a radar lights, as beams or as lines have it.
@@ -263,22 +267,15 @@ pub fn echoes_by_chain(
     options: &TraceOptions,
 ) -> Vec<ChainEchoes> {
     let of_lines;
-    let (clipped, direct, imaged) = match lit {
-        Lit::Beams(clipped) => {
-            let numbers = RegionNumbers::new(geometry, clipped);
-            let of = |pieces| regions(geometry, clipped, &numbers, pieces);
-            let (mut direct, mut imaged) = (of(&clipped.every), of(&clipped.imaged));
-            curved_regions(geometry, clipped, &mut direct, &mut imaged);
-            (clipped, direct, imaged)
-        }
+    let (clipped, regions) = match lit {
+        Lit::Beams(clipped) => (clipped, Regions::of_beams(geometry, clipped, false)),
         Lit::Lines(chains, windows) => {
-            let nodes = chains.iter().map(|c| c.node).collect();
-            of_lines = Clipped { nodes, windows: windows.to_vec(), ..Default::default() };
-            let [direct, imaged] = regions_by_lines(geometry.faces(), chains);
-            (&of_lines, direct, imaged)
+            of_lines = clipped_by_lines(chains, windows);
+            (&of_lines, Regions::of_lines(geometry, chains))
         }
     };
-    let radar = Station::new(geometry, clipped, &direct, pose, velocity_mps, options);
+    let Regions { direct, imaged, .. } = &regions;
+    let radar = Station::new(geometry, clipped, direct, pose, velocity_mps, options);
     let patch = |node: &u32| geometry.faces().faces[clipped.nodes[*node as usize].face as usize].patch;
     let of = |(region, over): (&Region, bool)| {
         let patches = radar.chain(region.node).iter().map(patch).collect();
@@ -289,212 +286,9 @@ pub fn echoes_by_chain(
     all.into_par_iter().map_tasks(of).collect()
 }
 
-/// The regions of flat patches that chains by lines light: what the radar sees of them, and what it sees by way of each chain's first mirror.
-fn regions_by_lines(faces: &Faces, chains: &[Chain]) -> [Vec<Region>; 2] {
-    let outline = |number: usize, fragments: &[Fragment]| {
-        let face = &faces.faces[chains[number].node.face as usize];
-        let corner = faces.corners[face.first as usize];
-        let side = |f: &Fragment| {
-            let [a, b] = f.ends_m.map(|p| on_axes(face, p - corner));
-            if (b - a).perp_dot(on_axes(face, f.inward)) > 0.0 { [a, b] } else { [b, a] }
-        };
-        let sides: Vec<[DVec2; 2]> = fragments.iter().map(side).collect();
-        let sides = enclosing(&sides, SAME * faces.radius_m);
-        (!sides.is_empty()).then(|| Region { node: number as u32, covered: Covered::Outline(sides) })
-    };
-    let flat =
-        || (0..chains.len()).filter(|i| faces.faces[chains[*i].node.face as usize].curved == NOT_CURVED);
-    let mirrors_last = |number: &usize| {
-        let chain = &chains[*number];
-        chain.node.imaged && faces.mirrors(patches_of(chains, *number)[0], chain.patch)
-    };
-    let direct = flat().filter_map(|i| outline(i, chains[i].returning())).collect();
-    let imaged = flat().filter(mirrors_last).filter_map(|i| outline(i, &chains[i].lit)).collect();
-    [direct, imaged]
-}
-
-/// What of one plane is lit by one chain of planes.
-struct Region {
-    /// One of the nodes; the others have the same images of the radar.
-    node: u32,
-    /// On the face of that node.
-    covered: Covered,
-}
-
-/// What of a plane is covered.
-enum Covered {
-    /// Polygons that do not overlap.
-    Pieces(Vec<Polygon>),
-    /// What directed sides enclose, inside on the left.
-    Outline(Vec<[DVec2; 2]>),
-}
-
-impl Region {
-    /// The polygons of which it is made up; none where its outline alone is known.
-    fn pieces(&self) -> &[Polygon] {
-        match &self.covered {
-            Covered::Pieces(pieces) => pieces,
-            Covered::Outline(_) => &[],
-        }
-    }
-
-    /// What it covers, m².
-    fn area_m2(&self) -> f64 {
-        match &self.covered {
-            Covered::Pieces(pieces) => pieces.iter().map(|p| p.area().abs()).sum(),
-            Covered::Outline(sides) => enclosed_m2(sides),
-        }
-    }
-
-    /// The centre of its area; None without one.
-    fn centre(&self) -> Option<DVec2> {
-        let (mut area, mut first) = (0.0, DVec2::ZERO);
-        match &self.covered {
-            Covered::Pieces(pieces) => {
-                for m in pieces.iter().map(|p| Moments::of(p.corners())) {
-                    area += m.area;
-                    first += m.centroid * m.area;
-                }
-            }
-            Covered::Outline(sides) => {
-                let origin = sides.first()?[0];
-                for [a, b] in sides.iter().map(|s| s.map(|p| p - origin)) {
-                    area += 0.5 * a.perp_dot(b);
-                    first += (a + b) * (a.perp_dot(b) / 6.0);
-                }
-                first += origin * area;
-            }
-        }
-        (area != 0.0).then(|| first / area)
-    }
-
-    /// Its corners, in no order.
-    fn corners(&self) -> Box<dyn Iterator<Item = DVec2> + '_> {
-        match &self.covered {
-            Covered::Pieces(pieces) => Box::new(pieces.iter().flat_map(|p| p.corners()).copied()),
-            Covered::Outline(sides) => Box::new(sides.iter().map(|s| s[0])),
-        }
-    }
-
-    /// Sides of its outline, corners within `near_m` taken for one. Where these do not enclose what the pieces cover (slivers narrower
-    /// than that, corners of which three lie in a row of it) they are the sides of all pieces: those inside cancel in the sum of the waves.
-    fn sides(&self, near_m: f64) -> Vec<[DVec2; 2]> {
-        match &self.covered {
-            Covered::Pieces(pieces) => outline_of(pieces, near_m),
-            Covered::Outline(sides) => sides.clone(),
-        }
-    }
-}
-
-/// As [`Region::sides`].
-fn outline_of(pieces: &[Polygon], near_m: f64) -> Vec<[DVec2; 2]> {
-    if let [whole] = pieces {
-        return sides_of(whole).collect();
-    }
-    let sides = outline(pieces.iter().map(|p| p.corners()), near_m);
-    let area_m2: f64 = pieces.iter().map(|p| p.area().abs()).sum();
-    match (enclosed_m2(&sides) - area_m2).abs() <= SAME_AREA * area_m2 {
-        true => sides,
-        false => pieces.iter().flat_map(sides_of).collect(),
-    }
-}
-
 /// Ways back of a chain: straight, or over its first plane.
 fn back_over(chain: &[u32], over: bool) -> &[u32] {
     &chain[..if over { 2 } else { 1 }]
-}
-
-/// What directed sides enclose, m².
-fn enclosed_m2(sides: &[[DVec2; 2]]) -> f64 {
-    let Some([origin, _]) = sides.first() else { return 0.0 };
-    sides.iter().map(|[a, b]| 0.5 * (*a - *origin).perp_dot(*b - *origin)).sum()
-}
-
-/// Areas of each region of one plane that one chain of planes lights: what its pieces cover, and what its outline
-/// encloses, m².
-pub fn region_areas_m2(geometry: &Geometry, clipped: &Clipped) -> Vec<[f64; 2]> {
-    // Products as two numbers: pieces 10 m long and 1 um wide leave f64 no nine digits of their area.
-    let exactly = |sides: &[[DVec2; 2]]| {
-        let product = |a: f64, b: f64| (a * b, a.mul_add(b, -(a * b)));
-        let (mut sum, mut rest) = (0.0, 0.0);
-        for [a, b] in sides {
-            let ((p, p_rest), (q, q_rest)) = (product(a.x, b.y), product(-a.y, b.x));
-            for term in [p, q] {
-                let next: f64 = sum + term;
-                let virtual_term = next - sum;
-                rest += (sum - (next - virtual_term)) + (term - virtual_term);
-                sum = next;
-            }
-            rest += p_rest + q_rest;
-        }
-        0.5 * (sum + rest)
-    };
-    let near_m = SAME * geometry.faces().radius_m;
-    let areas = |r: &Region| {
-        let pieces: f64 = r.pieces().iter().map(|p| exactly(&sides_of(p).collect::<Vec<_>>())).sum();
-        [pieces, exactly(&r.sides(near_m))]
-    };
-    let numbers = RegionNumbers::new(geometry, clipped);
-    regions(geometry, clipped, &numbers, &clipped.every).iter().map(areas).collect()
-}
-
-/// Which region each node belongs to, and a node of each region.
-struct RegionNumbers {
-    of_node: Vec<u32>,
-    nodes: Vec<u32>,
-}
-
-impl RegionNumbers {
-    fn new(geometry: &Geometry, clipped: &Clipped) -> RegionNumbers {
-        let faces = geometry.faces();
-        let mut of_node: Vec<u32> = Vec::with_capacity(clipped.nodes.len());
-        let mut found: FastMap<(u32, u32), u32> = FastMap::default();
-        let mut nodes: Vec<u32> = Vec::new();
-        for (i, node) in clipped.nodes.iter().enumerate() {
-            let parent = if node.parent == u32::MAX { u32::MAX } else { of_node[node.parent as usize] };
-            let patch = faces.faces[node.face as usize].patch;
-            let region = *found.entry((parent, patch)).or_insert_with(|| {
-                nodes.push(i as u32);
-                nodes.len() as u32 - 1
-            });
-            of_node.push(region);
-        }
-        RegionNumbers { of_node, nodes }
-    }
-}
-
-/// The regions that these pieces make up, in the order of their nodes.
-fn regions(geometry: &Geometry, clipped: &Clipped, numbers: &RegionNumbers, pieces: &[Piece]) -> Vec<Region> {
-    let faces = geometry.faces();
-    // Pieces by their regions, in their order.
-    let region = |piece: &Piece| numbers.of_node[piece.node as usize] as usize;
-    let mut ends = vec![0u32; numbers.nodes.len() + 1];
-    pieces.iter().for_each(|p| ends[region(p) + 1] += 1);
-    (1..ends.len()).for_each(|i| ends[i] += ends[i - 1]);
-    let mut sorted = vec![0u32; pieces.len()];
-    let mut next = ends.clone();
-    for (i, piece) in pieces.iter().enumerate() {
-        let at = &mut next[region(piece)];
-        sorted[*at as usize] = i as u32;
-        *at += 1;
-    }
-    let made = |(r, node): (usize, &u32)| {
-        let own = &sorted[ends[r] as usize..ends[r + 1] as usize];
-        let face = |node: u32| &faces.faces[clipped.nodes[node as usize].face as usize];
-        let all = face(*node);
-        let polygon = |i: &u32| {
-            let piece = &pieces[*i as usize];
-            let own = face(piece.node);
-            if own.first == all.first {
-                return piece.polygon;
-            }
-            let shift = faces.corners[own.first as usize] - faces.corners[all.first as usize];
-            piece.polygon.mapped(|p| on_axes(all, shift + own.axis[0] * p.x + own.axis[1] * p.y))
-        };
-        (!own.is_empty())
-            .then(|| Region { node: *node, covered: Covered::Pieces(own.iter().map(polygon).collect()) })
-    };
-    numbers.nodes.par_iter().enumerate().filter_map_tasks(made).collect()
 }
 
 /// What the radar sees at first hand of each small plane that mirrors what follows it in a chain, by its patch. The outlines of large
@@ -518,19 +312,6 @@ fn lit(geometry: &Geometry, clipped: &Clipped, regions: &[Region]) -> FastMap<u3
         (patch(r.node), Reflecting { face, outline, is_seen: true })
     };
     found.par_iter().map_tasks(of).collect::<Vec<_>>().into_iter().collect()
-}
-
-fn on_axes(face: &Face, d: DVec3) -> DVec2 {
-    DVec2::new(face.axis[0].dot(d), face.axis[1].dot(d))
-}
-
-/// Sides of a polygon, its inside on the left.
-fn sides_of(polygon: &Polygon) -> impl Iterator<Item = [DVec2; 2]> {
-    let (corners, turns_left) = (polygon.corners(), polygon.area() > 0.0);
-    (0..corners.len()).map(move |i| {
-        let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
-        if turns_left { [a, b] } else { [b, a] }
-    })
 }
 
 /// What a facet of a curved surface returns.

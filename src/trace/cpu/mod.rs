@@ -17,6 +17,7 @@ pub mod lines;
 pub mod points;
 pub mod rays;
 pub mod refract;
+pub mod regions;
 pub mod scan;
 pub mod shine;
 mod specular;

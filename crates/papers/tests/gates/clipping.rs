@@ -13,6 +13,7 @@ use catseye::simulate::{radar_pose, trace_options};
 use catseye::trace::beams::BeamOptions;
 use catseye::trace::cpu::beams;
 use catseye::trace::cpu::echoes;
+use catseye::trace::cpu::regions;
 use catseye::trace::windows::windows;
 use catseye::trace::{Echo, TraceOptions};
 use catseye_io::{dataset, recipe::Recipe};
@@ -142,7 +143,7 @@ fn outlines_enclose_what_they_are_made_of() {
         let beams = BeamOptions { images: true, ..BeamOptions::new(3, look.options.accuracy_db, false) };
         let windows = windows(&look.radar, &look.pose);
         let clipped = beams::clip_windows(look.geometry.faces(), &windows, &beams, None);
-        let areas = echoes::region_areas_m2(&look.geometry, &clipped);
+        let areas = regions::region_areas_m2(&look.geometry, &clipped);
         let off = |[pieces, outline]: &[f64; 2]| (outline - pieces).abs() / pieces;
         let worst = areas.iter().map(off).fold(0.0, f64::max);
         println!("{}: {} regions, worst off by {worst:.1e}", look.name, areas.len());
