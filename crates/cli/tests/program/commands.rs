@@ -164,9 +164,11 @@ fn a_reflector_comes_back_from_stl_and_obj() {
         let v: serde_json::Value = serde_json::from_str(&done(d, &args)).unwrap();
         v["rows"][0]["vv_dbsm"].as_f64().unwrap()
     };
-    for (kind, unit) in
-        [("trihedral:leg_m=0.06", None), ("type1:width_m=0.16,height_m=0.01", None), ("sphere:radius_m=0.02", Some("in"))]
-    {
+    for (kind, unit) in [
+        ("trihedral:leg_m=0.06", None),
+        ("type1:width_m=0.16,height_m=0.01", None),
+        ("sphere:radius_m=0.02", Some("in")),
+    ] {
         let expected = level(&[kind]);
         for (file, material) in [("r.stl", &["--default-material", "pec"][..]), ("r.obj", &[])] {
             let mut args = vec!["reflector", kind, "-o", file, "--force"];
