@@ -13,7 +13,7 @@ use super::diffuse;
 use super::ended;
 use super::field::{Bounce, sent};
 use super::points::{Reflecting, SAME, TAU, point_echoes_over};
-use super::regions::{Region, RegionNumbers, Regions, on_axes, outline_of};
+use super::regions::{Region, RegionNumbers, Regions, clipped_by_lines, on_axes, outline_of};
 use super::shine::{Shine, clip_shining};
 use super::specular::{self, Specular};
 use super::two_curved;
@@ -162,23 +162,17 @@ pub fn from_clipped(
     of_regions(geometry, clipped, &Regions::of_beams(geometry, clipped, last), pose, velocity_mps, options)
 }
 
-/// Computes echoes of what chains by lines light through `windows`. Rough surfaces, which are sampled on polygons, have none; of what one bounce
-/// more would bring nothing is said.
+/// As [`echoes`], from what chains by lines light through `windows` ([`super::chains::follow`], with [`FrameBeams::options`]).
 pub fn from_lines(
     geometry: &Geometry,
-    (chains, windows): (&[Chain], &[Frame]),
+    lines: (&[Chain], &[Frame]),
     pose: &Pose<Sensor, World>,
     velocity_mps: DVec3,
     options: &TraceOptions,
 ) -> Echoes {
-    let clipped = clipped_by_lines(chains, windows);
-    of_regions(geometry, &clipped, &Regions::of_lines(geometry, chains), pose, velocity_mps, options)
-}
-
-/// The nodes of chains, without polygons.
-fn clipped_by_lines(chains: &[Chain], windows: &[Frame]) -> Clipped {
-    let nodes = chains.iter().map(|c| c.node).collect();
-    Clipped { nodes, windows: windows.to_vec(), ..Default::default() }
+    let beams = FrameBeams::new(geometry, pose.translation_m, options);
+    let clipped = clipped_by_lines(geometry.faces(), lines, &beams.options, beams.ends, options.rays > 0);
+    of_regions(geometry, &clipped, &Regions::of_lines(geometry, lines.0), pose, velocity_mps, options)
 }
 
 fn of_regions(
@@ -270,7 +264,8 @@ pub fn echoes_by_chain(
     let (clipped, regions) = match lit {
         Lit::Beams(clipped) => (clipped, Regions::of_beams(geometry, clipped, false)),
         Lit::Lines(chains, windows) => {
-            of_lines = clipped_by_lines(chains, windows);
+            let beams = BeamOptions::new(options.bounces, options.accuracy_db, false);
+            of_lines = clipped_by_lines(geometry.faces(), (chains, windows), &beams, None, false);
             (&of_lines, Regions::of_lines(geometry, chains))
         }
     };

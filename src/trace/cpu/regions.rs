@@ -1,15 +1,16 @@
 //! Regions: what of one plane is lit by one chain of planes, from the polygons of beams or from the outlines of lines.
 
-use super::beams::{Clipped, Piece, Polygon};
+use super::beams::{Clipped, Clipper, Ended, Ends, Node, Piece, Polygon, Side, middle, solid_angle_sr};
 use super::chains::{Chain, patches_of};
 use super::lines::Fragment;
 use super::points::SAME;
 use crate::base::tasks::Tasks;
 use crate::em::aperture::Moments;
 use crate::geom::Geometry;
-use crate::geom::faces::{Face, NOT_CURVED};
+use crate::geom::faces::{Face, Faces, LIES_M, NOT_CURVED};
 use crate::geom::hash::FastMap;
 use crate::geom::outline::{convex_parts, enclosing, outline};
+use crate::trace::beams::{BeamOptions, Frame};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -47,15 +48,7 @@ impl Regions {
     pub(super) fn of_lines(geometry: &Geometry, chains: &[Chain]) -> Regions {
         let faces = geometry.faces();
         let face = |number: usize| &faces.faces[chains[number].node.face as usize];
-        let sides = |number: usize, fragments: &[Fragment]| -> Vec<[DVec2; 2]> {
-            let face = face(number);
-            let corner = faces.corners[face.first as usize];
-            let side = |f: &Fragment| {
-                let [a, b] = f.ends_m.map(|p| on_axes(face, p - corner));
-                if (b - a).perp_dot(on_axes(face, f.inward)) > 0.0 { [a, b] } else { [b, a] }
-            };
-            enclosing(&fragments.iter().map(side).collect::<Vec<_>>(), SAME * faces.radius_m)
-        };
+        let sides = |number: usize, fragments: &[Fragment]| sides_by_lines(faces, face(number), fragments);
         let region = |number: usize, covered: Covered| {
             let region = Region { node: number as u32, covered };
             (region.area_m2() > 0.0).then_some(region)
@@ -64,8 +57,7 @@ impl Regions {
             region(number, Covered::Outline(sides(number, fragments)))
         };
         let facet = |number: usize| {
-            let parts = convex_parts(&sides(number, &chains[number].lit));
-            region(number, Covered::Pieces(parts.iter().flat_map(|p| Polygon::of(p)).collect()))
+            region(number, Covered::Pieces(polygons_by_lines(faces, face(number), &chains[number].lit)))
         };
         let mirrors_last = |number: usize| {
             let chain = &chains[number];
@@ -84,6 +76,75 @@ impl Regions {
         let all = 0..chains.len() as u32;
         let numbers = RegionNumbers { of_node: all.clone().collect(), nodes: all.collect() };
         Regions { direct: direct.collect(), imaged: imaged.collect(), of_facets, numbers }
+    }
+}
+
+/// The outline that fragments enclose on a face.
+fn sides_by_lines(faces: &Faces, face: &Face, fragments: &[Fragment]) -> Vec<[DVec2; 2]> {
+    let corner = faces.corners[face.first as usize];
+    let side = |f: &Fragment| {
+        let [a, b] = f.ends_m.map(|p| on_axes(face, p - corner));
+        if (b - a).perp_dot(on_axes(face, f.inward)) > 0.0 { [a, b] } else { [b, a] }
+    };
+    enclosing(&fragments.iter().map(side).collect::<Vec<_>>(), SAME * faces.radius_m)
+}
+
+/// What fragments enclose on a face, in convex polygons.
+fn polygons_by_lines(faces: &Faces, face: &Face, fragments: &[Fragment]) -> Vec<Polygon> {
+    convex_parts(&sides_by_lines(faces, face, fragments)).iter().flat_map(|p| Polygon::of(p)).collect()
+}
+
+/// What beams would have met where chains by lines lead: their nodes, what the limit of bounces ends, and what is seen of rough surfaces
+/// (`is_sampled`). Flat regions need no polygons.
+pub(super) fn clipped_by_lines(
+    faces: &Faces,
+    (chains, windows): (&[Chain], &[Frame]),
+    options: &BeamOptions,
+    ends: Option<Ends<'_>>,
+    is_sampled: bool,
+) -> Clipped {
+    let nodes: Vec<Node> = chains.iter().map(|c| c.node).collect();
+    let clipper = Clipper { faces, eps: 1e-12, lies_m: LIES_M, options, ends, later: false };
+    let face = |number: usize| &faces.faces[nodes[number].face as usize];
+    let ended = |number: usize| -> Vec<Ended> {
+        let (node, face) = (&nodes[number], face(number));
+        let is_last = face.curved == NOT_CURVED && node.bounce as usize >= clipper.most(node.endless);
+        let Some(ends) = ends.filter(|_| is_last) else { return Vec::new() };
+        let source = Side::facing(face, node.normal);
+        let frame = node.frame.mirrored(node.normal, source.offset);
+        let corner = faces.corners[face.first as usize];
+        let seen = |p: DVec2| node.frame.project(corner + face.axis[0] * p.x + face.axis[1] * p.y);
+        let polygons = polygons_by_lines(faces, face, &chains[number].lit);
+        let beams: Vec<Polygon> = polygons.iter().map(|p| p.mapped(seen)).collect();
+        // What is too weak to ask is so as a whole, however it is cut.
+        if ends.most(beams.iter().map(solid_angle_sr).sum()) <= ends.least {
+            return Vec::new();
+        }
+        let ends = Ends { least: 0.0, ..ends };
+        let mut met = Vec::new();
+        for beam in &beams {
+            let left = clipper.left(&ends, &nodes, number as u32, middle(beam));
+            clipper.end(&ends, (number as u32, left), beam, (&frame, &source), &mut met);
+        }
+        let first = patches_of(chains, number)[0];
+        let begins = clipper.begins(node, first);
+        met.retain(|e| !(begins && faces.is_endless(first, faces.faces[e.face as usize].patch)));
+        met
+    };
+    let pieces = |number: usize| -> Vec<Piece> {
+        let polygons = polygons_by_lines(faces, face(number), chains[number].returning());
+        polygons.into_iter().map(|polygon| Piece { node: number as u32, polygon }).collect()
+    };
+    let of_all = (0..nodes.len())
+        .into_par_iter()
+        .map_tasks(|number| (ended(number), if is_sampled { pieces(number) } else { Vec::new() }));
+    let (ended, every): (Vec<Vec<Ended>>, Vec<Vec<Piece>>) = of_all.unzip();
+    Clipped {
+        every: every.concat(),
+        ended: ended.concat(),
+        windows: windows.to_vec(),
+        nodes,
+        ..Default::default()
     }
 }
 

@@ -9,7 +9,7 @@ use catseye::trace::cpu::beams;
 use catseye::trace::cpu::chains::{self, Chain};
 use catseye::trace::cpu::echoes::{self, Lit, echoes_by_chain};
 use catseye::trace::windows::windows;
-use catseye::trace::{Echo, TraceOptions};
+use catseye::trace::{Echo, TraceOptions, strength};
 use catseye_papers::bench::frame::Frame;
 use catseye_papers::bench::frame_of;
 use num_complex::Complex64;
@@ -59,7 +59,7 @@ impl Traced {
     fn new(frame: &Frame, bounces: usize) -> Traced {
         let geometry = frame.geometry(&frame.refined(frame.options.accuracy_db).unwrap()).unwrap();
         let windows = windows(&frame.radar, &frame.pose);
-        let options = TraceOptions { bounces, least: 0.0, rays: 0, ..frame.options };
+        let options = TraceOptions { bounces, least: 0.0, ..frame.options };
         let beams =
             BeamOptions { images: options.images, ..BeamOptions::new(bounces, options.accuracy_db, false) };
         let faces = geometry.faces();
@@ -85,6 +85,12 @@ fn compare_bodies(name: &str, frame: &Frame, bounces: usize) -> Agreement {
     let Traced { geometry, windows, options, chains, .. } = Traced::new(frame, bounces);
     let by_polygons = echoes::echoes(&geometry, &windows, &frame.pose, frame.ego_mps, &options);
     let by_lines = echoes::from_lines(&geometry, (&chains, &windows), &frame.pose, frame.ego_mps, &options);
+    // What one bounce more would bring, in sum.
+    let cut = [&by_polygons, &by_lines].map(|all| {
+        let amplitude = all.cut.iter().map(|e| strength(e)).sum::<f64>();
+        (all.cut.len(), amplitude)
+    });
+    println!("{name}, {bounces} bounces, cut off: {cut:?}; rays {} {}", by_polygons.rays, by_lines.rays);
     let lists = [by_polygons, by_lines].map(|all| {
         let body = |e: Echo| (e.chain[..e.bounces as usize].to_vec(), vec![e]);
         all.list.into_iter().map(body).collect::<Vec<_>>()
