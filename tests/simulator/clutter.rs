@@ -7,6 +7,7 @@ use catseye::em::clutter::kulemin;
 use catseye::em::weather::{RainBackscatter, fog_attenuation_db_per_m, rain_attenuation_db_per_m};
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::geom::Geometry;
+use catseye::geom::edge_table::EdgeTable;
 use catseye::road::objects::ground;
 use catseye::road::reflector::Reflector;
 use catseye::scene::backscatter::{Backscatter, Ground};
@@ -14,7 +15,7 @@ use catseye::scene::radar::{Pattern, Radar, Sampling};
 use catseye::scene::weather::Weather;
 use catseye::scene::{Material, Scene, Shape, material, radar_toml};
 use catseye::trace::air::Air;
-use catseye::trace::cpu::echoes;
+use catseye::trace::cpu::{chains, echoes};
 use catseye::trace::windows::around;
 use catseye::trace::{Echo, TraceOptions};
 use glam::{DQuat, DVec2, DVec3};
@@ -186,6 +187,33 @@ fn diffuse_of(geometry: &Geometry, at: &Pose<Sensor, World>, options: &TraceOpti
     let all = echoes::echoes(geometry, &around(at), at, DVec3::ZERO, &options);
     let coherent = all.list.len() - all.rays as usize;
     all.list[coherent..].to_vec()
+}
+
+/// A road that a wall shades in part has the same scatterers whether lines or polygons find what is seen of it.
+#[test]
+fn lines_sample_what_polygons_sample() {
+    let mut scene = road("gamma:-15", DVec2::new(1.0, -8.0), DVec2::new(30.0, 8.0));
+    let wall = Reflector::parse("plate:width_m=3,height_m=1").unwrap();
+    let stands = Pose::from_yaw_pitch_roll(DVec3::new(9.0, 1.0, 0.6), std::f64::consts::PI, 0.0, 0.0);
+    wall.add_to(&mut scene, &material::by_name, ("wall", ""), stands, DVec3::ZERO).unwrap();
+    let geometry = Geometry::build(&scene, 0.0, 77e9).unwrap();
+    let (at, faces) = (pose(1.5), geometry.faces());
+    let options = TraceOptions { rays: 5_000, bounces: 2, amplitude_floor: 0.0, ..Default::default() };
+    let windows = around(&at);
+    let beams = echoes::FrameBeams::new(&geometry, at.translation_m, &options);
+    let chains = chains::follow(faces, &EdgeTable::new(faces), &windows, &beams.options);
+    let by_lines = echoes::from_lines(&geometry, (&chains, &windows), &at, DVec3::ZERO, &options);
+    let sorted = |mut list: Vec<Echo>| {
+        list.sort_by(|a, b| a.path_length_m.total_cmp(&b.path_length_m));
+        list
+    };
+    let coherent = by_lines.list.len() - by_lines.rays as usize;
+    let [got, want] = [by_lines.list[coherent..].to_vec(), diffuse_of(&geometry, &at, &options)].map(sorted);
+    assert!(got.len() == want.len() && got.len() > 2_000, "{} and {}", got.len(), want.len());
+    for (a, b) in got.iter().zip(&want) {
+        assert!((a.path_length_m - b.path_length_m).abs() < 1e-9);
+        assert!((a.path_gain[0][0] - b.path_gain[0][0]).norm() < 1e-9 * b.path_gain[0][0].norm());
+    }
 }
 
 fn field(list: &[Echo], k: f64, rx: usize, tx: usize) -> Complex64 {
