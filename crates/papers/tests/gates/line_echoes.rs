@@ -87,7 +87,7 @@ fn compare_bodies(name: &str, frame: &Frame, bounces: usize) -> Agreement {
     let by_lines = echoes::from_lines(&geometry, (&chains, &windows), &frame.pose, frame.ego_mps, &options);
     // What one bounce more would bring, in sum.
     let cut = [&by_polygons, &by_lines].map(|all| {
-        let amplitude = all.cut.iter().map(|e| strength(e)).sum::<f64>();
+        let amplitude = all.cut.iter().map(strength).sum::<f64>();
         (all.cut.len(), amplitude)
     });
     println!("{name}, {bounces} bounces, cut off: {cut:?}; rays {} {}", by_polygons.rays, by_lines.rays);
