@@ -1,6 +1,7 @@
 //! Echoes of what lines light, beside those of what polygons light, chain by chain.
 
 use super::device_frames::drawn;
+use super::lines::all_frames;
 use catseye::base::units::{C0, wavenumber};
 use catseye::geom::Geometry;
 use catseye::geom::edge_table::EdgeTable;
@@ -176,16 +177,7 @@ fn lines_return_what_polygons_return() {
 fn echoes_of_every_frame() {
     let only = std::env::var("CATSEYE_LOOKS").unwrap_or_default();
     let bounces = std::env::var("CATSEYE_BOUNCES").ok().and_then(|n| n.parse().ok()).unwrap_or(3);
-    let mut frames: Vec<(String, Box<dyn Fn() -> Frame>)> = Vec::new();
-    for name in ["W3-static", "W3-moving", "W7", "W8", "W9", "W13"] {
-        frames.push((name.into(), Box::new(move || frame_of(name).unwrap())));
-    }
-    for recipe in ["template", "highways"] {
-        for scene in 0..10 {
-            frames.push((format!("{recipe}, scene {scene}"), Box::new(move || drawn(recipe, scene))));
-        }
-    }
-    for (name, frame) in frames.iter().filter(|f| f.0.contains(&only)) {
+    for (name, frame) in all_frames().iter().filter(|f| f.0.contains(&only)) {
         let frame = frame();
         compare_patches(name, &frame, bounces);
         compare_bodies(name, &frame, bounces);

@@ -441,15 +441,12 @@ fn warped_tiles_mirror() {
     assert!(polygons > 0.1 && (polygons / lines - 1.0).abs() < 0.01);
 }
 
-/// CATSEYE_LOOKS chooses frames whose name contains it, CATSEYE_BOUNCES how many bounces are followed (1), CATSEYE_WORST says how many chains
-/// are listed. With CATSEYE_RAYS these are counted by rays too, so many along each side of a face. CATSEYE_CHAIN names a chain by its patches, whose
-/// fragments are checked one by one.
-#[test]
-#[ignore = "prints a table"]
-fn areas_of_every_frame() {
-    let only = std::env::var("CATSEYE_LOOKS").unwrap_or_default();
-    let bounces = std::env::var("CATSEYE_BOUNCES").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
-    let mut frames: Vec<(String, Box<dyn Fn() -> Frame>)> = Vec::new();
+/// A frame's name, and how to make it.
+type Named = (String, Box<dyn Fn() -> Frame>);
+
+/// The frames of the tables of benches/RESULTS.md.
+pub(super) fn all_frames() -> Vec<Named> {
+    let mut frames: Vec<Named> = Vec::new();
     for name in ["W3-static", "W3-moving", "W7", "W8", "W9", "W13"] {
         frames.push((name.into(), Box::new(move || frame_of(name).unwrap())));
     }
@@ -458,7 +455,18 @@ fn areas_of_every_frame() {
             frames.push((format!("{recipe}, scene {scene}"), Box::new(move || drawn(recipe, scene))));
         }
     }
-    for (name, frame) in frames.iter().filter(|f| f.0.contains(&only)) {
+    frames
+}
+
+/// CATSEYE_LOOKS chooses frames whose name contains it, CATSEYE_BOUNCES how many bounces are followed (1), CATSEYE_WORST says how many chains
+/// are listed. With CATSEYE_RAYS these are counted by rays too, so many along each side of a face. CATSEYE_CHAIN names a chain by its patches, whose
+/// fragments are checked one by one.
+#[test]
+#[ignore = "prints a table"]
+fn areas_of_every_frame() {
+    let only = std::env::var("CATSEYE_LOOKS").unwrap_or_default();
+    let bounces = std::env::var("CATSEYE_BOUNCES").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
+    for (name, frame) in all_frames().iter().filter(|f| f.0.contains(&only)) {
         compare(name, &frame(), bounces);
     }
 }
