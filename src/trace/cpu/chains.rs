@@ -75,11 +75,10 @@ pub fn follow(faces: &Faces, table: &EdgeTable, windows: &[Frame], options: &Bea
             let view = view.through(&parent.lit);
             let mirror = Side::facing(&faces.faces[parent.node.face as usize], parent.node.normal);
             let frame = parent.node.frame.mirrored(mirror.normal, mirror.offset);
-            let first = patches_of(this, number)[0];
             let child = |lit: Vec<Fragment>| {
                 let patch = patch_of(&lit[0]);
-                let imaged = parent.node.imaged || begins(parent) && faces.mirrors(first, patch);
-                let endless = parent.node.endless || begins(parent) && faces.is_endless(first, patch);
+                let imaged = parent.node.imaged || begins(parent) && faces.mirrors(parent.patch, patch);
+                let endless = parent.node.endless || begins(parent) && faces.is_endless(parent.patch, patch);
                 if parent.node.bounce as usize >= most(endless) || area_m2(faces, &lit) < LEAST_M2 {
                     return None;
                 }

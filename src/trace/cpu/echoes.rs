@@ -162,7 +162,8 @@ pub fn from_clipped(
     of_regions(geometry, clipped, &Regions::of_beams(geometry, clipped, last), pose, velocity_mps, options)
 }
 
-/// As [`echoes`], from what chains by lines light through `windows` ([`super::chains::follow`], with [`FrameBeams::options`]).
+/// As [`echoes`], from chains by lines and the windows through which the radar looks ([`super::chains::follow`] with all faces of `geometry`
+/// and [`FrameBeams::options`]). Faces beyond `TraceOptions::reach_m` count, too.
 pub fn from_lines(
     geometry: &Geometry,
     lines: (&[Chain], &[Frame]),

@@ -59,15 +59,14 @@ impl Regions {
         let facet = |number: usize| {
             region(number, Covered::Pieces(polygons_by_lines(faces, face(number), &chains[number].lit)))
         };
-        let mirrors_last = |number: usize| {
-            let chain = &chains[number];
-            chain.node.imaged && faces.mirrors(patches_of(chains, number)[0], chain.patch)
+        let mirrors_last = |number: &&usize| {
+            let chain = &chains[**number];
+            chain.node.imaged && faces.mirrors(patches_of(chains, **number)[0], chain.patch)
         };
         let (curved, planes): (Vec<usize>, Vec<usize>) =
             (0..chains.len()).partition(|i| face(*i).curved != NOT_CURVED);
         let direct = planes.par_iter().filter_map_tasks(|i| flat(*i, chains[*i].returning()));
-        let of_last = |i: &usize| mirrors_last(*i).then(|| flat(*i, &chains[*i].lit))?;
-        let imaged = planes.par_iter().filter_map_tasks(of_last);
+        let imaged = planes.par_iter().filter(mirrors_last).filter_map_tasks(|i| flat(*i, &chains[*i].lit));
         let mut of_facets: Vec<Region> = curved.par_iter().filter_map_tasks(|i| facet(*i)).collect();
         of_facets.sort_by_key(|r| {
             let node = &chains[r.node as usize].node;
@@ -126,9 +125,8 @@ pub(super) fn clipped_by_lines(
             let left = clipper.left(&ends, &nodes, number as u32, middle(beam));
             clipper.end(&ends, (number as u32, left), beam, (&frame, &source), &mut met);
         }
-        let first = patches_of(chains, number)[0];
-        let begins = clipper.begins(node, first);
-        met.retain(|e| !(begins && faces.is_endless(first, faces.faces[e.face as usize].patch)));
+        let begins = clipper.begins(node, face.patch);
+        met.retain(|e| !(begins && faces.is_endless(face.patch, faces.faces[e.face as usize].patch)));
         met
     };
     let pieces = |number: usize| -> Vec<Piece> {
