@@ -167,7 +167,7 @@ fn waits_rarely(engine: &Engine, most: u64) {
     let a_frame = counts.submits as f64 / 64.0;
     println!("{:?} traces: {a_frame} submissions a frame", engine.tracing());
     assert!(a_frame <= 0.2, "{a_frame} submissions a frame: {counts:?}");
-    // Made one by one, every sixteenth and its two neighbours.
+    // Made one by one, every sixteenth and the two after it.
     let some: Vec<(usize, u32)> = wanted.iter().filter(|(_, index)| index % 16 < 3).copied().collect();
     let (singly, counts) = used(engine, || all(&some, 1));
     println!("alone: {} submissions", counts.submits as f64 / some.len() as f64);

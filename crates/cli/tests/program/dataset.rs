@@ -637,7 +637,10 @@ fn a_dry_run_tells_the_bytes_of_a_dataset() {
             text(&done.stdout)
         };
         let told = run(&["--dry-run", "--json"]);
-        assert!(run(&["--dry-run"]).contains("MiB a frame with its tables"));
+        // Words as well as numbers; of the small recipe, for a dry run makes frames.
+        if file == "r.toml" {
+            assert!(run(&["--dry-run"]).contains("MiB a frame with its tables"));
+        }
         run(&["-o", "made"]);
         let (told_bytes, made) = (number(&told, "bytes"), bytes(&dir.path().join("made")));
         assert!((told_bytes / made - 1.0).abs() < 0.3, "{file}: told {told_bytes}, made {made}");

@@ -1,4 +1,5 @@
-//! Echoes of what lines light, beside those of what polygons light, chain by chain.
+//! Echoes of what lines light, beside those of what polygons light, chain by chain. Both share what makes echoes of regions, so that only what is
+//! lit and seen is compared; echoes themselves are held against dense sums (`echoes.rs`).
 
 use super::device_frames::drawn;
 use super::lines::all_frames;
@@ -149,8 +150,9 @@ fn compare<K: Ord + Debug>(
     Agreement { agreeing: agreeing / power, off: off / power, echoes }
 }
 
-/// Nearly all of the power agrees within 0.01 dB, in scenes of flat patches and with cars, and outlines in parts bring no more echoes
-/// than polygons do.
+/// Nearly all of the power agrees within 0.01 dB, in scenes of flat patches and with cars. What is off at most is one chain of highways 2,
+/// 5e-6 of the power, that is lit at grazing and whose outline is open (1.5 dB). Outlines in parts bring no more echoes than polygons do, but for
+/// single ones where they end on other corners.
 #[test]
 fn lines_return_what_polygons_return() {
     let mut frames: Vec<(String, Frame, usize)> =

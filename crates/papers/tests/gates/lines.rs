@@ -418,7 +418,8 @@ fn lines_and_polygons_agree() {
     }
 }
 
-/// Tiles of a road whose bank changes have corners up to 0.7 mm off their planes. They do not hide what they mirror.
+/// Tiles of a road whose bank changes have corners up to 0.7 mm off their planes. They do not hide what they mirror. Of the areas by way of them
+/// 0.3 % differ, where such tiles are lit at milliradians too, and their sides lie elsewhere in either view.
 #[test]
 fn warped_tiles_mirror() {
     let frame = drawn("highways", 1);

@@ -61,9 +61,9 @@ impl Level {
     }
 }
 
-/// Prints the levels of a body, seen from each range and yaw, and gives by how much, dB, and by how far, m, the frame's facets are off fine
+/// Prints the levels of a body for each range, m, and yaw, rad, and gives by how much, dB, and by how far, m, the frame's facets are off fine
 /// flat ones.
-fn compare(kind: Kind, looks: &[[f64; 2]], fine_m: f64) -> Vec<[f64; 2]> {
+fn compare(kind: Kind, stands: &[[f64; 2]], fine_m: f64) -> Vec<[f64; 2]> {
     let body = vehicle(kind, &material::by_name).unwrap();
     let carrier_hz = radar_toml::preset("front77").unwrap().carrier_hz;
     let mut scene = Scene::default();
@@ -72,14 +72,14 @@ fn compare(kind: Kind, looks: &[[f64; 2]], fine_m: f64) -> Vec<[f64; 2]> {
     let fine = refined_scene(&scene, fine_m).unwrap();
     let rigid = [(&*frame, Facets::Curved), (&*fine, Facets::Flat), (&scene, Facets::Flat)]
         .map(|(s, f)| (s.triangle_count(), RigidScene::new(Held::Borrowed(s), carrier_hz, f).unwrap()));
-    let of_look = |look: &[f64; 2]| {
-        let [frame, fine, file] = [0, 1, 2].map(|i| Level::of(&rigid[i].1, rigid[i].0, *look));
+    let of_one = |stand: &[f64; 2]| {
+        let [frame, fine, file] = [0, 1, 2].map(|i| Level::of(&rigid[i].1, rigid[i].0, *stand));
         let over = |a: &Level| 10.0 * (a.power / fine.power).log10();
         println!(
             "{} at {} m, {} rad: {:+.2} dB and {:+.3} m off {} flat facets with {}; the file's {} flat ones {:+.2} dB",
             kind.name(),
-            look[0],
-            look[1],
+            stand[0],
+            stand[1],
             over(&frame),
             frame.range_m - fine.range_m,
             fine.triangles,
@@ -89,7 +89,7 @@ fn compare(kind: Kind, looks: &[[f64; 2]], fine_m: f64) -> Vec<[f64; 2]> {
         );
         [over(&frame), frame.range_m - fine.range_m]
     };
-    looks.iter().map(of_look).collect()
+    stands.iter().map(of_one).collect()
 }
 
 /// The file's own facets, taken for flat, are 1.5 to 3.5 dB off here. Flat facets of 0.1 mm sagitta still are 0.3 dB off those of 0.025 mm.
