@@ -511,8 +511,11 @@ def _bodies(objects: Any, classes: Sequence[str]) -> tuple[NDArray[np.int64], ND
     names = objects["class"].astype(str)
     wanted = np.isin(names, list(classes))
     if "share" in objects.dtype.names:
-        # Points: those that stand on their object.
-        wanted &= ~(objects["ghost"] | objects["side_lobe"]) & (objects["object_id"] > 0)
+        # Points: those that are on their object. Older files do not have all of the flags.
+        for flag in ("ghost", "side_lobe", "folded", "aliased"):
+            if flag in objects.dtype.names:
+                wanted &= ~objects[flag].astype(bool)
+        wanted &= objects["object_id"] > 0
     picked = objects[wanted]
     if "length_m" in objects.dtype.names:
         rows = np.stack([picked[name] for name in _NUMBERS], axis=1)

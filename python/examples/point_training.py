@@ -57,7 +57,7 @@ def features(classes):
     def of(sample):
         points = sample["points"]
         columns = [points[name] / unit for name, unit in COLUMNS.items()]
-        real = (points["ghost"] == 0) & (points["side_lobe"] == 0)
+        real = ~(points["ghost"] | points["side_lobe"] | points["folded"] | points["aliased"])
         labels = [place.get(str(name), 0) if there else 0 for name, there in zip(points["class"], real)]
         return torch.tensor(np.stack(columns, axis=1), dtype=torch.float32), torch.tensor(labels, dtype=torch.int64)
 

@@ -4,6 +4,7 @@
 //! Not only the bound but what the chain does: a windowed transform, a peak between three cells, a beamformer. The bound of Cramér and Rao for one tone (Rife and Boorstyn, IEEE Trans. IT-20
 //! (1974) 591) is the limit for a rectangular window and an ideal search for the peak.
 
+use super::angle_ambiguity::AngleLobes;
 use crate::dsp::peaks::{Interpolator, parabola};
 use glam::{DVec2, DVec3};
 use num_complex::Complex64;
@@ -149,6 +150,8 @@ pub struct PointAccuracy {
     pub sine_step: [f64; 2],
     /// What the parabola over beams is off without noise, in sines: [`beam_floor`].
     pub sine_floor: [f64; 2],
+    /// Directions that the array confuses.
+    pub angle_lobes: AngleLobes,
 }
 
 /// Standard deviations of one point. Angles are None where the array cannot tell them.
@@ -323,6 +326,7 @@ mod tests {
             chirp_period_s: 50e-6,
             sine_step: [0.0; 2],
             sine_floor: [0.0; 2],
+            angle_lobes: AngleLobes { lobes: vec![], fov_rad: [0.0; 2], noise_share: 1.0 },
         }
     }
 

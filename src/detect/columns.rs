@@ -13,7 +13,7 @@ use std::borrow::Cow;
 
 /// Columns of detected points, in the sensor frame. Standard deviations are not a number where the array cannot tell the angle, and
 /// `range_rate_modulo_mps` is infinite where nothing folds; `share` is a share of power (CONVENTIONS eq. 160).
-pub const POINTS: [Column<Point>; 23] = [
+pub const POINTS: [Column<Point>; 27] = [
     Column::number("range_m", "in the middle of the frame", |p| p.range_m),
     Column::number("range_rate_mps", "positive receding", |p| p.range_rate_mps),
     Column::number("azimuth_deg", "positive left", |p| p.azimuth_rad.to_degrees()),
@@ -50,7 +50,7 @@ pub const POINTS: [Column<Point>; 23] = [
     Column { name: "bounces", about: "reflections of its strongest echo", get: Get::Small(|p| p.bounces) },
     Column::flag(
         "ghost",
-        "the point stands where none of the objects is that its strongest echo met, and in that echo's main lobe",
+        "the point is off its object: its strongest echo was reflected by another one too, or more than once",
         |p| p.ghost,
     ),
     Column::number("share", "of the cell's echoes, that the object gave, 0 to 1", |p| p.share),
@@ -66,10 +66,38 @@ pub const POINTS: [Column<Point>; 23] = [
     ),
     Column::flag(
         "side_lobe",
-        "the point lies in a side lobe of its strongest echo, which is elsewhere in range, range rate or direction",
+        "the point is in a side lobe of its strongest echo, which is elsewhere in range, range rate or direction",
         |p| p.side_lobe,
     ),
+    Column::flag(
+        "folded",
+        "the point is out of place by a whole ambiguity: of range rate (which moves the range), range or direction",
+        |p| p.folded,
+    ),
+    Column::flag(
+        "aliased",
+        "the point's strongest echo is beyond the sampled band of beat frequencies",
+        |p| p.aliased,
+    ),
+    Column {
+        name: "angle_ambiguity",
+        about: "of the direction: unambiguous, resolved (grating lobes ruled out) or ambiguous; empty where none is measured",
+        get: Get::Text(12, |p| p.angle_ambiguity.map_or("", |a| a.name()).into()),
+    },
+    Column {
+        name: "other_angles_deg",
+        about: "azimuth/elevation of up to four directions that an ambiguous point may have instead, with blanks between",
+        get: Get::Text(64, |p| other_angles(&p.other_angles_rad).into()),
+    },
 ];
+
+fn other_angles(angles_rad: &[[f64; 2]]) -> String {
+    let pair = |a: &[f64; 2]| format!("{:.2}/{:.2}", a[0].to_degrees(), a[1].to_degrees());
+    angles_rad.iter().take(4).map(pair).collect::<Vec<_>>().join(" ")
+}
+
+/// The flags of [`POINTS`] that say that a point is not where its object is; at most one is set.
+pub const OUT_OF_PLACE: [&str; 4] = ["ghost", "side_lobe", "folded", "aliased"];
 
 fn degrees(angle_rad: Option<f64>) -> f64 {
     angle_rad.map_or(f64::NAN, f64::to_degrees)

@@ -26,6 +26,8 @@ pub struct Radial {
     pub range_rate_mps: f64,
     /// Standard deviation of the range rate, m/s.
     pub range_rate_std_mps: f64,
+    /// The range rate is known but for whole multiples of this, m/s; infinite where it is known.
+    pub ambiguity_mps: f64,
     /// Which of the mounts; 0 for one radar.
     pub radar: usize,
 }
@@ -53,30 +55,27 @@ pub struct EgoSettings {
     pub min_inliers: f64,
     /// Number of samples that are drawn.
     pub draws: u32,
-    /// Folding of range rates: the width of the unambiguous interval, and how fast the radar may be. With None range
-    /// rates are taken as they are.
-    pub folded: Option<Fold>,
+    /// Largest speed of the vehicle, m/s: motions beyond it are not tried.
+    pub max_speed_mps: f64,
+    /// The speed as another sensor of the vehicle knows it, which decides between motions that explain the range rates alike.
+    pub speed: Option<KnownSpeed>,
     /// Seed of the random samples.
     pub seed: u64,
     /// Number of the frame, which selects the random samples.
     pub frame: u32,
 }
 
-/// Folding of the range rates of a scan.
+/// A vehicle's speed from another sensor, as its bus reports it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fold {
-    /// Range rates are known up to whole multiples of this, m/s.
-    pub ambiguity_mps: f64,
-    /// Folds up to this speed are tried.
-    pub max_speed_mps: f64,
+pub struct KnownSpeed {
+    /// Speed, m/s, without sign.
+    pub speed_mps: f64,
+    /// Largest error of it, m/s.
+    pub tolerance_mps: f64,
 }
 
-impl Fold {
-    /// Folds to each side that a range rate within the speed may need.
-    fn reach(&self) -> i32 {
-        (self.max_speed_mps / self.ambiguity_mps + 0.5).ceil() as i32
-    }
-}
+/// Largest speed of a vehicle, m/s.
+pub const MAX_SPEED_MPS: f64 = 70.0;
 
 impl Default for EgoSettings {
     /// With a third of the points standing, 200 draws of two miss them all once in 10¹⁰ scans, of three
@@ -87,7 +86,8 @@ impl Default for EgoSettings {
             tolerance_mps: 0.05,
             min_inliers: 0.3,
             draws: 200,
-            folded: None,
+            max_speed_mps: MAX_SPEED_MPS,
+            speed: None,
             seed: 0,
             frame: 0,
         }
@@ -128,7 +128,7 @@ impl EgoModel {
     }
 
     /// The range rate that is left of a point when the radar's own motion is taken out: 0 for one that
-    /// stands. With folded rates, up to whole ambiguities. Panics when the point's radar has no mount.
+    /// stands, up to whole ambiguities. Panics when the point's radar has no mount.
     pub fn over_ground_mps(&self, point: &Radial, motion: &EgoMotion) -> f64 {
         point.range_rate_mps - dot(&self.row(point), &motion.value)
     }
@@ -201,18 +201,35 @@ struct Problem<'a> {
     rows: Vec<Row>,
     rates: Vec<f64>,
     std: Vec<f64>,
+    ambiguities: Vec<f64>,
     settings: &'a EgoSettings,
+    /// Whether the parameters are a speed and a yaw rate.
+    is_car: bool,
     n: usize,
 }
 
+fn reach(ambiguity_mps: f64, max_speed_mps: f64) -> i32 {
+    if ambiguity_mps.is_finite() { (max_speed_mps / ambiguity_mps + 0.5).ceil() as i32 } else { 0 }
+}
+
 impl Problem<'_> {
-    /// Range rate less that of the motion, next to zero where rates are folded.
+    /// Range rate less that of the motion, next to zero where rates are ambiguous.
     fn difference(&self, i: usize, motion: &Row) -> f64 {
         let d = self.rates[i] - dot(&self.rows[i], motion);
-        match self.settings.folded {
-            Some(f) => d - f.ambiguity_mps * (d / f.ambiguity_mps).round(),
-            None => d,
-        }
+        let width = self.ambiguities[i];
+        if width.is_finite() { d - width * (d / width).round() } else { d }
+    }
+
+    /// Whether a vehicle may move so.
+    fn is_possible(&self, motion: &Row) -> bool {
+        let speed = if self.is_car { motion[0].abs() } else { motion[0].hypot(motion[1]) };
+        speed <= self.settings.max_speed_mps
+            && self.settings.speed.is_none_or(|k| (speed - k.speed_mps).abs() <= k.tolerance_mps)
+    }
+
+    /// Ambiguity intervals to each side that a range rate of a standing point may need.
+    fn reach(&self, i: usize) -> i32 {
+        reach(self.ambiguities[i], self.settings.max_speed_mps)
     }
 
     fn stands(&self, i: usize, motion: &Row) -> bool {
@@ -234,9 +251,9 @@ impl Problem<'_> {
     /// The motion through a few points whose rates are moved by `folds` ambiguities.
     fn through(&self, sample: &[usize], folds: &[i32]) -> Option<Row> {
         let (mut a, mut b) = ([[0.0; 3]; 3], [0.0; 3]);
-        let width = self.settings.folded.map_or(0.0, |f| f.ambiguity_mps);
         for (i, q) in sample.iter().zip(folds) {
-            self.add(&mut a, &mut b, *i, self.rates[*i] + f64::from(*q) * width, 1.0);
+            let off = if *q == 0 { 0.0 } else { f64::from(*q) * self.ambiguities[*i] };
+            self.add(&mut a, &mut b, *i, self.rates[*i] + off, 1.0);
         }
         solve(&a, &b, self.n).map(|s| s.0)
     }
@@ -283,6 +300,7 @@ pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -
             [p.azimuth_rad, p.elevation_rad, p.range_rate_mps].iter().all(|x| x.is_finite())
                 && p.range_rate_std_mps.is_finite()
                 && p.range_rate_std_mps >= 0.0
+                && p.ambiguity_mps > 0.0
         })
         .collect();
     let failed = |what: String| crate::base::error::Error::Failed(format!("ego motion: {what}"));
@@ -294,11 +312,19 @@ pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -
         rows: usable.iter().map(|i| model.row(&points[*i])).collect(),
         rates: usable.iter().map(|i| points[*i].range_rate_mps).collect(),
         std: usable.iter().map(|i| points[*i].range_rate_std_mps.hypot(settings.tolerance_mps)).collect(),
+        ambiguities: usable.iter().map(|i| points[*i].ambiguity_mps).collect(),
         settings,
+        is_car: matches!(model, EgoModel::Car(_)),
         n,
     };
     let (motion, rival) = search(&problem).ok_or_else(|| {
-        failed("the points lie in one line of sight, which does not tell the unknowns apart".into())
+        failed(match settings.speed {
+            Some(k) => format!(
+                "no motion within {:.1} m/s of {:.1} m/s explains the points",
+                k.tolerance_mps, k.speed_mps
+            ),
+            None => "the points are in one line of sight, which does not determine the unknowns".into(),
+        })
     })?;
     let (mut motion, mut standing) = (motion, Vec::new());
     let mut inverse = [[0.0; 3]; 3];
@@ -311,7 +337,7 @@ pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -
         standing = now;
         (motion, inverse) = problem.fit(&motion, &standing).ok_or_else(|| {
             failed(
-                "the standing points lie in one line of sight, which does not tell the unknowns apart".into(),
+                "the standing points are in one line of sight, which does not determine the unknowns".into(),
             )
         })?;
     }
@@ -321,12 +347,12 @@ pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -
         let (all, least) = (usable.len(), least.max(n + 1));
         return Err(failed(format!("{count} of {all} points agree; {least} or more have to stand still")));
     }
-    if let Some((other, agree)) = rival.filter(|(m, _)| differ(m, &motion, n, settings))
+    if let Some((other, agree)) = rival.filter(|(m, _)| differ(m, &motion, &problem))
         && (agree + 2 > count || agree as f64 >= 0.9 * count as f64)
     {
         return Err(failed(format!(
-            "range rates are folded, and {:.2} m/s explains {agree} points, {:.2} m/s {count}; points further \
-             apart in azimuth would tell",
+            "range rates are ambiguous, and {:.2} m/s explains {agree} points, {:.2} m/s {count}; points further \
+             apart in azimuth would decide",
             DVec3::from(other).length(),
             DVec3::from(motion).length()
         )));
@@ -346,10 +372,10 @@ pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -
     })
 }
 
-/// Motions that are different answers, not the same one drawn twice: with folds, half an ambiguity apart.
-fn differ(a: &Row, b: &Row, n: usize, settings: &EgoSettings) -> bool {
-    let apart = (0..n).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
-    settings.folded.is_some_and(|f| apart > 0.5 * f.ambiguity_mps)
+/// Motions that are different answers, not the same one drawn twice: half the smallest ambiguity apart.
+fn differ(a: &Row, b: &Row, problem: &Problem) -> bool {
+    let apart = (0..problem.n).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+    apart > 0.5 * problem.ambiguities.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
 /// The best motion of all samples, and the best of those that differ from it, with its count. None when
@@ -359,7 +385,6 @@ fn search(problem: &Problem) -> Option<(Row, Option<(Row, usize)>)> {
     let points = problem.rows.len() as u32;
     let mut answers: Vec<((usize, f64), Row)> = Vec::new();
     let mut most = 0;
-    let folds = s.folded.map_or(0, |f| f.reach());
     for draw in 0..s.draws {
         let w = philox4x32_10([draw, 0, (s.seed >> 32) as u32, EGO_STREAM], [s.seed as u32, s.frame]);
         let mut sample: Vec<usize> = Vec::with_capacity(problem.n);
@@ -371,15 +396,20 @@ fn search(problem: &Problem) -> Option<(Row, Option<(Row, usize)>)> {
             taken.iter().for_each(|t| at += usize::from(at >= *t));
             sample.push(at);
         }
-        let width = (2 * folds + 1) as u64;
-        for code in 0..width.pow(problem.n as u32) {
-            let q: Vec<i32> =
-                (0..problem.n as u32).map(|k| (code / width.pow(k) % width) as i32 - folds).collect();
-            let Some(motion) = problem.through(&sample, &q) else { continue };
-            let speed = motion[0].hypot(if problem.n == 2 { 0.0 } else { motion[1] });
-            if s.folded.is_some_and(|f| speed > f.max_speed_mps) {
+        let reaches: Vec<i32> = sample.iter().map(|i| problem.reach(*i)).collect();
+        let codes: u64 = reaches.iter().map(|r| (2 * r + 1) as u64).product();
+        for code in 0..codes {
+            let mut left = code;
+            let next = |r: &i32| {
+                let width = (2 * r + 1) as u64;
+                let q = (left % width) as i32 - r;
+                left /= width;
+                q
+            };
+            let q: Vec<i32> = reaches.iter().map(next).collect();
+            let Some(motion) = problem.through(&sample, &q).filter(|m| problem.is_possible(m)) else {
                 continue;
-            }
+            };
             let score = problem.score(&motion);
             most = most.max(score.0);
             // Neither the best nor its rival has less than this.
@@ -390,8 +420,7 @@ fn search(problem: &Problem) -> Option<(Row, Option<(Row, usize)>)> {
     }
     answers.sort_by(|a, b| (b.0.0.cmp(&a.0.0)).then(a.0.1.total_cmp(&b.0.1)));
     let best = answers.first()?.1;
-    let rival =
-        answers.iter().find(|(_, m)| differ(m, &best, problem.n, s)).map(|((count, _), m)| (*m, *count));
+    let rival = answers.iter().find(|(_, m)| differ(m, &best, problem)).map(|((count, _), m)| (*m, *count));
     Some((best, rival))
 }
 
@@ -418,17 +447,23 @@ fn check(points: &[Radial], model: &EgoModel, s: &EgoSettings) -> Result<()> {
     if !(1..=100_000).contains(&s.draws) {
         return bad("draws", &s.draws, "1..=100000");
     }
-    if let Some(f) = s.folded {
-        for (key, value) in [("ambiguity_mps", f.ambiguity_mps), ("max_speed_mps", f.max_speed_mps)] {
-            if !(value.is_finite() && value > 0.0) {
-                return bad(key, &value, "a positive number");
+    if !(s.max_speed_mps.is_finite() && s.max_speed_mps > 0.0) {
+        return bad("max_speed_mps", &s.max_speed_mps, "a positive number");
+    }
+    if let Some(k) = s.speed {
+        for (key, value) in [("speed.speed_mps", k.speed_mps), ("speed.tolerance_mps", k.tolerance_mps)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return bad(key, &value, "0 or more");
             }
         }
-        let tries = f64::from(s.draws) * f64::from(2 * f.reach() + 1).powi(model.parameters() as i32);
-        if f.max_speed_mps > 100.0 * f.ambiguity_mps || tries > MAX_TRIES {
-            let allowed = format!("draws · folds^unknowns up to {MAX_TRIES:.0e}; fewer draws or less speed");
-            return bad("max_speed_mps", &f.max_speed_mps, &allowed);
-        }
+    }
+    let positive = points.iter().map(|p| p.ambiguity_mps).filter(|a| *a > 0.0);
+    let narrowest = positive.fold(f64::INFINITY, f64::min);
+    let intervals = f64::from(2 * reach(narrowest, s.max_speed_mps) + 1);
+    let tries = f64::from(s.draws) * intervals.powi(model.parameters() as i32);
+    if s.max_speed_mps > 100.0 * narrowest || tries > MAX_TRIES {
+        let allowed = format!("draws · intervals^unknowns up to {MAX_TRIES:.0e}; fewer draws or less speed");
+        return bad("max_speed_mps", &s.max_speed_mps, &allowed);
     }
     Ok(())
 }
@@ -462,7 +497,14 @@ mod tests {
                 let other = if stands { 0.0 } else { 3.0 + 12.0 * d.uniform() };
                 truth.push(stands);
                 let range_rate_mps = -u.truncate().dot(at) + other + STD * d.normal();
-                Radial { azimuth_rad, elevation_rad, range_rate_mps, range_rate_std_mps: STD, radar }
+                Radial {
+                    azimuth_rad,
+                    elevation_rad,
+                    range_rate_mps,
+                    range_rate_std_mps: STD,
+                    ambiguity_mps: f64::INFINITY,
+                    radar,
+                }
             })
             .collect();
         (points, truth)
@@ -476,7 +518,8 @@ mod tests {
         tolerance_mps: 0.01,
         min_inliers: 0.3,
         draws: 200,
-        folded: None,
+        max_speed_mps: 40.0,
+        speed: None,
         seed: 5,
         frame: 0,
     };
@@ -531,15 +574,15 @@ mod tests {
     fn folded_rates_are_unfolded() {
         let mount = Mount { position_m: DVec2::ZERO, yaw_rad: 0.0 };
         let ambiguity_mps = 11.8;
-        let folded = Some(Fold { ambiguity_mps, max_speed_mps: 40.0 });
         for run in 0..20 {
             let mut d = Draws::new(run, 72);
             let v = DVec2::new(10.0 + 25.0 * d.uniform(), d.uniform());
             let (mut points, _) = scene(&mut d, &[mount], (v, 0.0), 80, 0.3);
             for p in &mut points {
                 p.range_rate_mps -= ambiguity_mps * (p.range_rate_mps / ambiguity_mps).round();
+                p.ambiguity_mps = ambiguity_mps;
             }
-            let s = EgoSettings { folded, draws: 60, ..QUIET };
+            let s = EgoSettings { draws: 60, ..QUIET };
             let e = ego_motion(&points, &EgoModel::Sensor, &s).unwrap();
             assert!((e.value[0] - v.x).abs() < 0.15 && (e.value[1] - v.y).abs() < 0.3, "{:?} {v}", e.value);
             // Straight ahead alone, folds cannot be told from one another.
@@ -550,7 +593,17 @@ mod tests {
                 p.elevation_rad = 0.0;
             });
             let e = ego_motion(&points, &EgoModel::Sensor, &s).unwrap_err();
-            assert!(e.to_string().contains("folded"), "{e}");
+            assert!(e.to_string().contains("ambiguous"), "{e}");
+            // The vehicle's bus decides, and so do a few range rates that are known.
+            let speed = Some(KnownSpeed { speed_mps: v.length() + 0.4, tolerance_mps: 2.0 });
+            let e = ego_motion(&points, &EgoModel::Sensor, &EgoSettings { speed, ..s }).unwrap();
+            assert!((e.value[0] - v.x).abs() < 0.15, "{:?} {v}", e.value);
+            for p in points.iter_mut().step_by(4) {
+                let rate = -v.x * p.azimuth_rad.cos() - v.y * p.azimuth_rad.sin();
+                (p.range_rate_mps, p.ambiguity_mps) = (rate, f64::INFINITY);
+            }
+            let e = ego_motion(&points, &EgoModel::Sensor, &s).unwrap();
+            assert!((e.value[0] - v.x).abs() < 0.15, "{:?} {v}", e.value);
         }
     }
 
@@ -561,6 +614,7 @@ mod tests {
             elevation_rad: 0.0,
             range_rate_mps,
             range_rate_std_mps: STD,
+            ambiguity_mps: f64::INFINITY,
             radar: 0,
         };
         let message = |points: &[Radial], model: &EgoModel| {
@@ -598,7 +652,8 @@ mod tests {
             EgoSettings { tolerance_mps: f64::NAN, ..QUIET },
             EgoSettings { min_inliers: 1.5, ..QUIET },
             EgoSettings { draws: 0, ..QUIET },
-            EgoSettings { folded: Some(Fold { ambiguity_mps: 0.5, max_speed_mps: 40.0 }), ..QUIET },
+            EgoSettings { max_speed_mps: 0.0, ..QUIET },
+            EgoSettings { speed: Some(KnownSpeed { speed_mps: -1.0, tolerance_mps: 1.0 }), ..QUIET },
         ] {
             assert_eq!(ego_motion(&points, &EgoModel::Sensor, &bad).unwrap_err().exit_code(), 2);
         }

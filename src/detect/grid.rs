@@ -117,7 +117,11 @@ mod tests {
             bounces: 0,
             ghost: false,
             side_lobe: false,
+            folded: false,
+            aliased: false,
             share: 0.0,
+            angle_ambiguity: None,
+            other_angles_rad: vec![],
             at_search_edge: false,
         }
     }

@@ -5,6 +5,7 @@ use super::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
 use super::ambiguity::{
     Ambiguity, FASTEST_MPS, Folded, ROW_CELLS, Standing, TdmFolds, empty_bands, is_alone,
 };
+use super::angle_ambiguity::AngleLobes;
 use super::bursts::{self, Burst, Known};
 use super::points::{Detected, Point, least_range_m, peaks, point, range_rate_mps};
 use super::same_slope;
@@ -24,6 +25,7 @@ use crate::dsp::peaks::{Peak, group};
 use crate::dsp::{RangeDoppler, Snapshots, window};
 use crate::engine::Engine;
 use crate::formats::csv::Table;
+use crate::scene::grating_lobes::grating_lobes;
 use crate::scene::radar::{AngleMethod, AngleSettings, Radar, Sources};
 use crate::scene::waveform::Multiplex;
 use glam::DVec3;
@@ -63,7 +65,7 @@ pub fn accuracy(radar: &Radar) -> Result<PointAccuracy> {
         .zip(weights)
         .map(|((position_m, slot), weight)| Element { position_m: *position_m, weight, slot: turn(*slot) })
         .collect();
-    let k = wavenumber(radar.carrier_hz);
+    let k = wavenumber(radar.sample_centre_hz());
     let grid = Grid::new(radar)?;
     let step = |axis: &[f64]| if axis.len() > 1 { axis[1].sin() - axis[0].sin() } else { 0.0 };
     let sine_step = [step(&grid.azimuth_rad), step(&grid.elevation_rad)];
@@ -77,10 +79,28 @@ pub fn accuracy(radar: &Radar) -> Result<PointAccuracy> {
         velocity_bin_mps: radar.velocity_bin_mps(),
         sine_step,
         sine_floor: [beam_floor(&elements, k, 1, sine_step[0]), beam_floor(&elements, k, 2, sine_step[1])],
+        angle_lobes: angle_lobes(&elements, &grid, k),
         elements,
         wavenumber: k,
         chirp_period_s: radar.chirp_period_s(),
     })
+}
+
+/// Directions that the array confuses among those that are searched.
+fn angle_lobes(elements: &[Element], grid: &Grid, wavenumber: f64) -> AngleLobes {
+    let total: f64 = elements.iter().map(|e| e.weight).sum();
+    let places: Vec<(DVec3, f64)> = elements.iter().map(|e| (e.position_m, e.weight / total)).collect();
+    let half = |axis: &[f64]| match axis {
+        [first, .., last] => first.abs().max(last.abs()),
+        _ => 0.0,
+    };
+    let fov_rad = [half(&grid.azimuth_rad), half(&grid.elevation_rad)];
+    let is_searched = fov_rad.iter().any(|f| *f > 0.0);
+    AngleLobes {
+        lobes: if is_searched { grating_lobes(&places, wavenumber) } else { Vec::new() },
+        fov_rad,
+        noise_share: places.iter().map(|(_, w)| w * w).sum(),
+    }
 }
 
 /// The array as the radar's settings describe it.
@@ -544,13 +564,13 @@ pub(super) fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
     let axis = |along: fn(DVec3) -> f64| -> Vec<f64> {
         let ends = places.iter().map(|(p, _)| along(*p));
         let (lo, hi) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)));
-        let half = (PER_BEAM * (hi - lo) / radar.wavelength_m()).ceil() as i32;
+        let half = (PER_BEAM * (hi - lo) / radar.sample_wavelength_m()).ceil() as i32;
         (-half..=half).map(|i| (f64::from(i) / f64::from(half.max(1))).asin()).collect()
     };
     let (azimuths, elevations) = (axis(|p| p.y), axis(|p| p.z));
     let directions: Vec<(f64, f64)> =
         elevations.iter().flat_map(|e| azimuths.iter().map(move |a| (*a, *e))).collect();
-    let k = wavenumber(radar.carrier_hz);
+    let k = wavenumber(radar.sample_centre_hz());
     let periods_s = [radar.chirp_period_s(), radar.loop_period_s()];
     TdmFolds::new(&places, radar.tx.len(), k, periods_s, &directions).map(Some)
 }
@@ -573,8 +593,8 @@ pub struct FrameMaps<'a> {
 }
 
 /// Points of one frame without labels, strongest first. `maps` has one map for each ramp. What ramps of one slope see
-/// is put together ([`same_slope`]). With one slope that is all; with several, points are pairs of peaks of the first
-/// two different slopes, confirmed by a third where there is one. `velocity_mps` is the radar's own in its frame,
+/// is put together ([`same_slope`]). With one slope that is all; with several, points are peaks that belong
+/// together of all different slopes ([`pair_slopes`]). `velocity_mps` is the radar's own in its frame,
 /// where it is known. What would stand nearer than [`least_range_m`] is no point.
 ///
 /// # Errors
@@ -754,7 +774,7 @@ fn joined(
                         beat_hz: sign * d.range_bin * bin_hz,
                         beat_std_hz: p.beat_std_cells.max(1e-3) * bin_hz,
                         power_db: db_from_power(d.power_w),
-                        azimuth_rad: p.std.azimuth_rad.map(|_| d.azimuth_rad),
+                        azimuth_rad: p.std.azimuth_rad.map(|_| p.azimuth_rad),
                         row: (part.doppler_rows() > 1).then(|| Folded {
                             range_rate_mps: range_rate_mps(part, d.doppler_row),
                             ambiguity_mps: 2.0 * part.max_velocity_mps(),
@@ -771,21 +791,24 @@ fn joined(
         power_std_db: SLOPE_LEVEL_DB,
         azimuth_std_rad: 1f64.to_radians(),
     };
-    let pairs = pair_slopes(&slopes[0], &slopes[1], slopes.get(2), &limits)?;
+    let pairs = pair_slopes(&slopes, &limits)?;
     let mut out: Vec<Point> = pairs
         .iter()
         .map(|pair| {
-            let (first, second) = (&seen[0].list[pair.first].0, &seen[1].list[pair.second].0);
+            let further = pair.further.iter().zip(&seen[2..]).filter_map(|(k, s)| k.map(|k| &s.list[k].0));
+            let first = &seen[0].list[pair.first].0;
+            let all: Vec<&Point> = [first, &seen[1].list[pair.second].0].into_iter().chain(further).collect();
+            let mean = |of: fn(&Point) -> f64| all.iter().map(|p| of(p)).sum::<f64>() / all.len() as f64;
             let mut p = first.clone();
             p.range_m = pair.range_m;
             p.range_rate_mps = pair.range_rate_mps;
-            p.azimuth_rad = 0.5 * (first.azimuth_rad + second.azimuth_rad);
-            p.elevation_rad = 0.5 * (first.elevation_rad + second.elevation_rad);
+            p.azimuth_rad = mean(|p| p.azimuth_rad);
+            p.elevation_rad = mean(|p| p.elevation_rad);
             p.position_m = direction_from_angles(p.azimuth_rad, p.elevation_rad) * p.range_m;
             p.std.range_m = pair.range_std_m;
             p.std.range_rate_mps = pair.range_rate_std_mps;
             p.ambiguity = pair.state;
-            p.at_search_edge = first.at_search_edge || second.at_search_edge;
+            p.at_search_edge = all.iter().any(|p| p.at_search_edge);
             // Ranges of two slopes know no folds.
             p.modulo_mps = f64::INFINITY;
             // The level goes with the fourth power of a range that was not right before.

@@ -44,7 +44,9 @@
 
 pub mod accuracy;
 pub mod ambiguity;
+pub mod angle_ambiguity;
 pub mod assignment;
+pub mod bodies;
 mod bursts;
 pub mod cluster;
 pub mod columns;
@@ -67,5 +69,6 @@ pub mod tracker;
 pub mod unmarked;
 pub mod view_labels;
 
-pub use label::{Bodies, Labeller};
+pub use bodies::Bodies;
+pub use label::Labeller;
 pub use points::{Detected, Point};

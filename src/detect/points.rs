@@ -80,15 +80,30 @@ pub struct Point {
     pub class: String,
     /// Reflections of the echo that contributes most; 0 for none.
     pub bounces: u8,
-    /// Whether it stands where nothing is, because its echo went over a mirror (eq. 160).
+    /// Whether it is off its object, because its echo was reflected by another one too (eq. 160).
     pub ghost: bool,
     /// Whether it is a side lobe of the object's echo, which is elsewhere in range, range rate or direction (eq. 160).
     pub side_lobe: bool,
+    /// Whether it is out of place by a whole ambiguity of range rate, range or direction (eq. 160a).
+    pub folded: bool,
+    /// Whether its echo is beyond the sampled band of beat frequencies (eq. 160a).
+    pub aliased: bool,
     /// Of the power that echoes bring to the point, what the object's bring (eq. 160), 0 to 1.
     pub share: f64,
+    /// Whether the array could have confused the direction with others that are searched; None where it measures none.
+    pub angle_ambiguity: Option<Ambiguity>,
+    /// Azimuth and elevation of the directions that it may have instead, rad.
+    pub other_angles_rad: Vec<[f64; 2]>,
     /// Whether the angular spectrum is largest on the edge of the directions that are searched: the azimuth or the
     /// elevation is then no measured direction, but a bound.
     pub at_search_edge: bool,
+}
+
+impl Point {
+    /// Whether no flag of the label says that the point is out of place: it is where the echo of its object is.
+    pub fn is_in_place(&self) -> bool {
+        !(self.ghost || self.side_lobe || self.folded || self.aliased)
+    }
 }
 
 /// Range rate of a row, which may be fractional, wrapped to the unambiguous interval (eq. 16).
@@ -120,24 +135,31 @@ fn array_gain(radar: &Radar, azimuth: f64, elevation: f64) -> f64 {
 pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
     let rate = range_rate_mps(radar, d.doppler_row) + d.unfolded_mps;
     let range = range_m(radar, d.range_bin, rate, accuracy.coupling_s);
-    let gain = array_gain(radar, d.azimuth_rad, d.elevation_rad).powi(2);
+    let resolved = accuracy.angle_lobes.resolve([d.azimuth_rad, d.elevation_rad], d.power_w, d.noise_w);
+    let [azimuth_rad, elevation_rad] = resolved.angles_rad;
+    let gain = array_gain(radar, azimuth_rad, elevation_rad).powi(2);
     let power_w = d.power_w * d.scalloping;
     let rcs = power_w * (4.0 * PI).powi(3) * range.powi(4)
         / (w_from_dbm(radar.tx_power_dbm) * gain * radar.wavelength_m().powi(2));
     let snr = if d.noise_w > 0.0 { d.power_w / d.noise_w } else { SNR_WITHOUT_NOISE };
     let averaged = snr * f64::from(d.looks);
-    let mut std = accuracy.std(averaged, d.azimuth_rad, d.elevation_rad);
+    let mut std = accuracy.std(averaged, azimuth_rad, elevation_rad);
     if let Some([azimuth, elevation]) = d.angle_std_rad {
         let known = |s: f64| s.is_finite() && s > 0.0;
         std.azimuth_rad = std.azimuth_rad.map(|s| if known(azimuth) { azimuth } else { s });
         std.elevation_rad = std.elevation_rad.map(|s| if known(elevation) { elevation } else { s });
     }
+    let measures_angle = std.azimuth_rad.is_some() || std.elevation_rad.is_some();
+    // A lobe that may be wrong is part of the deviation.
+    let [by_azimuth, by_elevation] = resolved.variance.map(f64::sqrt);
+    std.azimuth_rad = std.azimuth_rad.map(|s| s.hypot(by_azimuth));
+    std.elevation_rad = std.elevation_rad.map(|s| s.hypot(by_elevation));
     Point {
         range_m: range,
         range_rate_mps: rate,
-        azimuth_rad: d.azimuth_rad,
-        elevation_rad: d.elevation_rad,
-        position_m: direction_from_angles(d.azimuth_rad, d.elevation_rad) * range,
+        azimuth_rad,
+        elevation_rad,
+        position_m: direction_from_angles(azimuth_rad, elevation_rad) * range,
         power_dbm: dbm_from_w(power_w),
         snr_db: db_from_power(d.power_w / d.noise_w),
         rcs_dbsm: db_from_power(rcs),
@@ -150,7 +172,11 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
         bounces: 0,
         ghost: false,
         side_lobe: false,
+        folded: false,
+        aliased: false,
         share: 0.0,
+        angle_ambiguity: measures_angle.then_some(resolved.state),
+        other_angles_rad: resolved.others_rad,
         at_search_edge: d.at_search_edge,
     }
 }

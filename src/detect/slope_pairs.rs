@@ -49,15 +49,15 @@ pub struct PairLimits {
     pub azimuth_std_rad: f64,
 }
 
-/// A body from two slopes, or from three.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A body from two or more ramps of different slopes.
+#[derive(Debug, Clone, PartialEq)]
 pub struct SlopePair {
-    /// Indices of the peaks; the third where a third slope confirms it.
+    /// Index of the peak of the first slope.
     pub first: usize,
-    /// Peak of the second slope.
+    /// Index of the peak of the second slope.
     pub second: usize,
-    /// Peak of the third slope, where there is one.
-    pub third: Option<usize>,
+    /// Index of the peak of each further slope; None where that slope does not show the body.
+    pub further: Vec<Option<usize>>,
     /// Range, m.
     pub range_m: f64,
     /// Range rate, m/s.
@@ -129,7 +129,7 @@ fn by_chance(slopes: &[&Slope], peaks: &[&SlopePeak], rows: f64, limits: &PairLi
             share *= gate(limits.azimuth_std_rad, AZIMUTHS_RAD);
         }
     }
-    // A third beat stands anywhere between those of the limits.
+    // Further beats are anywhere between those of the limits.
     for (s, p) in slopes.iter().zip(peaks).skip(2) {
         let beats = 2.0 * (s.slope_hz_per_s.abs() * limits.max_range_m) / C0;
         // A third slope that is nearly one of the two says little more than that one.
@@ -180,82 +180,114 @@ fn unlike(p: &SlopePeak, q: &SlopePeak, limits: &PairLimits) -> (f64, f64) {
     }
 }
 
-/// Pairs the peaks of two slopes, each used once, so that together they are most alike in level and
-/// azimuth, within the limits of range and range rate (least sum by assignment). With a third slope a
-/// pair counts only when a peak of it lies where the pair says: that rejects ghosts, pairs of
-/// different bodies. Peaks without a partner are left out. In the order of the first slope's peaks.
+/// Peaks that may be of one body, in the order of the slopes that show it.
+#[derive(Clone)]
+struct Candidate<'a> {
+    beats: Vec<(&'a Slope, &'a SlopePeak)>,
+    further: Vec<Option<usize>>,
+    /// Sum of squares over level and azimuth, and the number of these comparisons.
+    alike: (f64, f64),
+}
+
+/// Quantiles of χ² at [`SAME`] for 1, 2, ... degrees of freedom.
+fn gates(slopes: usize) -> Result<Vec<f64>> {
+    let quantile = |freedom: usize| {
+        let chi = ChiSquared::new(freedom as f64);
+        chi.map(|c| c.inverse_cdf(SAME)).map_err(|e| crate::base::error::Error::Failed(e.to_string()))
+    };
+    // Level and azimuth of each peak against the first, beats less two unknowns, and rows.
+    (1..=4 * slopes).map(quantile).collect()
+}
+
+impl<'a> Candidate<'a> {
+    fn with(&self, slope: &'a Slope, index: usize, limits: &PairLimits) -> Candidate<'a> {
+        let peak = &slope.peaks[index];
+        let more = unlike(self.beats[0].1, peak, limits);
+        let mut out = self.clone();
+        out.beats.push((slope, peak));
+        out.further.push(Some(index));
+        out.alike = (out.alike.0 + more.0, out.alike.1 + more.1);
+        out
+    }
+
+    /// The body that the peaks are of; None where they differ too much or the body is beyond the limits.
+    fn pair(&self, first: usize, second: usize, gates: &[f64], limits: &PairLimits) -> Option<SlopePair> {
+        let ([range_m, rate], [range_std_m, rate_std], left) = solve(&self.beats);
+        let (slopes, peaks): (Vec<&Slope>, Vec<&SlopePeak>) = self.beats.iter().copied().unzip();
+        let in_rows = rows_agree(&peaks, rate, rate_std);
+        let cost = self.alike.0 + left + in_rows.map_or(0.0, |r| r.0);
+        let by_rows = in_rows.map_or(0, |_| peaks.iter().filter(|p| p.row.is_some()).count());
+        let freedom = self.alike.1 as usize + self.beats.len() - 2 + by_rows;
+        let accidents = by_chance(&slopes, &peaks, in_rows.map_or(1.0, |r| r.1), limits);
+        // Their share counts rows within their own gate.
+        let in_gate = in_rows.is_none_or(|r| r.0 <= gates[by_rows.max(1) - 1]);
+        let is_sure = accidents <= ACCIDENTS && in_gate;
+        let within = (0.0..=limits.max_range_m).contains(&range_m) && rate.abs() <= limits.max_range_rate_mps;
+        (within && cost <= gates[freedom - 1]).then(|| SlopePair {
+            first,
+            second,
+            further: self.further.clone(),
+            range_m,
+            range_rate_mps: rate,
+            range_std_m,
+            range_rate_std_mps: rate_std,
+            state: if is_sure { Ambiguity::Resolved } else { Ambiguity::Ambiguous },
+            cost,
+        })
+    }
+}
+
+/// Pairs the peaks of ramps of different slopes, each peak of the first two used once, so that together they are most alike
+/// in level and azimuth, within the limits of range and range rate (least sum by assignment). Each further slope adds, in its
+/// turn, the peak that fits best; range and range rate are those of least squares over all (eq. 119). With three or more slopes a
+/// pair of the first two counts only when one of the others shows it too: that rejects pairs of different bodies. Peaks without a
+/// partner are left out. In the order of the first slope's peaks; none of fewer than two slopes.
 ///
 /// # Errors
 /// Returns an error for slopes that are equal or zero, values that are not finite, deviations or limits that are not
 /// positive.
-pub fn pair_slopes(
-    first: &Slope,
-    second: &Slope,
-    third: Option<&Slope>,
-    limits: &PairLimits,
-) -> Result<Vec<SlopePair>> {
-    check(first, second, third, limits)?;
-    let quantile = |freedom: f64| -> Result<f64> {
-        let chi = ChiSquared::new(freedom).map_err(|e| crate::base::error::Error::Failed(e.to_string()))?;
-        Ok(chi.inverse_cdf(SAME))
-    };
-    let gates = [
-        quantile(1.0)?,
-        quantile(2.0)?,
-        quantile(3.0)?,
-        quantile(4.0)?,
-        quantile(5.0)?,
-        quantile(6.0)?,
-        quantile(7.0)?,
-        quantile(8.0)?,
-    ];
+pub fn pair_slopes(slopes: &[Slope], limits: &PairLimits) -> Result<Vec<SlopePair>> {
+    check(slopes, limits)?;
+    let [first, second, further @ ..] = slopes else { return Ok(Vec::new()) };
+    let gates = gates(slopes.len())?;
+    // Dearer than any pair that passes.
+    let most = gates[gates.len() - 1];
     let columns = second.peaks.len();
     let mut candidates: Vec<Option<SlopePair>> = Vec::with_capacity(first.peaks.len() * columns);
     for (i, p) in first.peaks.iter().enumerate() {
         for (j, q) in second.peaks.iter().enumerate() {
-            let (alike, compared) = unlike(p, q, limits);
-            let pair = |third: Option<usize>, beats: &[(&Slope, &SlopePeak)], more: (f64, f64)| {
-                let ([range_m, rate], [range_std_m, rate_std], left) = solve(beats);
-                let (slopes, peaks): (Vec<&Slope>, Vec<&SlopePeak>) = beats.iter().copied().unzip();
-                let in_rows = rows_agree(&peaks, rate, rate_std);
-                let cost = alike + more.0 + left + in_rows.map_or(0.0, |r| r.0);
-                let by_rows =
-                    in_rows.map_or(0.0, |_| peaks.iter().filter(|p| p.row.is_some()).count() as f64);
-                let freedom = compared + more.1 + (beats.len() - 2) as f64 + by_rows;
-                let accidents = by_chance(&slopes, &peaks, in_rows.map_or(1.0, |r| r.1), limits);
-                // Their share counts rows within their own gate.
-                let in_gate = in_rows.is_none_or(|r| r.0 <= gates[(by_rows as usize).max(1) - 1]);
-                let is_sure = accidents <= ACCIDENTS && in_gate;
-                let within =
-                    (0.0..=limits.max_range_m).contains(&range_m) && rate.abs() <= limits.max_range_rate_mps;
-                (within && cost <= gates[freedom as usize - 1]).then_some(SlopePair {
-                    first: i,
-                    second: j,
-                    third,
-                    range_m,
-                    range_rate_mps: rate,
-                    range_std_m,
-                    range_rate_std_mps: rate_std,
-                    state: if is_sure { Ambiguity::Resolved } else { Ambiguity::Ambiguous },
-                    cost,
-                })
+            let alike = unlike(p, q, limits);
+            if alike.0 > most {
+                candidates.push(None);
+                continue;
+            }
+            let mut body = Candidate {
+                beats: vec![(first, p), (second, q)],
+                further: Vec::with_capacity(further.len()),
+                alike,
             };
-            candidates.push(match third {
-                None => pair(None, &[(first, p), (second, q)], (0.0, 0.0)),
-                Some(t) => t
-                    .peaks
-                    .iter()
-                    .enumerate()
-                    .filter_map(|(k, r)| {
-                        pair(Some(k), &[(first, p), (second, q), (t, r)], unlike(p, r, limits))
-                    })
-                    .min_by(|a, b| a.cost.total_cmp(&b.cost)),
-            });
+            let mut found = body.pair(i, j, &gates, limits).filter(|_| further.is_empty());
+            for slope in further {
+                let with = |k: usize| {
+                    let longer = body.with(slope, k, limits);
+                    longer.pair(i, j, &gates, limits).map(|pair| (longer, pair))
+                };
+                let best =
+                    (0..slope.peaks.len()).filter_map(with).min_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+                match best {
+                    Some((longer, pair)) => (body, found) = (longer, Some(pair)),
+                    None => {
+                        body.further.push(None);
+                        found.iter_mut().for_each(|f| f.further.push(None));
+                    }
+                }
+            }
+            candidates.push(found);
         }
     }
-    let cost: Vec<f64> = candidates.iter().map(|c| c.map_or(f64::INFINITY, |c| c.cost)).collect();
-    // Dearer than any pair that passes: as many bodies as fit.
-    let miss = vec![(1.0 + gates[7]) * (1 + columns.max(first.peaks.len())) as f64; first.peaks.len()];
+    let cost: Vec<f64> = candidates.iter().map(|c| c.as_ref().map_or(f64::INFINITY, |c| c.cost)).collect();
+    // As many bodies as fit.
+    let miss = vec![(1.0 + most) * (1 + columns.max(first.peaks.len())) as f64; first.peaks.len()];
     let choice = assign(&cost, columns, &miss);
     let rivals = |i: usize, j: usize| {
         let row = (0..columns).filter(|k| candidates[i * columns + k].is_some()).count();
@@ -267,7 +299,7 @@ pub fn pair_slopes(
         .enumerate()
         .filter_map(|(i, j)| {
             let j = j?;
-            let mut pair = candidates[i * columns + j]?;
+            let mut pair = candidates[i * columns + j].clone()?;
             if rivals(i, j) {
                 pair.state = Ambiguity::Ambiguous;
             }
@@ -276,7 +308,7 @@ pub fn pair_slopes(
         .collect())
 }
 
-fn check(first: &Slope, second: &Slope, third: Option<&Slope>, limits: &PairLimits) -> Result<()> {
+fn check(slopes: &[Slope], limits: &PairLimits) -> Result<()> {
     let bad = |key: String, value: f64, allowed: &str| {
         Err(BadInput::new("cannot pair slopes").key(key).value(value).allowed(allowed).into())
     };
@@ -290,7 +322,7 @@ fn check(first: &Slope, second: &Slope, third: Option<&Slope>, limits: &PairLimi
             return bad(key.into(), value, "a positive number");
         }
     }
-    for (n, s) in [Some(first), Some(second), third].into_iter().flatten().enumerate() {
+    for (n, s) in slopes.iter().enumerate() {
         if !(s.slope_hz_per_s.is_finite() && s.slope_hz_per_s != 0.0) {
             return bad(format!("slope {n}: slope_hz_per_s"), s.slope_hz_per_s, "a number other than 0");
         }
@@ -308,9 +340,11 @@ fn check(first: &Slope, second: &Slope, third: Option<&Slope>, limits: &PairLimi
             }
         }
     }
-    let (s, t) = (first.slope_hz_per_s, second.slope_hz_per_s);
-    if (s - t).abs() <= 1e-6 * s.abs() {
-        return bad("slope_hz_per_s".into(), t, "two slopes that differ");
+    for (n, s) in slopes.iter().enumerate() {
+        let alike = |t: &&Slope| (s.slope_hz_per_s - t.slope_hz_per_s).abs() <= 1e-6 * s.slope_hz_per_s.abs();
+        if let Some(t) = slopes[..n].iter().find(alike) {
+            return bad("slope_hz_per_s".into(), t.slope_hz_per_s, "slopes that differ");
+        }
     }
     Ok(())
 }
@@ -370,9 +404,9 @@ mod tests {
         let up = Slope { slope_hz_per_s: S, carrier_hz: CARRIER, peaks: vec![peak(1_000_692.3 + 7_705.3)] };
         let down =
             Slope { slope_hz_per_s: -S, carrier_hz: CARRIER, peaks: vec![peak(7_705.3 - 1_000_692.3)] };
-        let pairs = pair_slopes(&up, &down, None, &LIMITS).unwrap();
+        let pairs = pair_slopes(&[up.clone(), down.clone()], &LIMITS).unwrap();
         assert_eq!(pairs.len(), 1);
-        let p = pairs[0];
+        let p = &pairs[0];
         assert!((p.range_m - 150.0).abs() < 1e-4 && (p.range_rate_mps - 15.0).abs() < 1e-3, "{p:?}");
         assert_eq!(p.state, Ambiguity::Resolved);
         // σ_R = c σ/(2√2 S), σ_v = λσ/(2√2).
@@ -380,11 +414,15 @@ mod tests {
         assert!((p.range_rate_std_mps / (C0 / CARRIER * 50.0 / 8f64.sqrt()) - 1.0).abs() < 1e-9);
         // Without peaks there are no pairs.
         let none = Slope { peaks: vec![], ..down.clone() };
-        assert!(pair_slopes(&up, &none, None, &LIMITS).unwrap().is_empty());
-        assert!(pair_slopes(&none, &up, Some(&up), &LIMITS).unwrap().is_empty());
+        assert!(pair_slopes(&[up.clone(), none.clone()], &LIMITS).unwrap().is_empty());
+        assert!(
+            pair_slopes(&[none, up.clone(), Slope { slope_hz_per_s: 0.5 * S, ..up.clone() }], &LIMITS)
+                .unwrap()
+                .is_empty()
+        );
         // Faster than the limit.
         let fast = PairLimits { max_range_rate_mps: 14.0, ..LIMITS };
-        assert!(pair_slopes(&up, &down, None, &fast).unwrap().is_empty());
+        assert!(pair_slopes(&[up, down], &fast).unwrap().is_empty());
     }
 
     #[test]
@@ -396,7 +434,7 @@ mod tests {
             let up = slope(&mut d, S, &bodies);
             let mut down = slope(&mut d, -S, &bodies);
             down.peaks.rotate_left(1);
-            let pairs = pair_slopes(&up, &down, None, &LIMITS).unwrap();
+            let pairs = pair_slopes(&[up.clone(), down.clone()], &LIMITS).unwrap();
             assert_eq!(pairs.len(), 3, "run {run}");
             for p in pairs {
                 let (r, v, ..) = bodies[p.first];
@@ -423,10 +461,10 @@ mod tests {
             let up = rowless(&mut d, S, &bodies);
             let down = rowless(&mut d, -S, &bodies);
             let third = rowless(&mut d, 0.37 * S, &bodies);
-            let pairs = pair_slopes(&up, &down, None, &LIMITS).unwrap();
+            let pairs = pair_slopes(&[up.clone(), down.clone()], &LIMITS).unwrap();
             marked += pairs.iter().filter(|p| p.state == Ambiguity::Ambiguous).count();
-            let sure = pair_slopes(&up, &down, Some(&third), &LIMITS).unwrap();
-            right += sure.iter().filter(|p| p.first == p.second && p.third == Some(p.first)).count();
+            let sure = pair_slopes(&[up, down, third], &LIMITS).unwrap();
+            right += sure.iter().filter(|p| p.first == p.second && p.further == [Some(p.first)]).count();
         }
         println!("{marked} of 200 marked, {right} right with a third slope");
         assert!(marked > 190 && right >= 198);
@@ -440,8 +478,45 @@ mod tests {
         let up = rowless(&mut d, S, &[a]);
         let down = rowless(&mut d, -S, &[b]);
         let third = rowless(&mut d, 0.4 * S, &[a, b]);
-        assert_eq!(pair_slopes(&up, &down, None, &LIMITS).unwrap().len(), 1);
-        assert!(pair_slopes(&up, &down, Some(&third), &LIMITS).unwrap().is_empty());
+        assert_eq!(pair_slopes(&[up.clone(), down.clone()], &LIMITS).unwrap().len(), 1);
+        assert!(pair_slopes(&[up, down, third], &LIMITS).unwrap().is_empty());
+    }
+
+    /// The deviation of least squares falls as each slope is added, errors stay within it, and one slope of five that misses a
+    /// body does not lose it.
+    #[test]
+    fn every_slope_counts() {
+        let bodies: [Body; 3] = [(40.0, -10.0, 0.0, None), (43.0, 20.0, 0.0, None), (75.0, 3.0, 0.0, None)];
+        let slopes = [S, -S, 0.37 * S, -0.6 * S, 0.8 * S];
+        // Σ of (error/σ)² of ranges and rates over all runs and bodies, and σ of the first run's first body.
+        let mut squares = [0.0; 6];
+        let mut std = [0.0; 6];
+        let runs = 60;
+        for run in 0..runs {
+            let mut d = Draws::new(run, 65);
+            let mut seen: Vec<Slope> = slopes.iter().map(|s| rowless(&mut d, *s, &bodies)).collect();
+            for n in 3..=5 {
+                let pairs = pair_slopes(&seen[..n], &LIMITS).unwrap();
+                assert_eq!(pairs.len(), 3, "{n} slopes, run {run}");
+                for p in &pairs {
+                    assert!(p.second == p.first && p.further.iter().all(|k| *k == Some(p.first)), "{p:?}");
+                    let (r, v, ..) = bodies[p.first];
+                    squares[n] += ((p.range_m - r) / p.range_std_m).powi(2);
+                    squares[n] += ((p.range_rate_mps - v) / p.range_rate_std_mps).powi(2);
+                }
+                std[n] = pairs[0].range_std_m;
+            }
+            seen[3].peaks.remove(1);
+            let pairs = pair_slopes(&seen, &LIMITS).unwrap();
+            assert_eq!(pairs.len(), 3);
+            assert_eq!(pairs[1].further, [Some(1), None, Some(1)]);
+        }
+        assert!(std[4] < std[3] && std[5] < std[4], "{std:?}");
+        // Mean of 2 per body and run; range and rate are correlated at worst wholly: 5σ of that.
+        let n = 3.0 * runs as f64;
+        for s in &squares[3..] {
+            assert!((s / n - 2.0).abs() < 5.0 * (8.0 / n).sqrt(), "{squares:?}");
+        }
     }
 
     #[test]
@@ -450,7 +525,7 @@ mod tests {
         let up = slope(&mut d, S, &[(40.0, 0.0, 0.0, None)]);
         let down = slope(&mut d, -S, &[(40.0, 0.0, 0.0, None)]);
         let fails = |a: &Slope, b: &Slope, l: &PairLimits| {
-            assert_eq!(pair_slopes(a, b, None, l).unwrap_err().exit_code(), 2);
+            assert_eq!(pair_slopes(&[a.clone(), b.clone()], l).unwrap_err().exit_code(), 2);
         };
         fails(&up, &up, &LIMITS);
         fails(&Slope { slope_hz_per_s: 0.0, ..up.clone() }, &down, &LIMITS);

@@ -1,25 +1,44 @@
 //! `tracks.csv`: one row for each track and frame.
 
+use super::files::write_rows;
 use super::tracker::{Track, TrackState, Tracker};
-use crate::formats::csv::Writer;
+use crate::formats::column::{Column, Get};
 use std::io::Write;
 
-/// Columns of the table in their order.
-pub const TRACK_COLUMNS: [&str; 13] = [
-    "frame",
-    "time_s",
-    "track_id",
-    "x_m",
-    "y_m",
-    "vx_mps",
-    "vy_mps",
-    "x_std_m",
-    "y_std_m",
-    "vx_std_mps",
-    "vy_std_mps",
-    "state",
-    "points",
+/// Columns of the table in their order. Positions and velocities are over the ground, in the world's plane.
+pub const TRACKS: [Column<TrackRow>; 14] = [
+    Column { name: "frame", about: "number of the frame", get: Get::Count(|r| r.frame) },
+    Column::number("time_s", "middle of the frame, from the middle of frame 0", |r| r.time_s),
+    Column {
+        name: "track_id",
+        about: "number of the track, never used again",
+        get: Get::Count(|r| r.track_id as u32),
+    },
+    Column::number("x_m", "along the world's x axis", |r| r.x_m),
+    Column::number("y_m", "along the world's y axis", |r| r.y_m),
+    Column::number("vx_mps", "over the ground, along the world's x axis", |r| r.vx_mps),
+    Column::number("vy_mps", "over the ground, along the world's y axis", |r| r.vy_mps),
+    Column::number("x_std_m", "standard deviation", |r| r.x_std_m),
+    Column::number("y_std_m", "standard deviation", |r| r.y_std_m),
+    Column::number("vx_std_mps", "standard deviation", |r| r.vx_std_mps),
+    Column::number("vy_std_mps", "standard deviation", |r| r.vy_std_mps),
+    Column {
+        name: "state",
+        about: "confirmed: seen in this frame; coasting: predicted from earlier frames",
+        get: Get::Text(12, |r| r.state.name().into()),
+    },
+    Column {
+        name: "points",
+        about: "points of its plot in this frame; 0 while coasting",
+        get: Get::Count(|r| r.points as u32),
+    },
+    Column::flag("moving", "its speed over the ground exceeds 0.5 m/s and three standard deviations", |r| {
+        r.moving
+    }),
 ];
+
+/// Slowest speed of what counts as moving, m/s: below it standing objects and slow pedestrians are not distinguished.
+const SLOWEST_MPS: f64 = 0.5;
 
 /// A track as it was after a frame, in the tracker's plane.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -50,6 +69,9 @@ pub struct TrackRow {
     pub state: TrackState,
     /// Points of its plot in this frame; 0 while coasting.
     pub points: usize,
+    /// Whether its speed over the ground exceeds 0.5 m/s and three standard deviations.
+    #[serde(default)]
+    pub moving: bool,
 }
 
 impl TrackRow {
@@ -71,6 +93,7 @@ impl TrackRow {
             vy_std_mps: p.w_axis.w.sqrt(),
             state: track.state,
             points: track.points,
+            moving: is_moving(track),
         }
     }
 
@@ -85,28 +108,18 @@ impl TrackRow {
     }
 }
 
-/// Writes rows as CSV with a header.
+/// Whether a track's speed over the ground is certain to be more than none.
+pub fn is_moving(track: &Track) -> bool {
+    let v = glam::DVec2::new(track.estimate.state.z, track.estimate.state.w);
+    let (speed, p) = (v.length(), &track.estimate.covariance);
+    let variance = v.x * v.x * p.z_axis.z + 2.0 * v.x * v.y * p.z_axis.w + v.y * v.y * p.w_axis.w;
+    speed > SLOWEST_MPS && speed > 3.0 * variance.max(0.0).sqrt() / speed
+}
+
+/// Writes rows as CSV with a header; the columns are [`TRACKS`].
 ///
 /// # Errors
 /// Returns an error if the output cannot be written.
 pub fn write_tracks<W: Write>(out: W, rows: &[TrackRow]) -> std::io::Result<W> {
-    let mut table = Writer::new(out, &[], &TRACK_COLUMNS)?;
-    for r in rows {
-        table.row([
-            &r.frame as &dyn std::fmt::Display,
-            &r.time_s,
-            &r.track_id,
-            &r.x_m,
-            &r.y_m,
-            &r.vx_mps,
-            &r.vy_mps,
-            &r.x_std_m,
-            &r.y_std_m,
-            &r.vx_std_mps,
-            &r.vy_std_mps,
-            &r.state.name(),
-            &r.points,
-        ])?;
-    }
-    table.finish()
+    write_rows(out, &TRACKS, rows)
 }

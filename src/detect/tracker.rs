@@ -387,7 +387,7 @@ fn lives(t: &Track, time_s: f64, s: &TrackerSettings) -> bool {
 mod tests {
     use super::*;
     use crate::base::rng::Draws;
-    use crate::detect::track_table::{TRACK_COLUMNS, TrackRow, write_tracks};
+    use crate::detect::track_table::{TRACKS, TrackRow, write_tracks};
     use crate::formats::csv::Table;
     use glam::{DVec2, DVec4};
     use proptest::prelude::*;
@@ -747,7 +747,7 @@ mod tests {
         assert_eq!(rows.len(), 4, "two tracks from the third frame on");
         let text = String::from_utf8(write_tracks(Vec::new(), &rows).unwrap()).unwrap();
         let table = Table::parse("tracks.csv", text).unwrap();
-        assert_eq!(table.header, TRACK_COLUMNS);
+        assert_eq!(table.header, TRACKS.map(|c| c.name));
         assert_eq!(table.numbers("track_id").unwrap(), [1.0, 2.0, 1.0, 2.0]);
         assert_eq!(table.numbers("x_m").unwrap()[3], rows[3].x_m);
         assert_eq!(table.text("state").unwrap()[0], "confirmed");

@@ -139,8 +139,8 @@ impl Beamformer {
             position_m,
             weight: w.iter().map(|v| v / sum).collect(),
             slot,
-            wavenumber: wavenumber(radar.carrier_hz),
-            slot_phase: TAU * 2.0 / radar.wavelength_m() * radar.chirp_period_s(),
+            wavenumber: wavenumber(radar.sample_centre_hz()),
+            slot_phase: TAU * 2.0 / radar.sample_wavelength_m() * radar.chirp_period_s(),
         })
     }
 

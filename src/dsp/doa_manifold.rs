@@ -68,14 +68,15 @@ impl Manifold {
         Self::new(vec![DVec3::ZERO; rx_m.len()], rx_m, wavelength_m)
     }
 
-    /// The manifold of the radar's virtual channels, c = tx x N_rx + rx, at its carrier.
+    /// The manifold of the radar's virtual channels, c = tx x N_rx + rx, at the middle frequency of its
+    /// samples.
     ///
     /// # Errors
     /// Returns an error for a radar whose antennas make no array: none, or two in one place.
     pub fn of_radar(radar: &Radar) -> Result<Self> {
         let pairs = radar.tx.iter().flat_map(|t| radar.rx.iter().map(|r| (t.position_m, r.position_m)));
         let (tx, rx) = pairs.unzip();
-        Self::new(tx, rx, radar.wavelength_m())
+        Self::new(tx, rx, radar.sample_wavelength_m())
     }
 
     /// The manifold with a complex amplitude gain of each channel, the same in all directions.

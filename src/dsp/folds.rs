@@ -56,7 +56,7 @@ impl Smear {
     pub fn new(radar: &Radar, t: &Transform) -> Smear {
         let lines = radar.lines();
         let walk_m = 2.0 * radar.max_velocity_mps() * radar.burst_time_s();
-        let band = lines.count as f64 * lines.step_hz.abs() / radar.carrier_hz;
+        let band = lines.count as f64 * lines.step_hz.abs() / radar.sample_centre_hz();
         Smear {
             per_fold: [t.doppler_rows() as f64 * band, walk_m / radar.range_bin_m()],
             peak: [

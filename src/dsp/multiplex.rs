@@ -32,7 +32,7 @@ pub fn decode_in(
     known_fold: Option<usize>,
 ) -> Decoded {
     let (n_tx, n_rx) = (radar.tx.len(), radar.rx.len());
-    let slot_turns = 2.0 * range_rate_mps / radar.wavelength_m() * radar.chirp_period_s();
+    let slot_turns = 2.0 * range_rate_mps / radar.sample_wavelength_m() * radar.chirp_period_s();
     let slots = radar.slots();
     match radar.multiplex {
         Multiplex::Tdm | Multiplex::Bpm => {

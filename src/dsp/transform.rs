@@ -220,16 +220,17 @@ fn agreed(found: [usize; 3], wanted: [usize; 3], problem: &str, key: &str, remed
     Err(bad.remedy(remedy).into())
 }
 
-/// Frequency of each line over the carrier, in the order of the samples.
+/// Frequency of each line over that in the middle of the samples, in the order of the samples.
 pub fn line_scale(radar: &Radar) -> Vec<f64> {
     let lines = radar.lines();
-    (0..lines.count).map(|n| (lines.first_hz + n as f64 * lines.step_hz) / radar.carrier_hz).collect()
+    let centre_hz = radar.sample_centre_hz();
+    (0..lines.count).map(|n| (lines.first_hz + n as f64 * lines.step_hz) / centre_hz).collect()
 }
 
 /// How the keystone transform holds targets in their range cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Keystone {
-    /// The instantaneous frequency over the carrier, for each sample ([`line_scale`] for a radar).
+    /// The instantaneous frequency over that in the middle of the samples, for each sample ([`line_scale`] for a radar).
     pub scale: Vec<f64>,
     /// Number of unambiguous intervals of the map that a target of interest moves faster than its row says: targets of
     /// another fold are not focused.

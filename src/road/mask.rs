@@ -93,12 +93,23 @@ pub enum CellClass {
     GuardRail = 3,
     /// A marker.
     Marker = 4,
+    /// A person on foot.
+    Pedestrian = 5,
+    /// A bicycle, with its rider or without.
+    Cyclist = 6,
 }
 
 impl CellClass {
     /// All classes in the order of their numbers.
-    pub const ALL: [CellClass; 5] =
-        [CellClass::Undefined, CellClass::Lane, CellClass::Vehicle, CellClass::GuardRail, CellClass::Marker];
+    pub const ALL: [CellClass; 7] = [
+        CellClass::Undefined,
+        CellClass::Lane,
+        CellClass::Vehicle,
+        CellClass::GuardRail,
+        CellClass::Marker,
+        CellClass::Pedestrian,
+        CellClass::Cyclist,
+    ];
 
     /// The class by its name in files.
     pub fn name(self) -> &'static str {
@@ -108,6 +119,8 @@ impl CellClass {
             CellClass::Vehicle => "vehicle",
             CellClass::GuardRail => "guard rail",
             CellClass::Marker => "marker",
+            CellClass::Pedestrian => "pedestrian",
+            CellClass::Cyclist => "cyclist",
         }
     }
 
@@ -116,6 +129,8 @@ impl CellClass {
         match base_class(class) {
             "guard_rail" | "post" | "wall" => Some(CellClass::GuardRail),
             "marker" => Some(CellClass::Marker),
+            "pedestrian" | "person" => Some(CellClass::Pedestrian),
+            "cyclist" | "bicycle" => Some(CellClass::Cyclist),
             class if is_vehicle(class) => Some(CellClass::Vehicle),
             _ => None,
         }
@@ -125,8 +140,8 @@ impl CellClass {
 /// Numbers of [`CellClass`], `[row, column]`. `lanes` as [`super::near::lanes_near`] cuts them; of the scene's objects those of
 /// the classes in `shown`. What is listed later covers what is listed earlier; lanes lie lowest.
 ///
-/// A cell is of a lane or a vehicle when its middle lies in the lane or under the vehicle; of a rail or marker, which are
-/// narrower than a cell, when any of it lies in the cell. Heights play no part.
+/// A cell is of a lane or a vehicle when its middle lies in the lane or under the vehicle; of a rail, a marker, a
+/// person or a bicycle, which are narrower than some cells, when any of it lies in the cell. Heights play no part.
 pub fn mask(
     grid: &Grid,
     scene: &Scene,
@@ -173,9 +188,11 @@ pub fn mask(
 }
 
 /// The classes of `mask_road.npy`.
-pub const ROAD_CLASSES: [CellClass; 2] = [CellClass::GuardRail, CellClass::Vehicle];
+pub const ROAD_CLASSES: [CellClass; 4] =
+    [CellClass::GuardRail, CellClass::Vehicle, CellClass::Cyclist, CellClass::Pedestrian];
 /// The classes of `mask_markers.npy`.
-pub const MARKER_CLASSES: [CellClass; 2] = [CellClass::Marker, CellClass::Vehicle];
+pub const MARKER_CLASSES: [CellClass; 4] =
+    [CellClass::Marker, CellClass::Vehicle, CellClass::Cyclist, CellClass::Pedestrian];
 
 /// Whole cells between two places, cut to the grid.
 fn span(lo: f64, hi: f64, count: usize) -> Range<usize> {
@@ -239,6 +256,9 @@ mod tests {
         s.add_mesh("van", "van", block(6.0, 2.0, 2.0), at(12.3, -3.0));
         s.add_mesh("rail", "guard_rail", block(200.0, 0.08, 0.3), at(50.0, -9.9));
         s.add_mesh("marker", "marker", block(0.1, 0.1, 0.1), at(20.3, 0.2));
+        s.add_mesh("walker", "pedestrian", block(0.3, 0.5, 1.7), at(15.4, 8.4));
+        s.add_mesh("walker left arm", "pedestrian.limb", block(0.1, 0.1, 0.5), at(15.4, 9.2));
+        s.add_mesh("rider", "cyclist", block(1.7, 0.5, 1.7), at(18.5, -6.5));
         s
     }
 
@@ -253,6 +273,11 @@ mod tests {
         assert_eq!(at(12.5, 2.9), CellClass::Lane as u8);
         assert_eq!(at(40.0, -9.9), CellClass::GuardRail as u8);
         assert_eq!(at(20.9, 0.9), CellClass::Marker as u8);
+        assert_eq!(
+            (at(15.5, 8.5), at(15.5, 9.5)),
+            (CellClass::Pedestrian as u8, CellClass::Pedestrian as u8)
+        );
+        assert_eq!((at(18.5, -6.5), at(16.5, -6.5)), (CellClass::Cyclist as u8, CellClass::Undefined as u8));
         // By rows and columns: middles from 28.5 to 31.5 m ahead, 5.5 and 6.5 m to the left.
         let vehicle = (0..GRID.cells()).filter(|i| m[*i] == CellClass::Vehicle as u8);
         let car: Vec<(usize, usize)> =

@@ -6,6 +6,7 @@ pub mod creases;
 pub mod drive;
 pub mod front_end;
 pub mod gltf;
+pub mod grating_lobes;
 pub mod interferer;
 pub mod lidar;
 pub mod material;

@@ -345,6 +345,16 @@ impl Radar {
     pub fn wavelength_m(&self) -> f64 {
         crate::base::units::wavelength_m(self.carrier_hz)
     }
+    /// Frequency in the middle of a chirp's samples, Hz. Range rates and directions are measured at this frequency, which is the
+    /// carrier only where the samples are taken about the middle of the ramp (CONVENTIONS eq. 15a).
+    pub fn sample_centre_hz(&self) -> f64 {
+        let lines = self.lines();
+        lines.first_hz + 0.5 * (lines.count as f64 - 1.0) * lines.step_hz
+    }
+    /// Wavelength at [`Self::sample_centre_hz`], m.
+    pub fn sample_wavelength_m(&self) -> f64 {
+        crate::base::units::wavelength_m(self.sample_centre_hz())
+    }
     /// The radar as its `i`-th ramp sees it: with a cube of every `parts`-th chirp.
     pub fn part(&self, i: usize) -> Radar {
         let mut part = self.clone();
@@ -483,11 +493,11 @@ impl Radar {
     }
     /// Width of a Doppler cell, m/s of range rate.
     pub fn velocity_bin_mps(&self) -> f64 {
-        self.wavelength_m() / (2.0 * self.loop_period_s() * self.processing.doppler_fft as f64)
+        self.sample_wavelength_m() / (2.0 * self.loop_period_s() * self.processing.doppler_fft as f64)
     }
     /// Resolution along Doppler λ/2T with the time T of this ramp's chirps, m/s of range rate.
     pub fn velocity_cell_mps(&self) -> f64 {
-        0.5 * self.wavelength_m() / self.burst_time_s()
+        0.5 * self.sample_wavelength_m() / self.burst_time_s()
     }
     /// Number of rows of the range-Doppler map: the Doppler FFT, or its share of one band (DDM).
     pub fn doppler_rows(&self) -> usize {
@@ -517,7 +527,7 @@ impl Radar {
     /// the middle of its samples is not that of the frame (eq. 15).
     pub fn range_per_rate_s(&self) -> f64 {
         let lines = self.lines();
-        lines.step_s * self.carrier_hz / lines.step_hz + self.middle_s()
+        lines.step_s * self.sample_centre_hz() / lines.step_hz + self.middle_s()
     }
     /// Time of the middle of all samples of this ramp, from the middle of the frame, s.
     pub fn middle_s(&self) -> f64 {

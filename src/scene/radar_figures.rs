@@ -1,8 +1,10 @@
 //! What a radar can do, as its data sheet would say: computed from its waveform and its antennas.
 
+use super::grating_lobes::{grating_lobes, unambiguous_half_rad};
 use super::radar::Radar;
 use super::waveform::{Multiplex, Waveform};
 use crate::base::units::{C0, wavenumber};
+use glam::DVec3;
 use num_complex::Complex64;
 
 /// The figures by which radars are compared. Everything is computed from the radar, so that a preset cannot claim what it is not.
@@ -25,6 +27,9 @@ pub struct RadarFigures {
     /// Half-power width of the beam at broadside in azimuth and elevation, all channels with the same weight, degrees. None where
     /// the array is too short to tell the angle.
     pub beam_deg: [Option<f64>; 2],
+    /// Half the sector about boresight, in azimuth and elevation, in which the array confuses no two directions, degrees: 90 for
+    /// elements half a wavelength apart. None where it measures none.
+    pub unambiguous_deg: [Option<f64>; 2],
 }
 
 impl RadarFigures {
@@ -33,7 +38,7 @@ impl RadarFigures {
         let lines = radar.lines();
         let other_end_hz = lines.first_hz + (lines.count as f64 - 1.0) * lines.step_hz;
         let is_doppler = radar.chirps > 1;
-        let quarter_mps = |period_s: f64| 0.25 * radar.wavelength_m() / period_s;
+        let quarter_mps = |period_s: f64| 0.25 * radar.sample_wavelength_m() / period_s;
         // Other ramps between the turns leave folds of the loop that the turns do not tell apart.
         let (is_one_ramp, is_one_slope) = match &radar.waveform {
             Waveform::Fmcw(s) => {
@@ -55,8 +60,16 @@ impl RadarFigures {
                 .iter()
                 .flat_map(|t| radar.rx.iter().map(move |r| (t.position_m + r.position_m)[axis]))
                 .collect();
-            beam_width(&places, wavenumber(radar.carrier_hz)).map(f64::to_degrees)
+            beam_width(&places, wavenumber(radar.sample_centre_hz())).map(f64::to_degrees)
         });
+        let places: Vec<(DVec3, f64)> = radar
+            .tx
+            .iter()
+            .flat_map(|t| radar.rx.iter().map(move |r| (t.position_m + r.position_m, 1.0)))
+            .collect();
+        let lobes = grating_lobes(&places, wavenumber(radar.sample_centre_hz()));
+        let unambiguous_deg =
+            [0, 1].map(|axis| beam_deg[axis].map(|_| unambiguous_half_rad(&lobes, axis).to_degrees()));
         RadarFigures {
             band_hz: [lines.first_hz.min(other_end_hz), lines.first_hz.max(other_end_hz)],
             antennas: [radar.tx.len(), radar.rx.len()],
@@ -65,6 +78,7 @@ impl RadarFigures {
             max_speed_mps: (is_doppler && is_one_slope).then_some(max_speed_mps),
             speed_resolution_mps: is_doppler.then(|| radar.velocity_cell_mps()),
             beam_deg,
+            unambiguous_deg,
         }
     }
 }
@@ -149,7 +163,9 @@ mod tests {
         close(f.speed_resolution_mps.unwrap(), radar.wavelength_m() / (2.0 * 256.0 * 165e-6), 1e-12);
         // 12 elements half a wavelength apart; a row tells no elevation.
         close(f.beam_deg[0].unwrap(), (0.886f64 / 6.0).to_degrees(), 0.01);
-        assert_eq!(f.beam_deg[1], None);
+        assert_eq!((f.beam_deg[1], f.unambiguous_deg[1]), (None, None));
+        // Their lobe is at the end of all sines: 2 λ_s/λ, sampled at less than the carrier or more.
+        assert!(f.unambiguous_deg[0].unwrap() > 80.0);
         // One pulse a scan measures no Doppler shift.
         assert_eq!(RadarFigures::of(&preset("uwb9").unwrap()).max_speed_mps, None);
         // A rising and a falling slope tell the range rate without folds.

@@ -5,6 +5,7 @@ use super::lidar::lidar_pose;
 use super::thermal_floor::thermal_floor_w;
 use crate::adc::synthesis::{Levels, passes};
 use crate::base::units::{dbm_from_w, wavenumber};
+use crate::detect::bodies::{Bodies, Sight};
 use crate::detect::label::object_of;
 use crate::engine::Stage;
 use crate::road::actors::is_ground;
@@ -48,6 +49,9 @@ pub struct ActorTruth {
     /// How much of it the radar sees.
     #[serde(flatten)]
     pub seen: Visibility,
+    /// How much of it is hidden, and outside of the radar's view.
+    #[serde(flatten)]
+    pub sight: Sight,
 }
 
 /// Echoes of an actor in this frame.
@@ -68,13 +72,19 @@ pub struct Visibility {
 /// Points of an actor in a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PointCounts {
-    /// Points that are labelled with one of its objects, ghosts and side lobes left out.
+    /// Points that are labelled with one of its objects and are in place: no ghost, side lobe, folded or aliased point.
     pub points: usize,
     /// Points that are ghosts of it.
     pub ghosts: usize,
     /// Points in the side lobes of its echoes.
     #[serde(default)]
     pub side_lobes: usize,
+    /// Points of it that are out of place by a whole ambiguity.
+    #[serde(default)]
+    pub folded: usize,
+    /// Points of its echoes from beyond the sampled band.
+    #[serde(default)]
+    pub aliased: usize,
 }
 
 impl PointCounts {
@@ -83,6 +93,8 @@ impl PointCounts {
             points: self.points + other.points,
             ghosts: self.ghosts + other.ghosts,
             side_lobes: self.side_lobes + other.side_lobes,
+            folded: self.folded + other.folded,
+            aliased: self.aliased + other.aliased,
         }
     }
 }
@@ -161,11 +173,14 @@ impl Truth {
             let x = rotation * DVec3::X;
             x.y.atan2(x.x)
         };
-        let seen = visibility(&scenario.radars[frame.radar], frame, scene);
+        let radar = &scenario.radars[frame.radar];
+        let seen = visibility(radar, frame, scene);
+        let bodies = Bodies::new(scene, frame.time_s, &frame.pose);
         let actors = actor_truth(scene, frame.time_s)
             .into_iter()
             .filter(|(_, whole)| !is_ground(&whole.class))
             .map(|(b, whole)| ActorTruth {
+                sight: bodies.sight(whole.id, radar),
                 seen: seen.get(&whole.id).copied().unwrap_or(Visibility::unseen(frame)),
                 parts: b.parts.iter().map(|i| scene.objects[*i].id).collect(),
                 whole,
@@ -239,7 +254,7 @@ pub fn visibility(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, 
             class.insert(o.id, o.class.as_str());
         }
     }
-    let k = wavenumber(radar.carrier_hz);
+    let k = wavenumber(radar.sample_centre_hz());
     let levels = Levels::new(radar);
     let (range_m, rate_mps) = (radar.range_bin_m(), radar.velocity_bin_mps());
     let cell = |x: f64, bin: f64| if bin.is_finite() && bin > 0.0 { (x / bin).round() as i64 } else { 0 };
@@ -280,11 +295,14 @@ pub fn visibility(radar: &Radar, frame: &Frame, scene: &Scene) -> BTreeMap<u32, 
         for id in counts(p.object_id) {
             let seen = out.entry(id).or_insert(Visibility::unseen(frame));
             let counts = seen.counts.get_or_insert_default();
-            match (p.ghost, p.side_lobe) {
-                (true, _) => counts.ghosts += 1,
-                (_, true) => counts.side_lobes += 1,
-                (false, false) => counts.points += 1,
-            }
+            let n = match (p.ghost, p.side_lobe, p.folded, p.aliased) {
+                (true, ..) => &mut counts.ghosts,
+                (_, true, ..) => &mut counts.side_lobes,
+                (_, _, true, _) => &mut counts.folded,
+                (.., true) => &mut counts.aliased,
+                (false, false, false, false) => &mut counts.points,
+            };
+            *n += 1;
         }
     }
     out

@@ -300,7 +300,11 @@ fn sample_point() -> Point {
         bounces: 2,
         ghost: true,
         side_lobe: true,
+        folded: false,
+        aliased: false,
         share: 0.75,
+        angle_ambiguity: None,
+        other_angles_rad: vec![],
         at_search_edge: true,
         std: PointStd { range_m: 0.01, range_rate_mps: 0.02, azimuth_rad: Some(0.03), elevation_rad: None },
         beat_std_cells: 0.1,
@@ -317,7 +321,7 @@ fn tables_hold_what_the_contract_says() {
         table.header.join(","),
         "range_m,range_rate_mps,azimuth_deg,elevation_deg,x_m,y_m,z_m,power_dbm,snr_db,rcs_dbsm,object_id,class,\
          range_std_m,range_rate_std_mps,azimuth_std_deg,elevation_std_deg,ambiguity,bounces,ghost,share,\
-         range_rate_modulo_mps,at_search_edge,side_lobe"
+         range_rate_modulo_mps,at_search_edge,side_lobe,folded,aliased,angle_ambiguity,other_angles_deg"
     );
     let p = sample_point();
     for (column, value) in [

@@ -339,7 +339,11 @@ fn seen(place: DVec3, chain: &[u32], with_elevation: bool) -> (Point, Echo) {
         bounces: 0,
         ghost: false,
         side_lobe: false,
+        folded: false,
+        aliased: false,
         share: 0.0,
+        angle_ambiguity: None,
+        other_angles_rad: vec![],
         at_search_edge: false,
         std: PointStd {
             range_m: 0.01,
@@ -375,10 +379,10 @@ fn ghosts_by_chain_and_place() {
     // Between two things, at neither of them.
     assert_eq!(ghost([26.5, 1.5, 4.0], &[car, lamp], true), (car, true));
     assert_eq!(ghost([25.0, 3.0, 8.0], &[lamp, car], true), (lamp, false));
-    // A car and its own wheel are one, wherever that lands.
-    assert_eq!(ghost([33.0, 4.0, 0.5], &[car, wheel], true), (car, false));
-    // One object alone is never a ghost.
-    assert_eq!(ghost([35.0, 3.0, 0.5], &[car, car, car], true), (car, false));
+    // A car and its own wheel are one: on the body is in place, and elsewhere is not.
+    assert_eq!(ghost([28.0, 0.2, 0.7], &[car, wheel], true), (car, false));
+    assert_eq!(ghost([33.0, 4.0, 0.5], &[car, wheel], true), (car, true));
+    assert_eq!(ghost([35.0, 3.0, 0.5], &[car, car, car], true), (car, true));
     // Three standard deviations: 3 x 0.002 x 28 = 0.17 m beside the body's 0.9 m.
     assert_eq!(ghost([28.0, -1.05, 0.7], &[road, car], true), (car, false));
     assert_eq!(ghost([28.0, -1.10, 0.7], &[road, car], true), (car, true));

@@ -73,7 +73,7 @@ fn materials() -> String {
 /// The built-in radars: what each can do, as computed from it, and the first sentence that its file says about it.
 fn radars() -> String {
     let head = format!(
-        "{:12} {:>13} {:>7} {:>7} {:>7} {:>7} {:>7} {:>11}\n{:12} {:>13} {:>7} {:>7} {:>7} {:>7} {:>7} {:>11}\n",
+        "{:12} {:>13} {:>7} {:>7} {:>7} {:>7} {:>7} {:>11} {:>7}\n{:12} {:>13} {:>7} {:>7} {:>7} {:>7} {:>7} {:>11} {:>7}\n",
         "name",
         "band",
         "tx x rx",
@@ -82,6 +82,7 @@ fn radars() -> String {
         "speed",
         "apart",
         "beam",
+        "sector",
         "",
         "GHz",
         "",
@@ -89,11 +90,13 @@ fn radars() -> String {
         "m",
         "+-m/s",
         "m/s",
-        "deg"
+        "deg",
+        "+-deg"
     );
     let rows: String = radar_toml::PRESETS.into_iter().map(radar_row).collect();
     let foot = "\nRange and speed are the largest that look like no other. Apart: c/2B and the wavelength over twice the frame or burst. \
-                Beam: between the half\npowers in azimuth x elevation, all channels alike. catseye examples presets/NAME writes \
+                Beam: between the half\npowers in azimuth x elevation, all channels alike. Sector: to each side of boresight, within which the array \
+                confuses no\ntwo directions. catseye examples presets/NAME writes \
                 the file, which names its sources.\n";
     head + &rows + foot
 }
@@ -108,8 +111,9 @@ fn radar_row((name, text): (&str, &str)) -> String {
     let band = f.band_hz.map(|hz| format!("{:.2}", hz / 1e9)).join("..");
     let antennas = f.antennas.map(|n| n.to_string()).join(" x ");
     let beam = f.beam_deg.map(|b| number(b, 1)).join(" x ");
+    let sector = f.unambiguous_deg.map(|b| number(b, 0)).join(" x ");
     format!(
-        "{name:12} {band:>13} {antennas:>7} {:>7} {:>7} {:>7} {:>7} {beam:>11}  {about}\n",
+        "{name:12} {band:>13} {antennas:>7} {:>7} {:>7} {:>7} {:>7} {beam:>11} {sector:>7}  {about}\n",
         number(Some(f.max_range_m), 1),
         number(Some(f.range_resolution_m), 2),
         number(f.max_speed_mps, 1),

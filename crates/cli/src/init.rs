@@ -3,9 +3,11 @@
 use super::global::{Global, print, print_json};
 use catseye::base::error::Result;
 use catseye::formats::{check_extension, stage};
+use catseye::scene::radar_figures::RadarFigures;
+use catseye::scene::radar_toml;
 use catseye::scene::scenario::template;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Write a commented file to start from
 #[derive(Debug, Args)]
@@ -29,6 +31,17 @@ impl Init {
         }
         check_extension(&path, &["toml"])?;
         let written = stage::write_file(&path, global.force, text.as_bytes())?;
-        global.answer(&serde_json::json!({ "file": written }), || format!("wrote {}", written.display()))
+        let sector = (self.kind == "radar").then(|| sector(&text)).flatten();
+        global.answer(&serde_json::json!({ "file": written, "unambiguous_azimuth_deg": sector }), || {
+            let sector =
+                sector.map(|deg| format!("; its array confuses no two azimuths within +-{deg:.0} deg"));
+            format!("wrote {}{}", written.display(), sector.unwrap_or_default())
+        })
     }
+}
+
+/// Half the sector in which the array of a radar's text confuses no two azimuths, degrees.
+fn sector(text: &str) -> Option<f64> {
+    let radar = radar_toml::parse(Path::new("radar.toml"), text).ok()?;
+    RadarFigures::of(&radar).unambiguous_deg[0]
 }

@@ -8,6 +8,7 @@ use crate::{
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::frames::{Pose, Vehicle, World};
 use catseye::base::units::dbm_from_w;
+use catseye::detect::columns::OUT_OF_PLACE;
 use catseye::road::actors::is_ground;
 use catseye::road::layout::LaneKind;
 use catseye::road::mask::{self, CellClass, Grid};
@@ -67,6 +68,14 @@ impl Rows<'_> {
                 return Err(BadInput::new("is a column of text").file(self.folder).key(name).into());
             }
         })
+    }
+
+    /// A flag; false in datasets of versions that did not have it.
+    fn flag(&self, name: &str) -> Result<Vec<bool>> {
+        match self.table.column(name) {
+            Some(_) => Ok(self.numbers(name)?.into_iter().map(|x| x != 0.0).collect()),
+            None => Ok(vec![false; self.table.rows()]),
+        }
     }
 
     fn ids(&self, name: &str) -> Result<Vec<u32>> {
@@ -328,13 +337,13 @@ impl Scene {
         let places = rows.places()?;
         let numbers = |name: &str| rows.numbers(name);
         let measured = MeasuredColumns::read(numbers)?;
-        let (ghost, side_lobe) = (numbers("ghost")?, numbers("side_lobe")?);
+        let flags: Vec<Vec<bool>> = OUT_OF_PLACE.iter().map(|name| rows.flag(name)).collect::<Result<_>>()?;
         let point = |i: usize| {
             let owner = of.get(&objects[i]).and_then(|at| boxes.get(*at));
             let label = PointLabel {
                 object_id: owner.map_or(objects[i], |b| b.id),
                 class: owner.map_or_else(|| class[i].clone(), |b| b.class.clone()),
-                ghost: ghost[i] != 0.0 || side_lobe[i] != 0.0,
+                ghost: flags.iter().any(|f| f[i]),
                 moving: owner.map(|b| b.moving),
             };
             measured.point(i, places[i], label)

@@ -7,6 +7,7 @@ use crate::{
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::base::frames::{Pose, Sensor, Vehicle, World};
 use catseye::base::units::dbm_from_w;
+use catseye::detect::columns::OUT_OF_PLACE;
 use catseye::formats::csv::Table;
 use catseye::formats::stage::MANIFEST;
 use catseye::formats::{input, npy};
@@ -535,12 +536,12 @@ fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
     let (x, y, z) = (numbers("x_m")?, numbers("y_m")?, numbers("z_m")?);
     let measured = MeasuredColumns::read(numbers)?;
     let (id, class) = (numbers("object_id")?, table.text("class")?);
-    // Runs of older versions do not say either.
+    // Runs of older versions do not have all of them.
     let flag = |name: &str| match table.has(name) {
         true => Ok(table.text(name)?.iter().map(|cell| matches!(&**cell, "1" | "true")).collect()),
         false => Ok::<_, Error>(vec![false; table.len()]),
     };
-    let (ghost, side_lobe) = (flag("ghost")?, flag("side_lobe")?);
+    let flags: Vec<Vec<bool>> = OUT_OF_PLACE.iter().map(|name| flag(name)).collect::<Result<_>>()?;
     (0..table.len())
         .map(|i| {
             let object = id[i];
@@ -558,7 +559,7 @@ fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
             let label = PointLabel {
                 object_id: owner.map_or(object, |b| b.id),
                 class: owner.map_or_else(|| class[i].to_string(), |b| b.class.clone()),
-                ghost: ghost[i] || side_lobe[i],
+                ghost: flags.iter().any(|f| f[i]),
                 moving: owner.map(|b| b.velocity_mps != [0.0; 3]),
             };
             Ok(measured.point(i, DVec3::new(x[i], y[i], z[i]), label))

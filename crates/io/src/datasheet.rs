@@ -328,7 +328,10 @@ fn readme(made: &Made<'_>, pictured: &[u64]) -> String {
     let tables: String = l.tables.iter().map(|t| format!("| `{}` | {} |\n", t.name, t.about)).collect();
     let class = |(class, n): (&String, &ClassTally)| {
         let name = if class.is_empty() { "(none)" } else { class };
-        format!("| {name} | {} | {} | {} | {} |\n", n.objects, n.points, n.ghosts, n.side_lobes)
+        format!(
+            "| {name} | {} | {} | {} | {} | {} | {} |\n",
+            n.objects, n.points, n.ghosts, n.side_lobes, n.folded, n.aliased
+        )
     };
     let classes: String = t.classes.iter().map(class).collect();
     let mut limits = String::new();
@@ -390,8 +393,8 @@ Axes are those of ISO 8855: x forward, y left, z up. Points are in the frame of 
 
 {points}, {echoes:.0} echoes a frame. More in `{STATISTICS}`.
 
-| class | objects in all scenes | points | ghosts among them | side lobes among them |
-|---|---|---|---|---|
+| class | objects in all scenes | points | ghosts among them | side lobes among them | folded | aliased |
+|---|---|---|---|---|---|---|
 {classes}
 ## Licence of the data
 
@@ -400,7 +403,7 @@ Axes are those of ISO 8855: x forward, y left, z up. Points are in the frame of 
 ## Limits
 
 * Simulated echoes: what the simulator leaves out, the data leave out (README of catseye).
-* Labels of points name the object whose echoes made them; `ghost` and `side_lobe` mark those that do not stand on it. Points that no object made have `object_id` 0 and the class leakage, noise or weather.
+* Labels of points name the object whose echoes made them; `ghost`, `side_lobe`, `folded` and `aliased` mark those that are not on it. Points that no object made have `object_id` 0 and the class leakage, noise or weather.
 {limits}
 ## Pictures
 

@@ -1,45 +1,97 @@
-//! Results that only a sequence of frames gives: the ego-motion of each frame from its stationary points, and
-//! tracks of moving objects. Both are made from the files of the frames, so that a resumed run gives the same
-//! bytes.
+//! Results that only a sequence of frames gives: the ego motion of each frame from its stationary points, and tracks of
+//! objects. Both are made from the files of the frames, so that a resumed run gives the same bytes.
+//!
+//! Nothing that a radar did not measure is used as measured: points whose direction is a bound (`at_search_edge`) or one of
+//! several (`angle_ambiguity`) are left out, and an ambiguous range rate counts modulo its interval. The ego vehicle's own speed,
+//! as its bus reports it, is known to both.
 
 use super::files::frame_name;
 use catseye::base::error::{Error, Result};
+use catseye::base::frames::direction_from_angles;
 use catseye::detect::accuracy::PointStd;
-use catseye::detect::ambiguity::is_unfolded;
+use catseye::detect::ambiguity::{Ambiguity, Standing, is_unfolded};
 use catseye::detect::cluster::{ClusterPoint, Dbscan};
-use catseye::detect::ego_motion::{EgoModel, EgoSettings, Fold, Radial, ego_motion};
+use catseye::detect::ego_motion::{
+    EgoModel, EgoMotion, EgoSettings, KnownSpeed, MAX_SPEED_MPS, Mount, Radial, ego_motion,
+};
+use catseye::detect::files::write_rows;
 use catseye::detect::kalman::Station;
 use catseye::detect::plot::{Plot, plots_of_clusters};
 use catseye::detect::points::Point;
 use catseye::detect::same_slope;
 use catseye::detect::track_table::{TrackRow, write_tracks};
 use catseye::detect::tracker::{Coverage, Scan, Tracker, TrackerSettings};
-use catseye::formats::csv::{Table, Writer};
+use catseye::formats::column::{Column, Get};
+use catseye::formats::csv::Table;
 use catseye::scene::radar::Radar;
 use catseye::scene::scenario::SitedScenario;
 use catseye::scene::waveform::Multiplex;
 use catseye::simulate::radar_pose;
 use glam::{DVec2, DVec3};
-use std::fmt::Display;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-/// Largest speed of a vehicle, m/s.
-const FASTEST_MPS: f64 = 70.0;
+/// Error of a speed on a vehicle's bus: a share, and a part that does not depend on the speed, m/s. Wheel speed sensors are within 1 %
+/// with worn tyres; the rest is slip and yaw of a radar off the axle.
+const BUS_SHARE: f64 = 0.05;
+const BUS_MPS: f64 = 1.0;
+/// Distance from the rear axle from which on a radar's lateral velocity says how fast a car turns, m.
+const ARM_M: f64 = 0.5;
 
-/// Columns of `ego_motion.csv`; `reason` states why there is no velocity.
-const EGO_COLUMNS: [&str; 10] = [
-    "frame",
-    "time_s",
-    "radar",
-    "vx_mps",
-    "vy_mps",
-    "vx_std_mps",
-    "vy_std_mps",
-    "standing_points",
-    "points",
-    "reason",
+/// A row of `ego_motion.csv`.
+#[derive(Debug, Clone, Default)]
+pub struct EgoRow {
+    /// Number of the frame.
+    pub frame: u32,
+    /// Middle of the frame, s.
+    pub time_s: f64,
+    /// Name of the radar; `all` where several were used together.
+    pub radar: String,
+    /// Velocity along the vehicle's axes, m/s; NaN without an estimate.
+    pub velocity_mps: [f64; 2],
+    /// Standard deviations of the velocity, m/s.
+    pub velocity_std_mps: [f64; 2],
+    /// Number of points that are stationary.
+    pub standing: u32,
+    /// Number of all points.
+    pub points: u32,
+    /// Why there is no estimate.
+    pub reason: String,
+    /// Yaw rate, rad/s, positive to the left, with its standard deviation; NaN without.
+    pub yaw_rate: [f64; 2],
+}
+
+/// Columns of `ego_motion.csv`.
+pub const EGO_MOTION: [Column<EgoRow>; 12] = [
+    Column { name: "frame", about: "number of the frame", get: Get::Count(|r| r.frame) },
+    Column::number("time_s", "middle of the frame, from the middle of frame 0", |r| r.time_s),
+    Column {
+        name: "radar",
+        about: "name of the radar; all where the points of several radars were used together",
+        get: Get::Text(64, |r| r.radar.as_str().into()),
+    },
+    Column::number(
+        "vx_mps",
+        "of the radar (of the vehicle's origin for all), over the ground, along the vehicle's x axis, forward; empty without an estimate",
+        |r| r.velocity_mps[0],
+    ),
+    Column::number("vy_mps", "along the vehicle's y axis, left", |r| r.velocity_mps[1]),
+    Column::number("vx_std_mps", "standard deviation", |r| r.velocity_std_mps[0]),
+    Column::number("vy_std_mps", "standard deviation", |r| r.velocity_std_mps[1]),
+    Column { name: "standing_points", about: "points that are stationary", get: Get::Count(|r| r.standing) },
+    Column { name: "points", about: "all points of the frame", get: Get::Count(|r| r.points) },
+    Column {
+        name: "reason",
+        about: "why there is no estimate",
+        get: Get::Text(200, |r| r.reason.as_str().into()),
+    },
+    Column::number(
+        "yaw_rate_rad_per_s",
+        "positive left; of one radar by a rear axle that does not slip",
+        |r| r.yaw_rate[0],
+    ),
+    Column::number("yaw_rate_std_rad_per_s", "standard deviation", |r| r.yaw_rate[1]),
 ];
 
 /// A point in the form that the tracker needs.
@@ -50,11 +102,15 @@ pub struct SensorPoint {
     azimuth_rad: f64,
     elevation_rad: f64,
     std: PointStd,
-    /// Whether the fold of its range rate is known.
+    /// Whether the ambiguity interval of its range rate is known.
     resolved: bool,
+    /// Whether the radar itself found it, and not the ego's speed.
+    by_radar: bool,
     /// Interval modulo which its range rate is known, m/s; infinite if it is unambiguous, or nothing is
     /// stated.
     modulo_mps: f64,
+    /// Whether its direction was measured, as one and no bound.
+    has_direction: bool,
 }
 
 impl SensorPoint {
@@ -67,7 +123,9 @@ impl SensorPoint {
             elevation_rad: p.elevation_rad,
             std: p.std,
             resolved: p.ambiguity.is_settled(),
+            by_radar: matches!(p.ambiguity, Ambiguity::Unambiguous | Ambiguity::Resolved),
             modulo_mps: p.modulo_mps,
+            has_direction: !p.at_search_edge && p.angle_ambiguity != Some(Ambiguity::Ambiguous),
         }
     }
 
@@ -106,17 +164,19 @@ impl Follower {
     ) -> Result<()> {
         let all: Vec<SensorPoint> = points.iter().map(SensorPoint::of).collect();
         let (moving, _) = without_standing(radar, &all, scenario.seed, index);
-        self.step(scenario, radar, scenario.frames.time_s(index), &moving)
+        self.step(scenario, radar, scenario.frames.time_s(index), &[moving])
     }
 
+    /// Passes groups of points to the tracker; points of different groups are never one plot.
     fn step(
         &mut self,
         scenario: &SitedScenario,
         radar: &Radar,
         time_s: f64,
-        moving: &[SensorPoint],
+        groups: &[Vec<SensorPoint>],
     ) -> Result<()> {
-        let plots = clustered(radar, moving)?;
+        let plots: Vec<Vec<Plot>> = groups.iter().map(|g| clustered(radar, g)).collect::<Result<_>>()?;
+        let plots = plots.concat();
         let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
         let ahead = pose.direction(DVec3::X);
         let station = Station {
@@ -142,6 +202,13 @@ fn read_points(path: &Path) -> Result<Vec<SensorPoint>> {
     let state = table.text("ambiguity")?;
     let azimuth_std: Vec<Option<f64>> =
         table.text("azimuth_std_deg")?.iter().map(|t| t.parse::<f64>().ok().map(f64::to_radians)).collect();
+    // Runs of older versions do not have all of these.
+    let text = |name: &str| if table.has(name) { table.text(name).map(Some) } else { Ok(None) };
+    let (at_edge, angles) = (text("at_search_edge")?, text("angle_ambiguity")?);
+    let has_direction = |i: usize| {
+        at_edge.as_ref().is_none_or(|e| !matches!(&*e[i], "1" | "true"))
+            && angles.as_ref().is_none_or(|a| &*a[i] != "ambiguous")
+    };
     let modulo: Vec<f64> = match table.text("range_rate_modulo_mps") {
         Ok(list) => list.iter().map(|t| t.parse().unwrap_or(f64::INFINITY)).collect(),
         Err(_) => vec![f64::INFINITY; table.len()],
@@ -159,117 +226,227 @@ fn read_points(path: &Path) -> Result<Vec<SensorPoint>> {
                 elevation_rad: None,
             },
             resolved: ["resolved", "unambiguous", "ego_speed"].contains(&&*state[i]),
+            by_radar: ["resolved", "unambiguous"].contains(&&*state[i]),
             modulo_mps: modulo[i],
+            has_direction: has_direction(i),
         })
         .collect())
 }
 
-/// Writes `ego_motion.csv` (velocity of each radar in its own frame, m/s) and `tracks.csv` (in the world's
-/// plane) into the run's folder. Points that are stationary by their range rates make no tracks; the tracker
-/// is given the ego vehicle's own motion.
+/// Writes `ego_motion.csv` ([`EGO_MOTION`], in the vehicle's axes) and `tracks.csv`
+/// ([`catseye::detect::track_table::TRACKS`], in the world's plane) into the run's folder. Moving and standing objects are tracked; the
+/// tracker is given the ego vehicle's own motion.
 ///
 /// # Errors
 /// Returns an error if the points cannot be read.
 pub fn write(dir: &Path, scenario: &SitedScenario) -> Result<()> {
     let mut follower = Follower::new()?;
-    let mut rows: Vec<TrackRow> = Vec::new();
-    let path = dir.join("ego_motion.csv");
-    let out = File::create(&path).map_err(|e| Error::io(&path, e))?;
-    let wrong = |e| Error::io(&path, e);
-    let mut ego = Writer::new(BufWriter::new(out), &[], &EGO_COLUMNS).map_err(wrong)?;
+    let mut tracks: Vec<TrackRow> = Vec::new();
+    let mut ego: Vec<EgoRow> = Vec::new();
     for index in 0..scenario.frames.count {
         let time_s = scenario.frames.time_s(index);
+        let mut scans = Vec::with_capacity(scenario.radars.len());
         for radar in &scenario.radars {
             let mut folder = dir.join(frame_name(index));
             if scenario.radars.len() > 1 {
                 folder.push(&radar.name);
             }
             let points = read_points(&folder.join("points.csv"))?;
-            let (moving, fit) = without_standing(radar, &points, scenario.seed, index);
-            let empty = String::new();
-            let text = |x: Option<f64>| x.map_or_else(|| empty.clone(), |v| v.to_string());
-            let (count, known) = (points.len(), fit.as_ref().ok());
-            let reason = fit.as_ref().err().map_or_else(|| empty.clone(), |e| e.to_string());
-            let cells = [
-                text(known.map(|f| f.velocity[0])),
-                text(known.map(|f| f.velocity[1])),
-                text(known.map(|f| f.std[0])),
-                text(known.map(|f| f.std[1])),
-            ];
-            ego.row([
-                &index as &dyn Display,
-                &time_s,
-                &radar.name,
-                &cells[0],
-                &cells[1],
-                &cells[2],
-                &cells[3],
-                &known.map_or(0, |f| f.standing),
-                &count,
-                &reason,
-            ])
-            .map_err(wrong)?;
-            follower.step(scenario, radar, time_s, &moving)?;
+            ego.push(EgoRow {
+                frame: index,
+                time_s,
+                radar: radar.name.clone(),
+                ..own_motion(scenario, radar, &points, index)
+            });
+            follower.step(scenario, radar, time_s, &by_motion(scenario, radar, time_s, &points))?;
+            scans.push((radar, points));
         }
-        rows.extend(TrackRow::of_frame(index, time_s, &follower.tracker, false));
+        if scans.len() > 1 {
+            let row = motion_of_all(scenario, &scans, index);
+            ego.push(EgoRow { frame: index, time_s, radar: "all".into(), ..row });
+        }
+        tracks.extend(TrackRow::of_frame(index, time_s, &follower.tracker, false));
     }
-    ego.finish().map_err(wrong)?;
-    let path = dir.join("tracks.csv");
-    let out = File::create(&path).map_err(|e| Error::io(&path, e))?;
-    write_tracks(BufWriter::new(out), &rows).map_err(|e| Error::io(&path, e))?;
+    let file = |name: &str| {
+        let path = dir.join(name);
+        File::create(&path).map(BufWriter::new).map_err(|e| Error::io(&path, e))
+    };
+    write_rows(file("ego_motion.csv")?, &EGO_MOTION, &ego).map_err(|e| Error::io(dir, e))?;
+    write_tracks(file("tracks.csv")?, &tracks).map_err(|e| Error::io(dir, e))?;
     Ok(())
 }
 
-/// The radar's own velocity as estimated from its points.
-struct Fit {
-    velocity: DVec2,
-    std: DVec2,
-    standing: usize,
+/// What stands and what moves over the ground, by the ego vehicle's own motion. Points without a measured direction are in neither.
+fn by_motion(
+    scenario: &SitedScenario,
+    radar: &Radar,
+    time_s: f64,
+    points: &[SensorPoint],
+) -> [Vec<SensorPoint>; 2] {
+    let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
+    let own = pose.inverse().direction(velocity_mps);
+    let standing = Standing::seen_by(radar, own);
+    let stands = |p: &SensorPoint| {
+        let off = p.range_rate_mps + own.dot(direction_from_angles(p.azimuth_rad, p.elevation_rad));
+        let width = ambiguity_mps(radar, p);
+        let off = if width.is_finite() { off - width * (off / width).round() } else { off };
+        // A direction that is not exact moves the rate of what stands.
+        let by_angle = 3.0 * p.std.azimuth_rad.unwrap_or(0.0) * own.length() * p.azimuth_rad.sin().abs();
+        off.abs() <= standing.tolerance_mps + by_angle.max(3.0 * p.std.range_rate_mps)
+    };
+    let (still, moving): (Vec<_>, Vec<_>) =
+        points.iter().filter(|p| p.has_direction).copied().partition(stands);
+    [still, moving]
 }
 
-/// The moving points, and the fit that separates them; without a fit all points, and the reason.
+/// The interval modulo which a range rate is known by the radar itself, m/s; infinite where it is known.
+fn ambiguity_mps(radar: &Radar, p: &SensorPoint) -> f64 {
+    match p.by_radar {
+        true => f64::INFINITY,
+        // Pairs of slopes have no intervals.
+        false if !one_slope(radar) => f64::INFINITY,
+        false if p.modulo_mps.is_finite() => p.modulo_mps,
+        false => {
+            // Empty Doppler bands have already been searched.
+            let bands = match radar.multiplex {
+                Multiplex::Ddm { bands } if bands > radar.tx.len() => bands as f64,
+                _ => 1.0,
+            };
+            2.0 * radar.max_velocity_mps() * bands
+        }
+    }
+}
+
+fn radials(radar: &Radar, points: &[SensorPoint], number: usize, speed_mps: f64) -> Vec<Radial> {
+    let measured = points.iter().filter(|p| p.has_direction && p.std.azimuth_rad.is_some());
+    measured
+        .map(|p| {
+            let by_angle = speed_mps * p.azimuth_rad.sin().abs() * p.std.azimuth_rad.unwrap_or(0.0);
+            Radial {
+                azimuth_rad: p.azimuth_rad,
+                elevation_rad: p.elevation_rad,
+                range_rate_mps: p.range_rate_mps,
+                range_rate_std_mps: p.std.range_rate_mps.max(0.5 * radar.velocity_bin_mps()).hypot(by_angle),
+                ambiguity_mps: ambiguity_mps(radar, p),
+                radar: number,
+            }
+        })
+        .collect()
+}
+
+/// The ego's speed as its bus reports it.
+fn bus(scenario: &SitedScenario, index: u32) -> KnownSpeed {
+    let speed_mps = scenario.ego.at(scenario.frames.time_s(index)).velocity_mps.truncate().length();
+    KnownSpeed { speed_mps, tolerance_mps: BUS_MPS + BUS_SHARE * speed_mps }
+}
+
+/// Number of points without a measured direction, for a reason.
+fn without_direction(points: &[SensorPoint]) -> String {
+    let n = points.iter().filter(|p| !p.has_direction).count();
+    if n == 0 { String::new() } else { format!("; {n} points without a measured direction were left out") }
+}
+
+/// The velocity of a radar from its points, in the vehicle's axes. The yaw rate is that of a car whose rear axle does not slip.
+fn own_motion(scenario: &SitedScenario, radar: &Radar, points: &[SensorPoint], index: u32) -> EgoRow {
+    let speed = bus(scenario, index);
+    let settings =
+        EgoSettings { seed: scenario.seed, frame: index, speed: Some(speed), ..EgoSettings::default() };
+    let count = points.len() as u32;
+    match ego_motion(&radials(radar, points, 0, speed.speed_mps), &EgoModel::Sensor, &settings) {
+        Ok(motion) => {
+            let mount = mount(radar, scenario.frames.time_s(index));
+            let turn = DVec2::from_angle(mount.yaw_rad);
+            let v = turn.rotate(DVec2::new(motion.value[0], motion.value[1]));
+            let c = &motion.covariance;
+            let variance = |along: DVec2| {
+                let a = DVec2::from_angle(-mount.yaw_rad).rotate(along);
+                a.x * a.x * c[0][0] + 2.0 * a.x * a.y * c[0][1] + a.y * a.y * c[1][1]
+            };
+            let std = [variance(DVec2::X), variance(DVec2::Y)].map(f64::sqrt);
+            let arm = mount.position_m.x;
+            let yaw_rate = if arm.abs() >= ARM_M { [v.y / arm, std[1] / arm.abs()] } else { [f64::NAN; 2] };
+            EgoRow {
+                velocity_mps: v.to_array(),
+                velocity_std_mps: std,
+                standing: standing(&motion),
+                points: count,
+                yaw_rate,
+                ..EgoRow::default()
+            }
+        }
+        Err(e) => no_motion(count, format!("{e}{}", without_direction(points))),
+    }
+}
+
+/// The motion of the vehicle's origin from the points of several radars.
+fn motion_of_all(scenario: &SitedScenario, scans: &[(&Radar, Vec<SensorPoint>)], index: u32) -> EgoRow {
+    let (speed, time_s) = (bus(scenario, index), scenario.frames.time_s(index));
+    let settings =
+        EgoSettings { seed: scenario.seed, frame: index, speed: Some(speed), ..EgoSettings::default() };
+    let numbered = scans.iter().enumerate();
+    let all: Vec<Radial> = numbered.flat_map(|(i, (r, p))| radials(r, p, i, speed.speed_mps)).collect();
+    let mounts = scans.iter().map(|(r, _)| mount(r, time_s)).collect();
+    let count = scans.iter().map(|(_, p)| p.len() as u32).sum();
+    match ego_motion(&all, &EgoModel::Plane(mounts), &settings) {
+        Ok(motion) => {
+            let ([x, y, w], c) = (motion.value, &motion.covariance);
+            EgoRow {
+                velocity_mps: [x, y],
+                velocity_std_mps: [c[0][0].sqrt(), c[1][1].sqrt()],
+                standing: standing(&motion),
+                points: count,
+                yaw_rate: [w, c[2][2].sqrt()],
+                ..EgoRow::default()
+            }
+        }
+        Err(e) => no_motion(count, e.to_string()),
+    }
+}
+
+fn no_motion(points: u32, reason: String) -> EgoRow {
+    let none = [f64::NAN; 2];
+    EgoRow { velocity_mps: none, velocity_std_mps: none, yaw_rate: none, points, reason, ..EgoRow::default() }
+}
+
+fn standing(motion: &EgoMotion) -> u32 {
+    motion.standing.iter().filter(|s| **s).count() as u32
+}
+
+/// Where a radar is on its vehicle.
+fn mount(radar: &Radar, time_s: f64) -> Mount {
+    let at = radar.on_vehicle(time_s);
+    let ahead = at.rotation * DVec3::X;
+    Mount { position_m: at.translation_m.truncate(), yaw_rad: ahead.y.atan2(ahead.x) }
+}
+
+/// The moving points, and whether a fit separates them; without a fit all points.
 fn without_standing(
     radar: &Radar,
     points: &[SensorPoint],
     seed: u64,
     frame: u32,
-) -> (Vec<SensorPoint>, std::result::Result<Fit, Error>) {
-    let radials: Vec<Radial> = points
+) -> (Vec<SensorPoint>, Option<EgoMotion>) {
+    let points: Vec<SensorPoint> = points.iter().filter(|p| p.has_direction).copied().collect();
+    let all: Vec<Radial> = points
         .iter()
         .map(|p| Radial {
             azimuth_rad: p.azimuth_rad,
             elevation_rad: p.elevation_rad,
             range_rate_mps: p.range_rate_mps,
             range_rate_std_mps: p.std.range_rate_mps.max(0.5 * radar.velocity_bin_mps()),
+            ambiguity_mps: ambiguity_mps(radar, p),
             radar: 0,
         })
         .collect();
-    // Pairs of slopes and empty Doppler bands have already unfolded their points.
-    let bands = match radar.multiplex {
-        Multiplex::Ddm { bands } if bands > radar.tx.len() => bands as f64,
-        _ => 1.0,
+    let settings = EgoSettings { seed, frame, ..EgoSettings::default() };
+    let Ok(motion) = ego_motion(&all, &EgoModel::Sensor, &settings) else { return (points, None) };
+    // A known rate far from that of stationary points is a mover's, even if it is an ambiguity of it.
+    let moves = |i: &usize| {
+        let over = EgoModel::Sensor.over_ground_mps(&all[*i], &motion).abs();
+        !motion.standing[*i] || (points[*i].is_unfolded(radar) && over > radar.max_velocity_mps())
     };
-    let folded = one_slope(radar)
-        .then(|| Fold { ambiguity_mps: 2.0 * radar.max_velocity_mps() * bands, max_speed_mps: FASTEST_MPS });
-    let settings = EgoSettings { seed, frame, folded, ..EgoSettings::default() };
-    match ego_motion(&radials, &EgoModel::Sensor, &settings) {
-        Ok(motion) => {
-            let fit = Fit {
-                velocity: DVec2::new(motion.value[0], motion.value[1]),
-                std: DVec2::new(motion.covariance[0][0].sqrt(), motion.covariance[1][1].sqrt()),
-                standing: motion.standing.iter().filter(|s| **s).count(),
-            };
-            // A known rate far from that of stationary points is a mover's, even if it folds onto it.
-            let moves = |i: &usize| {
-                let over = EgoModel::Sensor.over_ground_mps(&radials[*i], &motion).abs();
-                !motion.standing[*i] || (points[*i].is_unfolded(radar) && over > radar.max_velocity_mps())
-            };
-            let moving = (0..points.len()).filter(moves).map(|i| points[i]).collect();
-            (moving, Ok(fit))
-        }
-        // No point is known to be stationary.
-        Err(e) => (points.to_vec(), Err(e)),
-    }
+    let moving = (0..points.len()).filter(moves).map(|i| points[i]).collect();
+    (moving, Some(motion))
 }
 
 /// Whether all ramps have one slope: different slopes unfold each other's rates.
@@ -279,12 +456,12 @@ fn one_slope(radar: &Radar) -> bool {
 
 fn clustered(radar: &Radar, points: &[SensorPoint]) -> Result<Vec<Plot>> {
     // A rate that may be folded says little of the speed.
-    let folds = one_slope(radar) && radar.max_velocity_mps() < FASTEST_MPS;
+    let folds = one_slope(radar) && radar.max_velocity_mps() < MAX_SPEED_MPS;
     let plots: Vec<Plot> = points
         .iter()
         .filter_map(|p| {
             let azimuth = p.std.azimuth_rad?;
-            let doubt = if folds && !p.is_unfolded(radar) { FASTEST_MPS / 3.0 } else { 0.0 };
+            let doubt = if folds && !p.is_unfolded(radar) { MAX_SPEED_MPS / 3.0 } else { 0.0 };
             let plot = Plot::of_point(
                 [p.range_m, p.range_rate_mps, p.azimuth_rad, p.elevation_rad],
                 [p.std.range_m, p.std.range_rate_mps.hypot(doubt), azimuth],

@@ -3,16 +3,20 @@
 use super::drawn_scene::DrawnScene;
 use super::echo_file::{self, ECHOES, TRACES};
 use super::files::{FrameMask, masks};
+use super::follow::{EGO_MOTION, EgoRow};
 use super::manifest::Axes;
 use super::recipe::{Keep, Recipe};
 use super::store::{Array, ArraySpec, Column, ColumnSpec, Compression, Data, Record, Table, TableSpec};
 use catseye::base::error::Result;
+use catseye::detect::bodies::{Bodies, Sight};
 use catseye::detect::columns;
+use catseye::detect::track_table::{TRACKS, TrackRow};
 use catseye::engine::Stage;
 use catseye::formats::column::{self, Get};
+use catseye::road::actors::is_ground;
 use catseye::road::labels::Polyline;
 use catseye::road::mask::CellClass;
-use catseye::road::truth_boxes;
+use catseye::road::{TruthBox, truth_boxes};
 use catseye::scene::radar::Radar;
 use catseye::simulate::Frame;
 use catseye::simulate::lidar::{self, lidar_pose, scan};
@@ -45,6 +49,16 @@ pub fn record(recipe: &Recipe, site: &DrawnScene, frame: u64, mut radars: Vec<Fr
 /// Describes the tables of a recipe's dataset for its layout.
 pub fn table_specs(recipe: &Recipe, site: &DrawnScene) -> Vec<TableSpec> {
     tables(recipe, site, &[]).into_iter().map(|made| made.spec).collect()
+}
+
+/// Describes the tables that a run of several frames has beside its frames.
+pub fn run_table_specs() -> Vec<TableSpec> {
+    let tracks = "tracks.csv of a run: one row for each confirmed track and frame, in the world's plane";
+    let motion = "ego_motion.csv of a run: one row for each frame and radar, and one for all radars together";
+    vec![
+        Rows::<TrackRow>::new("tracks", tracks, []).columns(&TRACKS, |r| r).made().spec,
+        Rows::<EgoRow>::new("ego_motion", motion, []).columns(&EGO_MOTION, |r| r).made().spec,
+    ]
 }
 
 fn tables(recipe: &Recipe, site: &DrawnScene, radars: &[Frame]) -> Vec<Made> {
@@ -231,6 +245,9 @@ fn frame_table(recipe: &Recipe, site: &DrawnScene, radars: &[Frame]) -> Made {
     .vector(PLACE, |f| ego.pose(f.time_s).translation_m.to_array())
     .rotation(|f| ego.pose(f.time_s).rotation.to_array())
     .vector(VELOCITY, |f| ego.at(f.time_s).velocity_mps.to_array())
+    .f64("yaw_rate_rad_per_s", "of the vehicle about the world's z axis, positive left", |f| {
+        ego.at(f.time_s).spin_rad_per_s.z
+    })
     .made()
 }
 
@@ -359,7 +376,24 @@ fn truth_tables(keep: Keep, site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
     }
     let seen = |id: u32| seen.get(&id).copied().unwrap_or_default();
     let counts = |s: &Visibility| s.counts.unwrap_or_default();
-    let boxes = truth_boxes(&site.scene, time_s).into_iter().map(|b| (seen(b.id), b));
+    let views: Vec<(Bodies, &Radar)> = radars
+        .iter()
+        .map(|f| (Bodies::new(&site.scene, f.time_s, &f.pose), &site.scenario.radars[f.radar]))
+        .collect();
+    // Of several radars the one that sees most counts.
+    let sight = |id: u32| {
+        let of = views.iter().map(|(bodies, radar)| bodies.sight(id, radar));
+        of.min_by(|a, b| (a.occluded.max(a.outside_view)).total_cmp(&b.occluded.max(b.outside_view)))
+            .unwrap_or_default()
+    };
+    let listed = truth_boxes(&site.scene, time_s);
+    let wholes: BTreeMap<u32, Sight> = listed
+        .iter()
+        .filter(|b| b.parent_id == b.id && !is_ground(&b.class))
+        .map(|b| (b.id, sight(b.id)))
+        .collect();
+    let sight = |b: &TruthBox| wholes.get(&b.parent_id).copied().unwrap_or_default();
+    let boxes = listed.iter().map(|b| (seen(b.id), b));
     let boxes = Rows::new("boxes", "one row for each object, in the world: wholes (empty `part`) with a box around all of their parts, and parts with their own box", boxes)
         .u32("id", "of the object", |(_, b)| b.id)
         .text("name", "of the object", |(_, b)| b.name.clone())
@@ -386,10 +420,14 @@ fn truth_tables(keep: Keep, site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
         .bool("visible", "the object's strongest cell exceeds the thermal noise of a cell, for any radar", |(s, _)| s.visible)
         .u32("returns", "echoes of the object in the receivers' bands; of a whole, with those of its parts", |(s, _)| s.returns as u32)
         .f64("power_dbm", "of the coherent sum of the object's echoes in the cell where it is largest, of the radar that hears most, NaN without echoes", |(s, _)| s.power_dbm.unwrap_or(f64::NAN))
+        .f64("occluded", "share of the whole object that other objects are in front of, 0 to 1, for the radar that sees most of it", |(_, b)| sight(b).occluded)
+        .f64("outside_view", "share of the whole object outside of the radar's searched angles or beyond its range, 0 to 1", |(_, b)| sight(b).outside_view)
         .when(keep.points, |rows| {
-            rows.u32("points", "points that stand on the object, ghosts and side lobes left out; of a whole, with those of its parts", |(s, _)| counts(s).points as u32)
+            rows.u32("points", "points on the object, without ghosts, side lobes, folded and aliased ones; of a whole, with those of its parts", |(s, _)| counts(s).points as u32)
                 .u32("ghosts", "points that are ghosts of the object; of a whole, with those of its parts", |(s, _)| counts(s).ghosts as u32)
                 .u32("side_lobes", "points in side lobes of the object's echoes; of a whole, with those of its parts", |(s, _)| counts(s).side_lobes as u32)
+                .u32("folded", "points of the object that are out of place by a whole ambiguity; of a whole, with those of its parts", |(s, _)| counts(s).folded as u32)
+                .u32("aliased", "points of the object whose echo is beyond the sampled band; of a whole, with those of its parts", |(s, _)| counts(s).aliased as u32)
         })
         .made();
 

@@ -61,6 +61,13 @@ pub struct ClassTally {
     /// Number of those that lie in sidelobes.
     #[serde(default)]
     pub side_lobes: u64,
+    /// Number of those that are out of place by a whole ambiguity. Datasets made before December 2026 count none here, nor
+    /// aliased ones.
+    #[serde(default)]
+    pub folded: u64,
+    /// Number of those whose echo is beyond the sampled band.
+    #[serde(default)]
+    pub aliased: u64,
 }
 
 fn bin(x: f64, width: f64) -> i32 {
@@ -93,6 +100,8 @@ impl Tally {
                 class.points += 1;
                 class.ghosts += u64::from(p.ghost);
                 class.side_lobes += u64::from(p.side_lobe);
+                class.folded += u64::from(p.folded);
+                class.aliased += u64::from(p.aliased);
             }
         }
         // Nobody counts the points of frames that were made without them.
@@ -144,6 +153,8 @@ impl Tally {
             here.points += n.points;
             here.ghosts += n.ghosts;
             here.side_lobes += n.side_lobes;
+            here.folded += n.folded;
+            here.aliased += n.aliased;
         }
     }
 }
@@ -161,7 +172,10 @@ mod tests {
     fn sums_do_not_depend_on_the_order() {
         let one = |points: u64, class: &str| {
             let mut t = Tally { frames: 1, points, points_a_frame: Some([points; 2]), ..Default::default() };
-            t.classes.insert(class.into(), ClassTally { objects: 1, points, ghosts: 1, side_lobes: 2 });
+            t.classes.insert(
+                class.into(),
+                ClassTally { objects: 1, points, ghosts: 1, side_lobes: 2, folded: 1, aliased: 3 },
+            );
             t.snr_db.insert(10, points);
             t.rows_a_frame_most.insert("points".into(), points);
             t.trace_fallbacks.insert("a reason".into(), 1);
@@ -177,13 +191,16 @@ mod tests {
         assert_eq!(t, sum([2, 0, 1]));
         assert_eq!((t.points, t.points_a_frame, t.snr_db[&10]), (15, Some([3, 7]), 15));
         assert_eq!((t.rows_a_frame_most["points"], t.trace_fallbacks["a reason"]), (7, 3));
-        assert_eq!(t.classes["car"], ClassTally { objects: 2, points: 8, ghosts: 2, side_lobes: 4 });
+        assert_eq!(
+            t.classes["car"],
+            ClassTally { objects: 2, points: 8, ghosts: 2, side_lobes: 4, folded: 2, aliased: 6 }
+        );
         let text = serde_json::to_string(&t).unwrap();
         assert_eq!(serde_json::from_str::<Tally>(&text).unwrap(), t);
         // Shards that were made before these were counted.
-        let before = text.replace(",\"ghosts\":2,\"side_lobes\":4", "");
+        let before = text.replace(",\"ghosts\":2,\"side_lobes\":4,\"folded\":2,\"aliased\":6", "");
         assert!(before.len() < text.len());
         let read = serde_json::from_str::<Tally>(&before).unwrap();
-        assert_eq!(read.classes["car"], ClassTally { objects: 2, points: 8, ghosts: 0, side_lobes: 0 });
+        assert_eq!(read.classes["car"], ClassTally { objects: 2, points: 8, ..ClassTally::default() });
     }
 }

@@ -20,13 +20,15 @@ impl Classes {
         Classes::of(names, &CellClass::ALL.map(|c| (c, c.name())))
     }
 
-    /// Classes of points by their names in files: "others", "vehicle", "guard rail" and "marker". No point is of a lane, which no radar
+    /// Classes of points by their names in files: "others", and those of cells but "undefined" and "lane". No point is of a lane, which no radar
     /// sees.
     ///
     /// # Errors
     /// Returns the errors of [`Classes::named`], with "others" in place of "undefined".
     pub fn of_points(names: &[String]) -> Result<Classes> {
-        let objects = [CellClass::Vehicle, CellClass::GuardRail, CellClass::Marker].map(|c| (c, c.name()));
+        let objects =
+            CellClass::ALL.into_iter().filter(|c| ![CellClass::Undefined, CellClass::Lane].contains(c));
+        let objects: Vec<(CellClass, &str)> = objects.map(|c| (c, c.name())).collect();
         Classes::of(names, &[&[(CellClass::Undefined, OTHERS)][..], &objects].concat())
     }
 

@@ -131,7 +131,7 @@ fn check_classes(mask: &[u8]) -> Result<()> {
 
 /// The class of a square of cells, from how many of each class it holds.
 fn class_of(tally: &[u32; CellClass::ALL.len()]) -> CellClass {
-    let narrow = [CellClass::Marker, CellClass::GuardRail];
+    let narrow = [CellClass::Marker, CellClass::Pedestrian, CellClass::Cyclist, CellClass::GuardRail];
     if let Some(class) = narrow.into_iter().find(|c| tally[*c as usize] > 0) {
         return class;
     }

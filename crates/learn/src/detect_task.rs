@@ -37,6 +37,8 @@ pub fn unit_m(class: CellClass) -> DVec2 {
         CellClass::Lane => DVec2::new(20.0, 3.0),
         CellClass::GuardRail => DVec2::new(15.0, 0.5),
         CellClass::Vehicle => DVec2::new(2.5, 1.0),
+        CellClass::Cyclist => DVec2::new(1.0, 0.5),
+        CellClass::Pedestrian => DVec2::new(0.5, 0.5),
         CellClass::Marker | CellClass::Undefined => DVec2::ONE,
     }
 }

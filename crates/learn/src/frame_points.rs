@@ -4,6 +4,7 @@ use crate::cloud::{Cloud, MeasuredPoint};
 use crate::source::{POINTS, Place, Source, Store};
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::base::frames::{Pose, Sensor, World};
+use catseye::detect::columns::OUT_OF_PLACE;
 use catseye::formats::csv::Table;
 use catseye::formats::input;
 use catseye::road::mask::{CellClass, Level};
@@ -194,11 +195,11 @@ pub fn read_cloud(source: &Source) -> Result<Cloud> {
 /// Returns `BadInput` if a column is missing or a class is empty, which says that nothing is known of the scene.
 pub fn read_truth(source: &Source) -> Result<Vec<CellClass>> {
     let columns = Columns::read(source)?;
-    let (classes, ghost) = (columns.text("class")?, columns.flag("ghost")?);
-    let side_lobe = columns.flag("side_lobe")?;
+    let classes = columns.text("class")?;
+    let flags: Vec<Vec<bool>> = OUT_OF_PLACE.iter().map(|name| columns.flag(name)).collect::<Result<_>>()?;
     let class = |k: usize| match classes[k].as_str() {
         "" => Err(unlabelled(&columns.path)),
-        _ if ghost[k] || side_lobe[k] => Ok(CellClass::Undefined),
+        _ if flags.iter().any(|f| f[k]) => Ok(CellClass::Undefined),
         name => Ok(CellClass::of(name).unwrap_or(CellClass::Undefined)),
     };
     (0..classes.len()).map(class).collect()

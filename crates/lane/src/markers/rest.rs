@@ -98,6 +98,7 @@ pub fn motion_from_rest(
             elevation_rad: 0.0,
             range_rate_mps: level_rate_mps(p, options),
             range_rate_std_mps: p.range_rate_std_mps.abs(),
+            ambiguity_mps: f64::INFINITY,
             radar: 0,
         })
         .collect();

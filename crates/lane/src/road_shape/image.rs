@@ -260,7 +260,7 @@ impl Imager {
             power_std_db: LEVEL_DB,
             azimuth_std_rad: 1f64.to_radians(),
         };
-        for p in pair_slopes(&rest[0], &rest[1], None, &limits)? {
+        for p in pair_slopes(&rest, &limits)? {
             let (i, j) = (left[0][p.first], left[1][p.second]);
             let v = (p.range_m, p.range_rate_mps, p.range_std_m, p.range_rate_std_mps);
             pairs.push((i, j, v.0, v.1, v.2, v.3, p.state));

@@ -118,7 +118,11 @@ impl KeptPoint {
             bounces: 0,
             ghost: false,
             side_lobe: false,
+            folded: false,
+            aliased: false,
             share: 0.0,
+            angle_ambiguity: None,
+            other_angles_rad: vec![],
             at_search_edge: false,
         }
     }
@@ -291,7 +295,11 @@ mod tests {
             bounces: 0,
             ghost: false,
             side_lobe: false,
+            folded: false,
+            aliased: false,
             share: 0.0,
+            angle_ambiguity: None,
+            other_angles_rad: vec![],
             at_search_edge: false,
         }
     }

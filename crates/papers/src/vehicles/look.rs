@@ -332,7 +332,7 @@ fn see(engine: &Engine, watch: &SitedScenario, placed: &Placed) -> Result<Seen> 
     let to_body = placed.pose.inverse();
     let place = |p: DVec3| to_body.point(frame.pose.point(p)).truncate() - middle;
     // Points by their label: a side lobe or a ghost stands where nothing is.
-    let own = || frame.points.iter().filter(|p| p.object_id != 0 && !p.ghost && !p.side_lobe);
+    let own = || frame.points.iter().filter(|p| p.object_id != 0 && p.is_in_place());
     let strongest = own().max_by(|a, b| a.rcs_dbsm.total_cmp(&b.rcs_dbsm)).map(|p| {
         let at = place(p.position_m);
         let (region, inwards_m) = Region::of(&p.class, at, half);

@@ -359,7 +359,7 @@ fn committed_schemas_are_those_of_the_code() {
     }
 }
 
-/// The tables of datasets, of which `points` and `returns` are points.csv and returns.csv as well: names, types, units and meanings of
+/// The tables of datasets, of which `points` and `returns` are points.csv and returns.csv as well, and those of runs: names, types, units and meanings of
 /// their columns, from which docs/reference/tables.md is made.
 #[test]
 fn the_committed_schema_of_tables_is_that_of_the_code() {
@@ -367,7 +367,8 @@ fn the_committed_schema_of_tables_is_that_of_the_code() {
     let mut recipe = Recipe::load(&root.join("scenes/recipes/template.toml"), None).unwrap();
     recipe.keep.returns = true;
     recipe.keep.lidar = true;
-    let specs = rows::table_specs(&recipe, &dataset::drawn_scene(&recipe, 0).unwrap());
+    let mut specs = rows::table_specs(&recipe, &dataset::drawn_scene(&recipe, 0).unwrap());
+    specs.extend(rows::run_table_specs());
     let mut tables = serde_json::to_value(&specs).unwrap();
     for column in tables.as_array_mut().unwrap().iter_mut().flat_map(|t| t["columns"].as_array_mut().unwrap())
     {

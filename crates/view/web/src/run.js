@@ -381,7 +381,8 @@ export class RunView {
     this.angles(i);
     const value = (name) => { const v = get(name); return v === "" || v == null || Number.isNaN(v) ? "–" : `${v} ${unit(name)}`.trim(); };
     const ghost = Boolean(get("ghost"));
-    const head = `${get("class") || "no object"}${ghost ? ", ghost" : ""}${get("side_lobe") ? ", side lobe" : ""}`;
+    const states = [["ghost", "ghost"], ["side_lobe", "side lobe"], ["folded", "folded"], ["aliased", "aliased"]].filter(([name]) => get(name)).map(([, word]) => word);
+    const head = [get("class") || "no object", ...states].join(", ");
     const sum = [["range", `${number(get("range_m"))} ± ${number(std[0], 3)} m`], ["range rate", `${number(get("range_rate_mps"))} m/s${fold.folds ? ` (folds to ${number(fold.rate)})` : ""}`],
       ["azimuth", `${number(get("azimuth_deg"))} ± ${number(std[1], 2)}°`], ["SNR", `${number(get("snr_db"), 1)} dB`], ["cross section", `${number(get("rcs_dbsm"), 1)} dBsm`], ["object", this.name(get("object_id"))], ["its share", `${number(100 * get("share"), 1)} %`]];
     const cause = this.own.causes?.[i];

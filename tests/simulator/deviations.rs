@@ -1,0 +1,108 @@
+//! The standard deviation of every column that has one, over 200 draws of a lone target in thermal noise, on radars of all kinds: errors
+//! over deviations are chi-square.
+
+use crate::owners::{framed, point, radars};
+use catseye::base::rng::Draws;
+use catseye::detect::Point;
+use catseye::engine::{Engine, Precision};
+use catseye::road::Library;
+use catseye::scene::radar_toml;
+use catseye::simulate::simulate;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::path::Path;
+
+const DRAWS: u32 = 200;
+
+/// Errors over deviations of range, range rate, azimuth and elevation of the target's point; None where no point is the target's.
+fn errors(p: &Point, at: DVec3, velocity: DVec3) -> [Option<f64>; 4] {
+    let range = at.length();
+    let u = at / range;
+    let elevation = p.std.elevation_rad.map(|s| (p.elevation_rad - u.z.asin()) / s);
+    // A row of antennas measures u_y.
+    let azimuth = if p.std.elevation_rad.is_some() { u.y.atan2(u.x) } else { u.y.asin() };
+    [
+        Some((p.range_m - range) / p.std.range_m),
+        p.std.range_rate_mps.is_finite().then(|| (p.range_rate_mps - velocity.dot(u)) / p.std.range_rate_mps),
+        p.std.azimuth_rad.map(|s| (p.azimuth_rad - azimuth) / s),
+        elevation,
+    ]
+}
+
+#[test]
+fn deviations_hold_on_every_radar() {
+    let mut all = radars();
+    // Azimuth and elevation; four slopes; antennas a wavelength and a half apart.
+    let preset = |name: &str, chirps: usize| {
+        let mut radar = radar_toml::preset(name).unwrap();
+        radar.chirps = chirps;
+        radar.processing.doppler_fft = chirps;
+        radar
+    };
+    all.push(("iwr6843aop", preset("iwr6843aop", 64)));
+    all.push(("lrr77", preset("lrr77", 128)));
+    let slopes: String = [300e6, -300e6, 180e6, -120e6]
+        .iter()
+        .map(|b| format!("[[waveform.ramp]]\nbandwidth_hz = {b:e}\ntime_s = 1e-3\nperiod_s = 1.1e-3\n"))
+        .collect();
+    let text = format!(
+        "name = \"four slopes\"\n[waveform]\ncarrier_hz = 76.5e9\nchirps = 16\n{slopes}[receiver]\nsampling = \"real\"\n\
+         sample_rate_hz = 1e6\nsamples = 960\nadc_start_s = 2e-5\nnoise_figure_db = 10\n[transmitter]\npower_dbm = 10\n\
+         [antenna]\npolarisation = \"V\"\ngain_dbi = 12\npattern = \"cosine-power\"\nazimuth_exponent = 2\n\
+         elevation_exponent = 10\n[[tx]]\nposition_half_wavelengths = [0, 0, 0]\n\
+         [[rx]]\nposition_half_wavelengths = [0, 0, 0]\n[[rx]]\nposition_half_wavelengths = [0, 1, 0]\n\
+         [[rx]]\nposition_half_wavelengths = [0, 2, 0]\n[[rx]]\nposition_half_wavelengths = [0, 3, 0]\n\
+         [mounting]\nposition_m = [3.6, 0, 0.6]\n[processing]\nrange_window = {{ kind = \"hann\" }}\n\
+         doppler_window = {{ kind = \"hann\" }}\nazimuth_bins = 64\nazimuth_max_deg = 60\n[processing.cfar]\nkind = \"ca\"\n\
+         guard_range_cells = 2\nguard_doppler_cells = 2\ntrain_range_cells = 6\ntrain_doppler_cells = 2\n\
+         false_alarm_probability = 1e-6\n"
+    );
+    all.push(("four slopes", radar_toml::parse(Path::new("r.toml"), &text).unwrap()));
+    let mut wrong = Vec::new();
+    for (name, radar) in all {
+        let narrow = radar.processing.azimuth_fov_rad < 0.5;
+        let with_elevation = name == "iwr6843aop";
+        let drawn = |draw: u32| -> Option<[Option<f64>; 4]> {
+            let mut d = Draws::new(draw, 91);
+            let azimuth = (if narrow { 0.2 } else { 0.9 }) * (d.uniform() - 0.5);
+            let elevation = if with_elevation { 0.5 * (d.uniform() - 0.5) } else { 0.0 };
+            let range = 15.0 + 20.0 * d.uniform();
+            let u =
+                DVec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin());
+            let velocity = u * (6.0 * (d.uniform() - 0.5));
+            let at = u * range;
+            let rcs_dbsm = 5.0 + 15.0 * d.uniform();
+            let mount = radar.mounting.translation_m;
+            let mut s = framed(&point((at + mount).to_array(), velocity.to_array(), rcs_dbsm), &radar, true);
+            s.ego.speed_mps = 0.0;
+            s.seed = u64::from(draw) + 1000;
+            let scene = s.build(&Library).unwrap();
+            let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
+            let mine = frame.points.iter().filter(|p| p.object_id != 0 && p.is_in_place());
+            let best = mine.max_by(|a, b| a.power_dbm.total_cmp(&b.power_dbm))?;
+            Some(errors(best, at, velocity))
+        };
+        let found: Vec<_> = (0..DRAWS).into_par_iter().filter_map(drawn).collect();
+        let names = ["range", "range rate", "azimuth", "elevation"];
+        let mut line = format!("{name:28} {:3} of {DRAWS}", found.len());
+        for (k, column) in names.iter().enumerate() {
+            let z: Vec<f64> = found.iter().filter_map(|e| e[k]).collect();
+            if z.is_empty() {
+                continue;
+            }
+            let n = z.len() as f64;
+            let mean = z.iter().map(|z| z * z).sum::<f64>() / n;
+            let bias = z.iter().sum::<f64>() / n;
+            let most = z.iter().fold(0.0f64, |m, z| m.max(z.abs()));
+            line += &format!("  {column} {mean:.2} ({bias:+.2}, {most:.1})");
+            if !(0.3..1.7).contains(&mean) || most > 6.0 {
+                wrong.push(format!("{name} {column}: {mean:.2}, bias {bias:+.2}, largest {most:.1}"));
+            }
+        }
+        println!("{line}");
+        if found.len() < (DRAWS as usize * 95) / 100 {
+            wrong.push(format!("{name}: {} of {DRAWS} draws found", found.len()));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
