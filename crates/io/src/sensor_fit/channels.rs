@@ -56,7 +56,8 @@ pub fn gamma_quantile(count: f64) -> f64 {
     count * (1.0 - 1.0 / (9.0 * count) + FALSE_ALARM_Z / (3.0 * count.sqrt())).powi(3)
 }
 
-fn golden(mut lo: f64, mut hi: f64, power: impl Fn(f64) -> f64) -> f64 {
+/// The maximum of `power` between `lo` and `hi`, by golden section.
+pub fn golden(mut lo: f64, mut hi: f64, power: impl Fn(f64) -> f64) -> f64 {
     let ratio = 0.5 * (5f64.sqrt() - 1.0);
     for _ in 0..40 {
         let (a, b) = (hi - ratio * (hi - lo), lo + ratio * (hi - lo));
@@ -71,6 +72,34 @@ fn tone(z: &[Complex64], w: &[f64], f: f64) -> Complex64 {
     let all = z.iter().zip(w).enumerate();
     all.map(|(i, (z, w))| z * w * Complex64::cis(-TAU * f * (i as f64 - centre))).sum::<Complex64>()
         / w.iter().sum::<f64>()
+}
+
+/// Amplitudes of the pairs of transmitter and receiver, without the codes of BPM. DDM shows the first transmitter at rest.
+fn decoded(amplitude: &[Complex64], radar: &Radar) -> (Vec<Complex64>, Vec<(usize, usize)>) {
+    let n_rx = radar.rx.len();
+    match radar.multiplex {
+        Multiplex::Bpm => (0..radar.tx.len() * n_rx)
+            .map(|v| {
+                let (t, r) = (v / n_rx, v % n_rx);
+                let all = (0..radar.slots()).map(|s| amplitude[s * n_rx + r] * radar.multiplex.weight(s, t));
+                (all.sum::<Complex64>() / radar.slots() as f64, (t, r))
+            })
+            .unzip(),
+        _ => amplitude.iter().enumerate().map(|(c, a)| (*a, (c / n_rx, c % n_rx))).unzip(),
+    }
+}
+
+/// Shares of the power that a common amplitude of all pairs and the best spherical wave from `range_m` explain.
+pub fn shares(amplitude: &[Complex64], radar: &Radar, range_m: f64) -> [f64; 2] {
+    let (data, pairs) = decoded(amplitude, radar);
+    let all = data.iter().map(|z| z.norm_sqr()).sum::<f64>();
+    let common = data.iter().sum::<Complex64>().norm_sqr() / data.len() as f64 / all;
+    if data.len() < 2 {
+        // One channel does not show direction.
+        return [1.0, 1.0];
+    }
+    let (_, rest) = Waves::new(radar, &pairs, range_m).fits(&data)[0];
+    [common, 1.0 - rest / all]
 }
 
 /// Tests the line of beat frequency `bin`. `is_boresight`: it is the only echo of its cell, and at the boresight. `knows_antennas`: the
@@ -157,19 +186,10 @@ pub fn channels(
     let turned: Vec<Complex64> = (amplitude.iter().enumerate())
         .map(|(c, a)| a * Complex64::cis(-TAU * f * (c / n_rx) as f64 / slots as f64))
         .collect();
-    let (data, pairs): (Vec<Complex64>, Vec<(usize, usize)>) = match radar.multiplex {
-        Multiplex::Bpm => {
-            variance /= slots as f64;
-            (0..radar.tx.len() * n_rx)
-                .map(|v| {
-                    let (t, r) = (v / n_rx, v % n_rx);
-                    let all = (0..slots).map(|s| turned[s * n_rx + r] * radar.multiplex.weight(s, t));
-                    (all.sum::<Complex64>() / slots as f64, (t, r))
-                })
-                .unzip()
-        }
-        _ => turned.iter().enumerate().map(|(c, a)| (*a, (c / n_rx, c % n_rx))).unzip(),
-    };
+    let (data, pairs) = decoded(&turned, radar);
+    if radar.multiplex == Multiplex::Bpm {
+        variance /= slots as f64;
+    }
     let bands = if let Multiplex::Ddm { bands } = radar.multiplex { bands as f64 } else { 1.0 };
     let bin_hz = radar.sample_rate_hz / n as f64;
     let slope = radar.slope_hz_per_s().abs();
@@ -178,8 +198,7 @@ pub fn channels(
     let drift_deviation = 2.0 * 2f64.sqrt() * 2.0 * 6f64.sqrt() / (TAU * (0.5 * snr).sqrt());
     let waves = Waves::new(radar, &pairs, C0 * bin * bin_hz / slope / 2.0);
     let fits = if is_boresight { vec![waves.boresight(&data)] } else { waves.fits(&data) };
-    let (best, residual) = (&fits[0].0, fits[0].1);
-    let _ = residual;
+    let best = &fits[0].0;
     let turned: Vec<Complex64> =
         (0..data.len()).map(|i| data[i] / waves.at(i, best.u) / best.amplitude.arg_unit()).collect();
     let mean_square = data.iter().map(|z| z.norm_sqr()).sum::<f64>() / data.len() as f64;

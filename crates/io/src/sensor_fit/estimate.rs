@@ -5,15 +5,15 @@
 //! that turns by φ a chirp by (2 sin φ/2)⁶/20 in power. Spectra over fast time are taken with a Hann window w and divided by √Σw², so that
 //! noise of variance σ² a sample has the power σ² in every bin.
 
-use super::channels::{ChannelFit, blackman_harris, channels, gamma_quantile, noise_share};
+use super::channels::{ChannelFit, blackman_harris, channels, gamma_quantile, golden, noise_share, shares};
 use catseye::adc::Cube;
 use catseye::base::error::{BadInput, Result};
-use catseye::base::units::db_from_power;
+use catseye::base::units::{C0, db_from_power};
 use catseye::scene::front_end::{IqImbalance, QuantiserKind};
 use catseye::scene::radar::{Radar, Sampling};
 use catseye::scene::waveform::Waveform;
 use catseye_math::fft;
-use num_complex::Complex64;
+use num_complex::{Complex, Complex64};
 use serde::Serialize;
 use std::f64::consts::{LN_2, PI, TAU};
 use std::path::Path;
@@ -63,7 +63,10 @@ pub struct Leak {
     pub delay_s: f64,
     /// |Σa|²/(K Σ|a|²): 1 where all channels have the same amplitude and phase, as leakage does (CONVENTIONS eq. 107).
     pub common_share: f64,
-    /// Whether it is leakage, and no echo: a delay of at most 5 ns, and a common share of at least 0.9.
+    /// The same share of the spherical wave from this range that fits best.
+    pub wave_share: f64,
+    /// Whether it is leakage, and no echo: a delay of at most 5 ns, a common share of at least 0.9, and no wave leaves less than half of
+    /// what the common amplitude leaves.
     pub is_significant: bool,
 }
 
@@ -197,6 +200,26 @@ impl Fit {
     }
 }
 
+/// The cube without its constant and the line beside it.
+fn without(cube: &Cube<f64>, still: &Still, dc: &[Complex64], leak: Option<&Leak>) -> Cube<f64> {
+    let n = cube.samples;
+    let ones = vec![Complex64::ONE; n];
+    let model: Vec<Vec<Complex64>> = (dc.iter().zip(&still.rows))
+        .map(|(dc, row)| {
+            let line = leak.map(|l| (l.bin, still.at(row, l.bin) - dc * still.at(&ones, l.bin)));
+            let at = |i: usize| {
+                dc + line.map_or(Complex64::ZERO, |(b, a)| a * Complex64::cis(TAU * b * i as f64 / n as f64))
+            };
+            (0..n).map(at).collect()
+        })
+        .collect();
+    let mut out = cube.clone();
+    for (row, data) in out.data.chunks_mut(n).enumerate() {
+        data.iter_mut().zip(&model[row % cube.channels]).for_each(|(z, m)| *z -= m);
+    }
+    out
+}
+
 /// How a cube is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FitOptions {
@@ -281,23 +304,25 @@ pub fn fit(path: &Path, cube: &Cube<f64>, radar: &Radar, options: FitOptions) ->
     let still = Still::new(cube);
     let map = Map::new(cube);
     let bin_s = radar.sample_rate_hz / radar.samples as f64 / radar.slope_hz_per_s().abs();
-    let (mut dc, mut leak) = still.constant_and_leak(noise_variance, bin_s);
+    let (mut dc, mut leak) = still.constant_and_leak(noise_variance, bin_s, radar);
     let imbalance = imbalance(cube, &dc, noise_variance, &map.floor);
     if let Some(i) = imbalance.as_ref().filter(|i| i.is_significant && leak.is_some()) {
         // The image of the spill-over stands as near to the constant as the line itself.
         let (k1, k2) = i.factors();
         let unmixed = still.unmixed(k1, k2);
-        (dc, leak) = unmixed.constant_and_leak(noise_variance, bin_s);
+        (dc, leak) = unmixed.constant_and_leak(noise_variance, bin_s, radar);
         dc.iter_mut().for_each(|z| *z = k1 * *z + k2 * z.conj());
         leak.iter_mut().for_each(|l| l.scale(k1.norm()));
     }
     let (dc_deviation, dc_limit) = still.constant_limit(&dc, leak.as_ref(), noise_variance);
     let line = still.strongest(&dc, leak.as_ref(), noise_variance, options.is_boresight);
     let channels = line.as_ref().and_then(|l| {
-        channels(cube, l.bin, radar, noise_variance, options.is_boresight, options.knows_antennas)
+        let rest = without(cube, &still, &dc, leak.as_ref());
+        channels(&rest, l.bin, radar, noise_variance, options.is_boresight, options.knows_antennas)
     });
-    let skirt_line = map.strongest(noise_variance);
-    let skirts = skirt_line.map_or_else(Vec::new, |l| skirts(l, &map.floor, &quiet, noise_variance, map.looks));
+    let strongest = map.strongest(noise_variance);
+    let skirts = strongest.map_or_else(Vec::new, |l| skirts(l, &map, &quiet, noise_variance, radar.rx.len()));
+    let skirt_line = strongest.map(|l| l.1);
     let (correlation, looks) = noise.correlation(&quiet);
     Ok(Fit {
         shape,
@@ -519,7 +544,12 @@ impl Still {
 
     /// A constant and one line near it, by weighted least squares at the frequency that leaves least. Without a line that stands out the
     /// constant alone.
-    fn constant_and_leak(&self, noise_variance: f64, bin_s: f64) -> (Vec<Complex64>, Option<Leak>) {
+    fn constant_and_leak(
+        &self,
+        noise_variance: f64,
+        bin_s: f64,
+        radar: &Radar,
+    ) -> (Vec<Complex64>, Option<Leak>) {
         let n = self.rows[0].len();
         let means: Vec<Complex64> = self.rows.iter().map(|r| self.at(r, 0.0)).collect();
         let ones = vec![Complex64::ONE; n];
@@ -543,23 +573,27 @@ impl Still {
         let best = (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b])).unwrap_or(0);
         // At an end of the interval it is the flank of something else.
         if best > 0 && best + 1 < gains.len() {
-            let (_, all) = solve(bins[best]);
+            let bin = golden(bins[best - 1], bins[best + 1], |b| solve(b).0);
+            let (_, all) = solve(bin);
             let amplitude: Vec<f64> = all.iter().map(|x| x[1].norm()).collect();
             let mean_square = amplitude.iter().map(|a| a * a).sum::<f64>() / amplitude.len() as f64;
             // 20 dB over what the noise leaves of such an amplitude, and the larger part of what stands here.
             let by_chance = noise_variance * self.share / n as f64 * 4.0;
             if mean_square > 100.0 * by_chance {
-                let common = all.iter().map(|x| x[1]).sum::<Complex64>().norm_sqr();
-                let common_share = common / (amplitude.len() as f64).powi(2) / mean_square;
-                let delay_s = bins[best] * bin_s;
+                let delay_s = bin * bin_s;
+                let lines: Vec<Complex64> = all.iter().map(|x| x[1]).collect();
+                let [common_share, wave_share] = shares(&lines, radar, 0.5 * C0 * delay_s);
                 let leak = Leak {
-                    bin: bins[best],
+                    bin,
                     amplitude,
                     rms: mean_square.sqrt(),
                     deviation: (0.5 * by_chance).sqrt(),
                     delay_s,
                     common_share,
-                    is_significant: delay_s <= LONGEST_LEAK_S && common_share >= 0.9,
+                    wave_share,
+                    is_significant: delay_s <= LONGEST_LEAK_S
+                        && common_share >= 0.9
+                        && 1.0 - common_share <= 2.0 * (1.0 - wave_share) + 17.0 * by_chance / mean_square,
                 };
                 return (all.iter().map(|x| x[0]).collect(), Some(leak));
             }
@@ -671,11 +705,14 @@ pub fn still_rows(cube: &Cube<f64>) -> Vec<Vec<Complex64>> {
 struct Map {
     /// Mean over channels, `[doppler, bin]`.
     power: Vec<f64>,
+    /// `[bin, doppler, channel]`.
+    cells: Vec<Complex<f32>>,
+    /// Doppler cells that no line of any range comes near.
+    clean: Vec<usize>,
+    channels: usize,
     samples: usize,
     /// Noise of each bin in Doppler cells that no line of any range comes near; empty where there are too few.
     floor: Vec<f64>,
-    /// Number of independent cells of a bin.
-    looks: f64,
 }
 
 impl Map {
@@ -685,7 +722,7 @@ impl Map {
         let square = |w: &[f64]| w.iter().map(|x| x * x).sum::<f64>();
         let scale = (square(&slow) * square(&fast)).powf(-0.5);
         let (along_fast, along_slow) = (fft::forward::<f64>(n), fft::forward::<f64>(m));
-        let mut cells = vec![0f32; k * m * n];
+        let mut cells = vec![Complex::<f32>::ZERO; k * m * n];
         let mut power = vec![0.0; m * n];
         let mut map = vec![Complex64::ZERO; m * n];
         let mut column = vec![Complex64::ZERO; m];
@@ -702,7 +739,7 @@ impl Map {
                 along_slow.process(&mut column);
                 for d in 0..m {
                     let p = column[d].norm_sqr();
-                    cells[(i * m + d) * k + c] = p as f32;
+                    cells[(i * m + d) * k + c] = Complex::new(column[d].re as f32, column[d].im as f32);
                     power[d * n + i] += p / k as f64;
                 }
             }
@@ -711,7 +748,8 @@ impl Map {
             let at = x.len() / 2;
             f64::from(*x.select_nth_unstable_by(at, f32::total_cmp).1) / LN_2
         };
-        let all: Vec<f64> = (0..n).map(|i| middle(cells[i * m * k..(i + 1) * m * k].to_vec())).collect();
+        let powers = |c: &[Complex<f32>]| c.iter().map(|z| z.norm_sqr()).collect::<Vec<f32>>();
+        let all: Vec<f64> = (0..n).map(|i| middle(powers(&cells[i * m * k..(i + 1) * m * k]))).collect();
         let mut is_clean = vec![true; m];
         for d in 0..m {
             if (0..n).any(|i| power[d * n + i] > 17.0 * all[i]) {
@@ -722,18 +760,17 @@ impl Map {
         let floor = match clean.len() >= 8 {
             true => (0..n)
                 .map(|i| {
-                    let of = |d: &usize| cells[(i * m + d) * k..(i * m + d + 1) * k].iter().copied();
+                    let of = |d: &usize| powers(&cells[(i * m + d) * k..(i * m + d + 1) * k]);
                     middle(clean.iter().flat_map(of).collect())
                 })
                 .collect(),
             false => Vec::new(),
         };
-        // A Blackman–Harris window makes two cells out of one.
-        Map { power, samples: n, floor, looks: (clean.len() * k) as f64 / 2.0 }
+        Map { power, cells, clean, channels: k, samples: n, floor }
     }
 
     /// Bin and power over noise, dB, of the strongest cell away from the constant, with all that is within four bins of it.
-    fn strongest(&self, noise_variance: f64) -> Option<[f64; 2]> {
+    fn strongest(&self, noise_variance: f64) -> Option<(usize, [f64; 2])> {
         let n = self.samples;
         let m = self.power.len() / n;
         let cells = (0..m * n).filter(|i| (2 * NEAR..n - 2 * NEAR).contains(&(i % n)));
@@ -748,7 +785,27 @@ impl Map {
             }
         }
         let is_line = self.power[best] > 100.0 * noise_variance;
-        is_line.then(|| [moment / sum, db_from_power(sum / (m * n) as f64 / noise_variance)])
+        is_line.then(|| (best, [moment / sum, db_from_power(sum / (m * n) as f64 / noise_variance)]))
+    }
+
+    /// Noise in the clean Doppler cells of a range bin, of each slot of `n_rx` receivers: along the amplitudes of the channels in the
+    /// cell `line`, and the mean across them. Phase noise is along them, thermal noise is not.
+    fn along_and_across(&self, line: usize, bin: usize, n_rx: usize) -> Vec<[f64; 2]> {
+        let (k, n) = (self.channels, self.samples);
+        let m = self.power.len() / n;
+        let at = |d: usize, i: usize| &self.cells[(i * m + d) * k..(i * m + d + 1) * k];
+        let steering = at(line / n, line % n);
+        let mut out = Vec::with_capacity(self.clean.len() * k / n_rx);
+        for d in &self.clean {
+            for (a, x) in steering.chunks(n_rx).zip(at(*d, bin).chunks(n_rx)) {
+                let norm: f32 = a.iter().map(|z| z.norm_sqr()).sum();
+                let all: f32 = x.iter().map(|z| z.norm_sqr()).sum();
+                let dot: Complex<f32> = a.iter().zip(x).map(|(a, x)| a.conj() * x).sum();
+                let along = dot.norm_sqr() / norm;
+                out.push([f64::from(along), f64::from(all - along) / (n_rx as f64 - 1.0).max(1.0)]);
+            }
+        }
+        out
     }
 }
 
@@ -772,6 +829,9 @@ fn progression(all: &[Complex64]) -> f64 {
 /// Standard errors that an image has to exceed: √(−ln [`FALSE_ALARM`]) of a complex normal number, and a part more because the scatter of
 /// few blocks is uncertain.
 pub const SIGNIFICANT_IMAGE: f64 = 4.5;
+
+/// Smallest image over its line that the windows resolve, in amplitude.
+pub const SMALLEST_IMAGE: f64 = 1e-4;
 
 /// Sums over the cells of a line and of its image.
 #[derive(Debug, Clone, Copy, Default)]
@@ -811,6 +871,9 @@ fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64, floor: &[f
     };
     // Σ Y(−)Y and Σ|Y|² of blocks: one for each channel and neighbourhood in range, of lines that stand or move.
     let mut blocks = [Vec::<Block>::new(), Vec::new()];
+    // Side lobes of all lines, at −92 dB.
+    let all_power = cube.data.iter().map(|z| z.norm_sqr()).sum::<f64>() / cube.data.len() as f64;
+    let lobes = 0.25 * (m * n) as f64 * all_power * 10f64.powf(-9.2);
     for (channel, dc) in dc.iter().enumerate() {
         let mut map = vec![Complex64::ZERO; m * n];
         for chirp in 0..m {
@@ -844,7 +907,7 @@ fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64, floor: &[f
                     s.cross += image * line;
                     s.power += power;
                     s.image += image.norm_sqr();
-                    s.noise += floor.get(n - i).map_or(noise_variance, |f| f.max(noise_variance));
+                    s.noise += lobes + floor.get(n - i).map_or(noise_variance, |f| f.max(noise_variance));
                     s.count += 1;
                 }
             }
@@ -889,7 +952,9 @@ fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64, floor: &[f
         phase_deg: q.arg().to_degrees(),
         image_db: db_from_power(ratio.norm_sqr()),
         standard_error,
-        is_significant: whole.is_pure() && ratio.norm() > SIGNIFICANT_IMAGE * standard_error,
+        is_significant: whole.is_pure()
+            && ratio.norm() > SMALLEST_IMAGE
+            && ratio.norm() > SIGNIFICANT_IMAGE * standard_error,
         rest_over_noise: whole.rest() / whole.noise,
         from_moving,
         cells: whole.count,
@@ -899,19 +964,22 @@ fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64, floor: &[f
 /// Standard errors that both sides of a line have to exceed: one side alone does at 3·10⁻⁷ (normal), the common floor makes them alike.
 pub const SIGNIFICANT_SKIRT: f64 = 5.0;
 
-/// Noise on both sides of the line beyond the floor, in bands of offsets that double.
+/// Noise on both sides of the line beyond the floor, in bands of offsets that double. With several receivers it is the noise along the
+/// line's amplitudes beyond that across them; with one, the noise beyond that of the quiet bins.
 fn skirts(
-    [bin, over_noise_db]: [f64; 2],
-    floor: &[f64],
+    (line, [bin, over_noise_db]): (usize, [f64; 2]),
+    map: &Map,
     quiet: &[usize],
     noise_variance: f64,
-    looks: f64,
+    n_rx: usize,
 ) -> Vec<Skirt> {
-    let n = floor.len();
-    if n == 0 {
+    let n = map.samples;
+    if map.floor.is_empty() {
         return Vec::new();
     }
-    let level = quiet.iter().map(|i| floor[*i]).sum::<f64>() / quiet.len() as f64;
+    let quiet_level = quiet.iter().map(|i| map.floor[*i]).sum::<f64>() / quiet.len() as f64;
+    // Median of the mean of n_rx − 1 exponentials (Wilson and Hilferty 1931).
+    let across_median = (1.0 - 1.0 / (9.0 * (n_rx as f64 - 1.0).max(1.0))).powi(3);
     let centre = bin.round() as i64;
     let line_power = noise_variance * catseye::base::units::power_from_db(over_noise_db);
     let mut out = Vec::new();
@@ -919,20 +987,34 @@ fn skirts(
     let mut from = 5;
     while 2 * from <= n / 2 {
         let to = 2 * from;
-        let side = |sign: i64| -> Vec<f64> {
-            let bins = (from as i64..to as i64).map(|j| centre + sign * j);
-            bins.filter(|i| (NEAR as i64..(n - NEAR) as i64).contains(i)).map(|i| floor[i as usize]).collect()
+        // Excess, its standard deviation, and the number of bins of one side.
+        let side = |sign: i64| -> (f64, f64, usize) {
+            let bins: Vec<usize> = (from as i64..to as i64)
+                .map(|j| centre + sign * j)
+                .filter(|i| (NEAR as i64..(n - NEAR) as i64).contains(i))
+                .map(|i| i as usize)
+                .collect();
+            let cells: Vec<[f64; 2]> = bins.iter().flat_map(|i| map.along_and_across(line, *i, n_rx)).collect();
+            if cells.is_empty() {
+                return (0.0, 0.0, 0);
+            }
+            let along = median(cells.iter().map(|c| c[0]).collect()) / LN_2;
+            let across = match n_rx {
+                1 => quiet_level,
+                _ => median(cells.iter().map(|c| c[1]).collect()) / across_median,
+            };
+            // A median of n values is off by 1/(ln 2 √n) of its exponential's mean; two windows make four cells out of one, and the level
+            // across is less certain than that along by no more than √2.
+            let count = cells.len() as f64 / 4.0;
+            let error = 2f64.sqrt() * across / LN_2 / count.max(1.0).sqrt();
+            ((along - across) / n_rx as f64, error / n_rx as f64, bins.len())
         };
-        let (below, above) = (side(-1), side(1));
-        let count = below.len() + above.len();
-        if count > 0 {
-            // A median of n values is off by 1/(ln 2 √n) of its exponential's mean.
-            let error = noise_variance / LN_2 / (looks * count as f64 / 2.0).max(1.0).sqrt();
-            // A skirt stands on both sides of its line; what stands on one is an echo that moves.
-            let is_whole = below.len() == to - from && above.len() == to - from;
-            let excess = |x: Vec<f64>| if x.is_empty() { 0.0 } else { median(x) - level };
-            let (low, high) = (excess(below), excess(above));
+        let ((low, low_error, below), (high, high_error, above)) = (side(-1), side(1));
+        if below + above > 0 {
+            // A skirt is on both sides of its line; what is on one is an echo.
+            let is_whole = below == to - from && above == to - from;
             let (less, more) = (low.min(high), low.max(high));
+            let error = low_error.max(high_error);
             let is_seen = is_whole && less > SIGNIFICANT_SKIRT * error && more < 4.0 * less;
             out.push(Skirt {
                 from,
