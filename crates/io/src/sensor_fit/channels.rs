@@ -136,9 +136,7 @@ pub fn channels(
     let drift = 2.0 * (peak(&mean(m / 2, m)) - peak(&mean(0, m / 2)));
     let s: Vec<Vec<Complex64>> =
         (0..k).map(|c| (0..m).map(|i| tone(cube.row(i, c), &fast, bin / n as f64)).collect()).collect();
-    let f = golden(-1.5 / m as f64, 1.5 / m as f64, |f| {
-        s.iter().map(|s| tone(s, &slow, f).norm_sqr()).sum()
-    });
+    let f = golden(-1.5 / m as f64, 1.5 / m as f64, |f| s.iter().map(|s| tone(s, &slow, f).norm_sqr()).sum());
     let amplitude: Vec<Complex64> = s.iter().map(|s| tone(s, &slow, f)).collect();
     let power = amplitude.iter().map(|a| a.norm_sqr()).sum::<f64>() / k as f64;
     // Doppler spectrum of what the line leaves, over all channels.
@@ -163,7 +161,9 @@ pub fn channels(
     let rest: Vec<Vec<Complex64>> = (still.iter())
         .map(|r| {
             let a = tone(r, &fast, bin / n as f64);
-            let of = |(i, z): (usize, &Complex64)| z - a * Complex64::cis(TAU * bin / n as f64 * (i as f64 - centre));
+            let of = |(i, z): (usize, &Complex64)| {
+                z - a * Complex64::cis(TAU * bin / n as f64 * (i as f64 - centre))
+            };
             r.iter().enumerate().map(of).collect()
         })
         .collect();
@@ -229,7 +229,8 @@ pub fn channels(
     } else if !is_boresight && !knows_antennas {
         "the antennas' positions are unknown; give the radar, or the boresight".into()
     } else if !(alike(&radar.tx) && alike(&radar.rx)) {
-        "the antennas differ in gain, pattern or polarisation, so the echo's direction decides the gains".into()
+        "the antennas differ in gain, pattern or polarisation, so the echo's direction decides the gains"
+            .into()
     } else {
         let mut reason = None;
         for (count, (_, residual)) in fits.iter().enumerate() {
@@ -417,7 +418,9 @@ impl Waves {
                     columns.push(moved.iter().zip(&v).map(|(a, b)| w.amplitude * (a - b) * 1e6).collect());
                 }
             }
-            let dot = |a: &[Complex64], b: &[Complex64]| a.iter().zip(b).map(|(a, b)| (a.conj() * b).re).sum::<f64>();
+            let dot = |a: &[Complex64], b: &[Complex64]| {
+                a.iter().zip(b).map(|(a, b)| (a.conj() * b).re).sum::<f64>()
+            };
             let right: Vec<f64> = columns.iter().map(|c| dot(c, &rest)).collect();
             let normal: Vec<Vec<f64>> =
                 columns.iter().map(|a| columns.iter().map(|b| dot(a, b)).collect()).collect();

@@ -259,7 +259,8 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
             let delay_s = bin * bin_hz / radar.slope_hz_per_s().abs();
             settings.phase_noise = phase_noise(fit, radar, delay_s, &mut remarks);
         }
-        Some(_) => remarks.push("phase_noise: lines are in so many Doppler cells that none shows the noise alone".into()),
+        Some(_) => remarks
+            .push("phase_noise: lines are in so many Doppler cells that none shows the noise alone".into()),
         None => remarks.push("phase_noise: no line stands out".into()),
     }
     match &fit.channels {

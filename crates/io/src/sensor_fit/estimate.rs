@@ -630,7 +630,8 @@ impl Still {
             for (row, dc) in self.rows.iter().zip(dc) {
                 let mut left = self.at(row, bin) - dc * self.at(&ones, bin);
                 if let Some(line) = line {
-                    let amplitude = (self.at(row, line) - dc * self.at(&ones, line)) * self.at(&ones, bin - line);
+                    let amplitude =
+                        (self.at(row, line) - dc * self.at(&ones, line)) * self.at(&ones, bin - line);
                     left -= amplitude;
                 }
                 sum += left.norm_sqr();
@@ -941,7 +942,8 @@ fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64, floor: &[f
     let of_scatter = match blocks.len() {
         0 | 1 => 0.0,
         _ => {
-            blocks.iter().map(|b| (b.cross - ratio * b.power).norm_sqr()).sum::<f64>() / (total * total) * count
+            blocks.iter().map(|b| (b.cross - ratio * b.power).norm_sqr()).sum::<f64>() / (total * total)
+                * count
                 / (count - 1.0)
         }
     };
@@ -994,7 +996,8 @@ fn skirts(
                 .filter(|i| (NEAR as i64..(n - NEAR) as i64).contains(i))
                 .map(|i| i as usize)
                 .collect();
-            let cells: Vec<[f64; 2]> = bins.iter().flat_map(|i| map.along_and_across(line, *i, n_rx)).collect();
+            let cells: Vec<[f64; 2]> =
+                bins.iter().flat_map(|i| map.along_and_across(line, *i, n_rx)).collect();
             if cells.is_empty() {
                 return (0.0, 0.0, 0);
             }
