@@ -315,9 +315,10 @@ pub fn fit(path: &Path, cube: &Cube<f64>, radar: &Radar, options: FitOptions) ->
         leak.iter_mut().for_each(|l| l.scale(k1.norm()));
     }
     let (dc_deviation, dc_limit) = still.constant_limit(&dc, leak.as_ref(), noise_variance);
-    let line = still.strongest(&dc, leak.as_ref(), noise_variance, options.is_boresight);
+    let rest = without(cube, &still, &dc, leak.as_ref());
+    let none = vec![Complex64::ZERO; cube.channels];
+    let line = Still::new(&rest).strongest(&none, leak.as_ref(), noise_variance, options.is_boresight);
     let channels = line.as_ref().and_then(|l| {
-        let rest = without(cube, &still, &dc, leak.as_ref());
         channels(&rest, l.bin, radar, noise_variance, options.is_boresight, options.knows_antennas)
     });
     let strongest = map.strongest(noise_variance);
