@@ -464,12 +464,11 @@ fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
         if a[i][i].abs() < f64::MIN_POSITIVE {
             continue;
         }
-        for row in i + 1..n {
-            let by = a[row][i] / a[i][i];
-            for column in i..n {
-                a[row][column] -= by * a[i][column];
-            }
-            b[row] -= by * b[i];
+        let (top, below) = a.split_at_mut(i + 1);
+        for (row, a) in below.iter_mut().enumerate() {
+            let by = a[i] / top[i][i];
+            a[i..].iter_mut().zip(&top[i][i..]).for_each(|(x, y)| *x -= by * y);
+            b[i + 1 + row] -= by * b[i];
         }
     }
     let mut x = vec![0.0; n];
