@@ -9,8 +9,10 @@ use catseye::formats::stage::{StagedDir, distinct};
 use catseye::scene::radar_toml;
 use catseye_io::cube::{CubeOptions, Source, open_cube};
 use catseye_io::cube_layout::{Axis, axes_from};
-use catseye_io::sensor_fit::compare::{Beside, Both, Levels, assumed_radar_toml, beside, fitted};
-use catseye_io::sensor_fit::estimate::{Fit, fit};
+use catseye_io::sensor_fit::compare::{
+    Beside, Both, Effect, Levels, assumed_radar_toml, beside, effects, fitted,
+};
+use catseye_io::sensor_fit::estimate::{Fit, FitOptions, check, fit};
 use catseye_io::sensor_fit::words;
 use catseye_io::ti_cfg::Board;
 use catseye_plot::{Curve, Panel, study_picture};
@@ -67,6 +69,8 @@ struct Report<'a> {
     noise_figure_db: Option<f64>,
     front_end: catseye::scene::front_end::FrontEndTable,
     remarks: &'a [String],
+    /// Each effect, its deviation or limit, and whether it is in front_end.toml.
+    effects: Vec<Effect>,
     fit: &'a Fit,
     comparison: &'a Beside,
 }
@@ -92,8 +96,9 @@ impl FitSensor {
             words::from_unsigned16(&self.cube, &mut data)?;
         }
         let cube = Cube { chirps: shape[0], channels: shape[1], samples: shape[2], data };
-        let found = fit(&self.cube, &cube, self.boresight)?;
+        check(&self.cube, &cube)?;
         let named = self.radar.as_deref().map(|r| radar_toml::load(r, Path::new("."))).transpose()?;
+        let options = FitOptions { is_boresight: self.boresight, knows_antennas: named.is_some() };
         let is_assumed = named.is_none() && source.ti_radar().is_none();
         let radar = match (named, source.ti_radar()) {
             (Some(r), _) => r,
@@ -103,6 +108,7 @@ impl FitSensor {
             }
             (None, None) => radar_toml::parse(&self.cube, &assumed_radar_toml(shape))?,
         };
+        let found = fit(&self.cube, &cube, &radar, options)?;
         // Whole counts are no powers, whatever type of number holds them.
         let is_counts = self.words || !source.has_levels() || found.quantiser.is_some_and(|q| q.step >= 1.0);
         let (levels, how) = match self.full_scale_dbm {
@@ -115,7 +121,7 @@ impl FitSensor {
         let staged = StagedDir::new(&self.output, global.force, "sensor-fit")?;
         let bar = global.bar("fitting", 0, Kept::Nothing);
         let simulated = made.simulated(&self.cube, &found, global.seed.unwrap_or(0))?;
-        let again = fit(&self.cube, &simulated, self.boresight)?;
+        let again = fit(&self.cube, &simulated, &radar, options)?;
         let comparison = beside([&cube, &simulated], [&found, &again]);
         drop(bar);
         let name = self.cube.file_name().map_or("cube".into(), |n| n.to_string_lossy().into_owned());
@@ -144,6 +150,7 @@ impl FitSensor {
             noise_figure_db: made.radar.thermal_noise.then_some(made.radar.noise_figure_db),
             front_end,
             remarks: &made.remarks,
+            effects: effects(&found, &made),
             fit: &found,
             comparison: &comparison,
         };
@@ -214,7 +221,7 @@ fn summary(report: &Report<'_>) -> String {
         ));
     }
     if let Some(i) = &f.imbalance {
-        let verdict = if i.is_significant { "" } else { ", within three standard errors of none" };
+        let verdict = if i.is_significant { "" } else { ", not significant" };
         lines.push(format!(
             "I and Q: {:+.3} dB, {:+.2} deg, image {:.1} dB{verdict}",
             i.gain_db, i.phase_deg, i.image_db

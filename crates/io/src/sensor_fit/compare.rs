@@ -1,6 +1,6 @@
 //! The fitted front end in the words of a radar file, and a cube that it makes beside the measured one.
 
-use super::estimate::{Fit, hann, noise_samples, still_rows};
+use super::estimate::{Fit, SIGNIFICANT_IMAGE, hann, noise_samples, still_rows};
 use catseye::adc::Cube;
 use catseye::adc::cpu::front_end::{Inputs, apply};
 use catseye::adc::front_end::Chain;
@@ -11,9 +11,8 @@ use catseye::scene::front_end::{
     Adc, ChannelErrors, DcOffset, FrontEndSettings, FrontEndTable, IqImbalance, Leakage, PhaseNoise,
     QuantiserKind,
 };
-use catseye::scene::radar::{Radar, Sampling};
+use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml;
-use catseye::scene::waveform::Waveform;
 use num_complex::Complex64;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
@@ -28,6 +27,83 @@ pub enum Levels {
     FullScale(f64),
     /// The thermal noise is that of the radar's noise figure.
     NoiseFigure,
+}
+
+/// One effect: what was estimated, and whether an ideal radar with this thermal noise would show it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Effect {
+    /// Its key in `[front_end]`.
+    pub name: &'static str,
+    /// What `estimate`, `deviation` and `limit` are.
+    pub quantity: &'static str,
+    /// Empty where nothing could be estimated.
+    pub estimate: Vec<f64>,
+    /// Standard deviation of the estimates.
+    pub deviation: Option<f64>,
+    /// Detection limits.
+    pub limit: Vec<f64>,
+    /// Whether it is in front_end.toml.
+    pub is_significant: bool,
+}
+
+/// Every effect that a fit looks for.
+pub fn effects(fit: &Fit, found: &Fitted) -> Vec<Effect> {
+    let f = &found.radar.front_end;
+    let mut out = vec![Effect {
+        name: "adc",
+        quantity: "step, unit of the samples",
+        estimate: fit.quantiser.iter().map(|q| q.step).collect(),
+        deviation: None,
+        limit: Vec::new(),
+        is_significant: f.adc.is_some(),
+    }];
+    out.push(Effect {
+        name: "dc_offset",
+        quantity: "modulus of the mean constant, unit of the samples",
+        estimate: vec![fit.mean_dc().norm()],
+        deviation: Some(fit.dc_deviation),
+        limit: vec![fit.dc_limit],
+        is_significant: f.dc.is_some(),
+    });
+    out.push(Effect {
+        name: "iq_imbalance",
+        quantity: "amplitude of the image over its line",
+        estimate: fit.imbalance.iter().map(|i| power_from_db(0.5 * i.image_db)).collect(),
+        deviation: fit.imbalance.as_ref().map(|i| i.standard_error),
+        limit: fit.imbalance.iter().map(|i| SIGNIFICANT_IMAGE * i.standard_error).collect(),
+        is_significant: f.iq.is_some(),
+    });
+    out.push(Effect {
+        name: "leakage",
+        quantity: "rms amplitude of the channels, unit of the samples",
+        estimate: fit.leak.iter().map(|l| l.rms).collect(),
+        deviation: fit.leak.as_ref().map(|l| l.deviation),
+        limit: fit.leak.iter().map(|l| 10.0 * 2f64.sqrt() * l.deviation).collect(),
+        is_significant: f.leakage.is_some(),
+    });
+    let channels = fit.channels.as_ref();
+    for (name, quantity, values, deviation) in [
+        ("channels", "gain, dB", channels.map(|c| &c.gain_db), channels.map(|c| c.gain_deviation_db)),
+        ("channels", "phase, deg", channels.map(|c| &c.phase_deg), channels.map(|c| c.phase_deviation_deg)),
+    ] {
+        out.push(Effect {
+            name,
+            quantity,
+            estimate: values.cloned().unwrap_or_default(),
+            deviation,
+            limit: Vec::new(),
+            is_significant: f.channels.is_some(),
+        });
+    }
+    out.push(Effect {
+        name: "phase_noise",
+        quantity: "power a bin over the line's at offsets that double, dB",
+        estimate: fit.skirts.iter().filter_map(|s| s.excess_db).collect(),
+        deviation: None,
+        limit: fit.skirts.iter().map(|s| s.bound_db).collect(),
+        is_significant: f.phase_noise.is_some(),
+    });
+    out
 }
 
 /// What was fitted, in the units of a radar file.
@@ -64,27 +140,9 @@ pub fn assumed_radar_toml(shape: [usize; 3]) -> String {
 /// Puts a fit into the keys of `[front_end]`. `bits`: of the converter; by default the fewest that hold all samples.
 ///
 /// # Errors
-/// Returns `BadInput` for a radar of another shape or kind, noise below the quantiser's where it has to give the scale, or a noise figure
+/// Returns `BadInput` for noise below the quantiser's where it has to give the scale, or a noise figure
 /// that no radar file takes.
 pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Option<u32>) -> Result<Fitted> {
-    let shape = [radar.rows(), radar.channels(), radar.samples];
-    if shape != fit.shape || radar.rows() != radar.chirps {
-        return Err(BadInput::new("the radar is not that of the cube")
-            .file(path)
-            .key("shape")
-            .value(format!("{:?}", fit.shape))
-            .allowed(format!("{shape:?}: [chirp, rx_virtual, sample]"))
-            .remedy("give the radar that recorded it with --radar, or none")
-            .into());
-    }
-    if radar.sampling != Sampling::Iq || !matches!(radar.waveform, Waveform::Fmcw { .. }) {
-        return Err(BadInput::new("only chirps with I and Q can be fitted")
-            .file(path)
-            .key("--radar")
-            .value(&radar.name)
-            .allowed("waveform.kind = \"fmcw\" and receiver.sampling = \"iq\"")
-            .into());
-    }
     let mut remarks = Vec::new();
     let iq = mixer(fit);
     let (k1, k2) = iq.unwrap_or_default().factors();
@@ -156,10 +214,11 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
         remarks.push("adc: the samples stand on no grid of levels".into());
     }
     let dc = fit.mean_dc() * scale;
-    if dbm_from_w(dc.norm_sqr()) >= -200.0 {
+    let has_dc = fit.mean_dc().norm() > fit.dc_limit && dbm_from_w(dc.norm_sqr()) >= -200.0;
+    if has_dc {
         settings.dc = Some(DcOffset { i: dc.re, q: dc.im });
     }
-    if fit.dc.len() > 1 {
+    if has_dc && fit.dc.len() > 1 {
         let each: Vec<String> = fit.dc.iter().map(|d| format!("({:.4}, {:.4})", d[0], d[1])).collect();
         remarks.push(format!(
             "dc_offset: the mean of the channels; each in units of the samples: {}",
@@ -169,8 +228,8 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
     match &fit.imbalance {
         None => remarks.push("iq_imbalance: no line is strong enough to show an image".into()),
         Some(i) if !i.is_significant => remarks.push(format!(
-            "iq_imbalance: no image beyond three standard errors; it is below {:.1} dB",
-            db_from_power((3.0 * i.standard_error).powi(2))
+            "iq_imbalance: no image beyond its limit of {:.1} dB, or other echoes where it would be",
+            db_from_power((SIGNIFICANT_IMAGE * i.standard_error).powi(2))
         )),
         Some(i) if iq.is_none() => {
             remarks
@@ -179,11 +238,15 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
         Some(_) => settings.iq = iq,
     }
     let bin_hz = radar.sample_rate_hz / radar.samples as f64;
-    let delay_s = |bin: f64| bin * bin_hz / radar.slope_hz_per_s().abs();
     if let Some(leak) = &fit.leak {
         let isolation_db = radar.tx_power_dbm - dbm_from_w(power(leak.rms * leak.rms / k1.norm_sqr()));
-        let delay_s = delay_s(leak.bin);
-        if (0.0..=200.0).contains(&isolation_db) && delay_s <= 1e-6 {
+        let delay_s = leak.delay_s;
+        if !leak.is_significant {
+            remarks.push(format!(
+                "leakage: the line at {:.2} bins ({delay_s:.2e} s, common share {:.2}) is an echo",
+                leak.bin, leak.common_share
+            ));
+        } else if (0.0..=200.0).contains(&isolation_db) {
             settings.leakage = Some(Leakage { isolation_db, delay_s });
         } else {
             remarks.push(format!(
@@ -191,22 +254,32 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
             ));
         }
     }
-    if let Some(line) = &fit.line {
-        settings.phase_noise = phase_noise(fit, radar, delay_s(line.bin), &mut remarks);
-        if fit.shape[1] > 1 {
-            let in_range = |x: &f64| x.abs() <= 40.0;
-            if line.gain_db.iter().all(in_range) {
-                settings.channels = Some(ChannelErrors {
-                    gain_db: line.gain_db.clone(),
-                    phase_rad: line.phase_deg.iter().map(|p| p.to_radians()).collect(),
-                    ..Default::default()
-                });
-            } else {
-                remarks.push("channels: a channel is more than 40 dB off, which is no gain error".into());
-            }
+    match fit.skirt_line {
+        Some([bin, _]) if !fit.skirts.is_empty() => {
+            let delay_s = bin * bin_hz / radar.slope_hz_per_s().abs();
+            settings.phase_noise = phase_noise(fit, radar, delay_s, &mut remarks);
         }
-    } else {
-        remarks.push("channels, phase_noise: no line stands out".into());
+        Some(_) => remarks
+            .push("phase_noise: lines are in so many Doppler cells that none shows the noise alone".into()),
+        None => remarks.push("phase_noise: no line stands out".into()),
+    }
+    match &fit.channels {
+        Some(c) if c.is_significant && c.gain_db.iter().all(|g| g.abs() <= 40.0) => {
+            // DDM shows one transmitter at rest; its receivers' errors hold for all.
+            let count = radar.virtual_channels();
+            let repeated = |x: &[f64]| -> Vec<f64> { x.iter().copied().cycle().take(count).collect() };
+            settings.channels = Some(ChannelErrors {
+                gain_db: repeated(&c.gain_db),
+                phase_rad: repeated(&c.phase_deg).iter().map(|p| p.to_radians()).collect(),
+                ..Default::default()
+            });
+        }
+        Some(c) if c.is_significant => {
+            remarks.push("channels: a channel is more than 40 dB off, which is no gain error".into());
+        }
+        Some(c) => remarks.push(format!("channels: {}", c.reason)),
+        None if fit.shape[1] > 1 => remarks.push("channels: no line at rest stands out".into()),
+        None => {}
     }
     remarks.push(format!("slope of the noise floor (no key): {:+.4} dB a bin", fit.floor_slope_db));
     if let Some([largest, mean]) = fit.correlations() {

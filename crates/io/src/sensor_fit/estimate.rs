@@ -5,20 +5,29 @@
 //! that turns by φ a chirp by (2 sin φ/2)⁶/20 in power. Spectra over fast time are taken with a Hann window w and divided by √Σw², so that
 //! noise of variance σ² a sample has the power σ² in every bin.
 
+use super::channels::{ChannelFit, blackman_harris, channels, gamma_quantile, golden, noise_share, shares};
 use catseye::adc::Cube;
 use catseye::base::error::{BadInput, Result};
-use catseye::base::units::db_from_power;
+use catseye::base::units::{C0, db_from_power};
 use catseye::scene::front_end::{IqImbalance, QuantiserKind};
+use catseye::scene::radar::{Radar, Sampling};
+use catseye::scene::waveform::Waveform;
 use catseye_math::fft;
-use num_complex::Complex64;
+use num_complex::{Complex, Complex64};
 use serde::Serialize;
-use std::f64::consts::{LN_2, TAU};
+use std::f64::consts::{LN_2, PI, TAU};
 use std::path::Path;
 
 /// Fewest chirps of a cube that can be fitted.
 pub const LEAST_CHIRPS: usize = 8;
 /// Fewest samples of a chirp.
 pub const LEAST_SAMPLES: usize = 32;
+/// Probability that one effect is found where there is none but thermal noise.
+pub const FALSE_ALARM: f64 = 1e-6;
+/// Quantile of the normal distribution at [`FALSE_ALARM`].
+pub const FALSE_ALARM_Z: f64 = 4.753;
+/// Longest delay that counts as leakage inside the radar, s; what comes later is an echo, 0.75 m away or more.
+pub const LONGEST_LEAK_S: f64 = 5e-9;
 /// Bins next to the constant that no line, image or skirt is sought in.
 const NEAR: usize = 4;
 /// Beat frequencies that count as spill-over, in bins. Below them a line cannot be told from the constant.
@@ -48,6 +57,17 @@ pub struct Leak {
     pub amplitude: Vec<f64>,
     /// Root mean square of the amplitudes, u.
     pub rms: f64,
+    /// Standard deviation of the amplitudes, u.
+    pub deviation: f64,
+    /// Delay at the radar's slope, s.
+    pub delay_s: f64,
+    /// |Σa|²/(K Σ|a|²): 1 where all channels have the same amplitude and phase, as leakage does (CONVENTIONS eq. 107).
+    pub common_share: f64,
+    /// The same share of the spherical wave from this range that fits best.
+    pub wave_share: f64,
+    /// Whether it is leakage, and no echo: a delay of at most 5 ns, a common share of at least 0.9, and no wave leaves less than half of
+    /// what the common amplitude leaves.
+    pub is_significant: bool,
 }
 
 /// The strongest line that stands still, away from the constant.
@@ -78,8 +98,10 @@ pub struct Imbalance {
     pub image_db: f64,
     /// Standard error of the image's amplitude over the line's, from the scatter of channels and lines.
     pub standard_error: f64,
-    /// Whether the image stands out by more than three standard errors.
+    /// Whether the image is beyond the noise and is that of its line, and no other echo.
     pub is_significant: bool,
+    /// Power of the image cells that the line does not explain, over that of the noise.
+    pub rest_over_noise: f64,
     /// Whether the lines move; images of lines that stand still hide among clutter.
     pub from_moving: bool,
     /// Number of cells.
@@ -108,6 +130,10 @@ pub struct Fit {
     pub quantiser: Option<Steps>,
     /// Constant of I and Q in each channel, u.
     pub dc: Vec<[f64; 2]>,
+    /// Standard deviation of the channels' mean constant, u.
+    pub dc_deviation: f64,
+    /// What the mean constant has to exceed: noise, side lobes of echoes and echoes beside it, u.
+    pub dc_limit: f64,
     /// Spill-over, where it stands out.
     pub leak: Option<Leak>,
     /// Variance of the noise of a complex sample, the quantiser's included, u².
@@ -122,6 +148,10 @@ pub struct Fit {
     pub floor_slope_db: f64,
     /// None where no line stands out.
     pub line: Option<Line>,
+    /// Errors of the channels from that line; None for one channel, or without a line.
+    pub channels: Option<ChannelFit>,
+    /// The strongest line, at rest or moving, whose sides show phase noise: bin and power over that of the noise in one sample, dB.
+    pub skirt_line: Option<[f64; 2]>,
     /// None where there is no line whose image can be seen.
     pub imbalance: Option<Imbalance>,
     /// Skirts of the line over bands of offsets.
@@ -170,13 +200,40 @@ impl Fit {
     }
 }
 
-/// Estimates the front end of a cube of I and Q. `is_boresight`: the strongest line stands at the boresight, so that all of its phases
-/// are the channels'; else a progression from channel to channel is the wave's.
+/// The cube without its constant and the line beside it.
+fn without(cube: &Cube<f64>, still: &Still, dc: &[Complex64], leak: Option<&Leak>) -> Cube<f64> {
+    let n = cube.samples;
+    let ones = vec![Complex64::ONE; n];
+    let model: Vec<Vec<Complex64>> = (dc.iter().zip(&still.rows))
+        .map(|(dc, row)| {
+            let line = leak.map(|l| (l.bin, still.at(row, l.bin) - dc * still.at(&ones, l.bin)));
+            let at = |i: usize| {
+                dc + line.map_or(Complex64::ZERO, |(b, a)| a * Complex64::cis(TAU * b * i as f64 / n as f64))
+            };
+            (0..n).map(at).collect()
+        })
+        .collect();
+    let mut out = cube.clone();
+    for (row, data) in out.data.chunks_mut(n).enumerate() {
+        data.iter_mut().zip(&model[row % cube.channels]).for_each(|(z, m)| *z -= m);
+    }
+    out
+}
+
+/// How a cube is fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FitOptions {
+    /// The strongest line at rest is a single reflector at the boresight, so that all of its phases are the channels'.
+    pub is_boresight: bool,
+    /// The radar's antennas are those of the cube, and not assumed.
+    pub knows_antennas: bool,
+}
+
+/// Checks that a cube can be fitted.
 ///
 /// # Errors
-/// Returns `BadInput`, which names `path`, for too few chirps or samples, a non-finite sample, a cube without any change, or
-/// one whose chirps repeat.
-pub fn fit(path: &Path, cube: &Cube<f64>, is_boresight: bool) -> Result<Fit> {
+/// Returns `BadInput`, which names `path`, for too few chirps or samples, a non-finite sample, or a cube without any change.
+pub fn check(path: &Path, cube: &Cube<f64>) -> Result<()> {
     let shape = [cube.chirps, cube.channels, cube.samples];
     let bad = |problem: &str| BadInput::new(problem.to_string()).file(path);
     if cube.chirps < LEAST_CHIRPS || cube.samples < LEAST_SAMPLES || cube.channels == 0 {
@@ -198,6 +255,34 @@ pub fn fit(path: &Path, cube: &Cube<f64>, is_boresight: bool) -> Result<Fit> {
         let e = bad("all samples are the same").value(format!("{first}"));
         return Err(e.remedy("record with the receiver switched on").into());
     }
+    Ok(())
+}
+
+/// Estimates the front end of a cube of I and Q that `radar` recorded.
+///
+/// # Errors
+/// Returns the errors of [`check`], and `BadInput`, which names `path`, for a radar of another shape or kind, or a cube whose chirps
+/// repeat.
+pub fn fit(path: &Path, cube: &Cube<f64>, radar: &Radar, options: FitOptions) -> Result<Fit> {
+    check(path, cube)?;
+    let shape = [cube.chirps, cube.channels, cube.samples];
+    let bad = |problem: &str| BadInput::new(problem.to_string()).file(path);
+    let expected = [radar.rows(), radar.channels(), radar.samples];
+    if shape != expected || radar.rows() != radar.chirps {
+        return Err(bad("the radar is not that of the cube")
+            .key("shape")
+            .value(format!("{shape:?}"))
+            .allowed(format!("{expected:?}: [chirp, rx_virtual, sample]"))
+            .remedy("give the radar that recorded it with --radar, or none")
+            .into());
+    }
+    if radar.sampling != Sampling::Iq || !matches!(radar.waveform, Waveform::Fmcw { .. }) {
+        return Err(bad("only chirps with I and Q can be fitted")
+            .key("--radar")
+            .value(&radar.name)
+            .allowed("waveform.kind = \"fmcw\" and receiver.sampling = \"iq\"")
+            .into());
+    }
     let quantiser = steps(&cube.data);
     let noise = NoiseRows::new(cube);
     let floor = noise.floor();
@@ -217,23 +302,35 @@ pub fn fit(path: &Path, cube: &Cube<f64>, is_boresight: bool) -> Result<Fit> {
     }
     let noise_variance = quiet.iter().map(|i| floor[*i]).sum::<f64>() / quiet.len() as f64;
     let still = Still::new(cube);
-    let (mut dc, mut leak) = still.constant_and_leak(noise_variance);
-    let imbalance = imbalance(cube, &dc, noise_variance);
+    let map = Map::new(cube);
+    let bin_s = radar.sample_rate_hz / radar.samples as f64 / radar.slope_hz_per_s().abs();
+    let (mut dc, mut leak) = still.constant_and_leak(noise_variance, bin_s, radar);
+    let imbalance = imbalance(cube, &dc, noise_variance, &map.floor);
     if let Some(i) = imbalance.as_ref().filter(|i| i.is_significant && leak.is_some()) {
         // The image of the spill-over stands as near to the constant as the line itself.
         let (k1, k2) = i.factors();
         let unmixed = still.unmixed(k1, k2);
-        (dc, leak) = unmixed.constant_and_leak(noise_variance);
+        (dc, leak) = unmixed.constant_and_leak(noise_variance, bin_s, radar);
         dc.iter_mut().for_each(|z| *z = k1 * *z + k2 * z.conj());
         leak.iter_mut().for_each(|l| l.scale(k1.norm()));
     }
-    let line = still.strongest(&dc, leak.as_ref(), noise_variance, is_boresight);
-    let skirts = line.as_ref().map_or_else(Vec::new, |l| skirts(l, &floor, noise_variance, noise.looks()));
+    let (dc_deviation, dc_limit) = still.constant_limit(&dc, leak.as_ref(), noise_variance);
+    let rest = without(cube, &still, &dc, leak.as_ref());
+    let none = vec![Complex64::ZERO; cube.channels];
+    let line = Still::new(&rest).strongest(&none, leak.as_ref(), noise_variance, options.is_boresight);
+    let channels = line.as_ref().and_then(|l| {
+        channels(&rest, l.bin, radar, noise_variance, options.is_boresight, options.knows_antennas)
+    });
+    let strongest = map.strongest(noise_variance);
+    let skirts = strongest.map_or_else(Vec::new, |l| skirts(l, &map, &quiet, noise_variance, radar.rx.len()));
+    let skirt_line = strongest.map(|l| l.1);
     let (correlation, looks) = noise.correlation(&quiet);
     Ok(Fit {
         shape,
         quantiser,
         dc: dc.iter().map(|z| [z.re, z.im]).collect(),
+        dc_deviation,
+        dc_limit,
         leak,
         noise_variance,
         quantiser_variance: quantiser.map_or(0.0, |q| q.step * q.step / 6.0),
@@ -241,6 +338,8 @@ pub fn fit(path: &Path, cube: &Cube<f64>, is_boresight: bool) -> Result<Fit> {
         floor,
         quiet,
         line,
+        channels,
+        skirt_line,
         imbalance,
         skirts,
         correlation,
@@ -376,11 +475,6 @@ impl NoiseRows {
         self.spectra.len() / self.channels / self.samples
     }
 
-    /// Number of independent looks at one bin.
-    fn looks(&self) -> f64 {
-        (self.rows() + 3) as f64 / 4.0 * self.channels as f64
-    }
-
     /// Median over chirps and channels over ln 2: the mean of exponentially distributed power, whatever a few cells hold.
     fn floor(&self) -> Vec<f64> {
         let bin = |i: usize| self.spectra[i..].iter().step_by(self.samples).map(|z| z.norm_sqr()).collect();
@@ -412,9 +506,10 @@ impl NoiseRows {
     }
 }
 
-/// What stands still: the mean over chirps.
+/// What stands still: the mean over chirps through a Blackman–Harris window, which keeps moving lines 92 dB down.
 struct Still {
-    chirps: usize,
+    /// Share of the noise's variance that the mean keeps.
+    share: f64,
     /// A row for each channel.
     rows: Vec<Vec<Complex64>>,
     window: Vec<f64>,
@@ -422,14 +517,18 @@ struct Still {
 
 impl Still {
     fn new(cube: &Cube<f64>) -> Still {
-        Still { chirps: cube.chirps, rows: still_rows(cube), window: hann(cube.samples) }
+        Still {
+            share: noise_share(&blackman_harris(cube.chirps)),
+            rows: still_rows(cube),
+            window: hann(cube.samples),
+        }
     }
 
     /// x of rows y = K₁x + K₂x*.
     fn unmixed(&self, k1: Complex64, k2: Complex64) -> Still {
         let of = |y: &Complex64| (k1.conj() * y - k2 * y.conj()) / (k1.norm_sqr() - k2.norm_sqr());
         let rows = self.rows.iter().map(|r| r.iter().map(of).collect()).collect();
-        Still { chirps: self.chirps, rows, window: self.window.clone() }
+        Still { share: self.share, rows, window: self.window.clone() }
     }
 
     /// The windowed mean of `row` turned back by `bin`.
@@ -446,7 +545,12 @@ impl Still {
 
     /// A constant and one line near it, by weighted least squares at the frequency that leaves least. Without a line that stands out the
     /// constant alone.
-    fn constant_and_leak(&self, noise_variance: f64) -> (Vec<Complex64>, Option<Leak>) {
+    fn constant_and_leak(
+        &self,
+        noise_variance: f64,
+        bin_s: f64,
+        radar: &Radar,
+    ) -> (Vec<Complex64>, Option<Leak>) {
         let n = self.rows[0].len();
         let means: Vec<Complex64> = self.rows.iter().map(|r| self.at(r, 0.0)).collect();
         let ones = vec![Complex64::ONE; n];
@@ -470,17 +574,72 @@ impl Still {
         let best = (0..gains.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b])).unwrap_or(0);
         // At an end of the interval it is the flank of something else.
         if best > 0 && best + 1 < gains.len() {
-            let (_, all) = solve(bins[best]);
+            let bin = golden(bins[best - 1], bins[best + 1], |b| solve(b).0);
+            let (_, all) = solve(bin);
             let amplitude: Vec<f64> = all.iter().map(|x| x[1].norm()).collect();
             let mean_square = amplitude.iter().map(|a| a * a).sum::<f64>() / amplitude.len() as f64;
             // 20 dB over what the noise leaves of such an amplitude, and the larger part of what stands here.
-            let by_chance = noise_variance / (self.chirps * n) as f64 * 4.0;
+            let by_chance = noise_variance * self.share / n as f64 * 4.0;
             if mean_square > 100.0 * by_chance {
-                let leak = Leak { bin: bins[best], amplitude, rms: mean_square.sqrt() };
+                let delay_s = bin * bin_s;
+                let lines: Vec<Complex64> = all.iter().map(|x| x[1]).collect();
+                let [common_share, wave_share] = shares(&lines, radar, 0.5 * C0 * delay_s);
+                let leak = Leak {
+                    bin,
+                    amplitude,
+                    rms: mean_square.sqrt(),
+                    deviation: (0.5 * by_chance).sqrt(),
+                    delay_s,
+                    common_share,
+                    wave_share,
+                    is_significant: delay_s <= LONGEST_LEAK_S
+                        && common_share >= 0.9
+                        && 1.0 - common_share <= 2.0 * (1.0 - wave_share) + 17.0 * by_chance / mean_square,
+                };
                 return (all.iter().map(|x| x[0]).collect(), Some(leak));
             }
         }
         (means, None)
+    }
+
+    /// Standard deviation of the mean constant, and what it has to exceed: the noise at [`FALSE_ALARM`], the side lobes of what stands
+    /// further away, and twice what the constant and one line leave within four bins.
+    fn constant_limit(&self, dc: &[Complex64], leak: Option<&Leak>, noise_variance: f64) -> (f64, f64) {
+        let n = self.rows[0].len();
+        let k = self.rows.len() as f64;
+        let variance = noise_variance * self.share * noise_share(&self.window);
+        // The line beside the constant takes part of it.
+        let det = leak.map_or(1.0, |l| 1.0 - self.at(&vec![Complex64::ONE; n], l.bin).norm_sqr());
+        let deviation = (variance / det.max(1e-3) / k).sqrt();
+        let rms = |bin: f64| {
+            let all = self.rows.iter().map(|r| self.at(r, bin).norm_sqr());
+            (all.sum::<f64>() / k - 17.0 * variance).max(0.0).sqrt()
+        };
+        // Side lobes of the Hann window: 1/(πx(x² − 1)).
+        let lobes: f64 = (4..n - 4)
+            .map(|i| {
+                let x = i.min(n - i) as f64;
+                rms(i as f64) / (PI * x * (x * x - 1.0))
+            })
+            .sum();
+        let line = leak.map(|l| l.bin);
+        let ones = vec![Complex64::ONE; n];
+        let mut rest = 0.0f64;
+        for step in -7..=7 {
+            let bin = 0.5 * f64::from(step);
+            let mut sum = 0.0;
+            for (row, dc) in self.rows.iter().zip(dc) {
+                let mut left = self.at(row, bin) - dc * self.at(&ones, bin);
+                if let Some(line) = line {
+                    let amplitude =
+                        (self.at(row, line) - dc * self.at(&ones, line)) * self.at(&ones, bin - line);
+                    left -= amplitude;
+                }
+                sum += left.norm_sqr();
+            }
+            rest = rest.max((sum / k - 17.0 * variance).max(0.0).sqrt());
+        }
+        (deviation, deviation * (-FALSE_ALARM.ln()).sqrt() + lobes + 2.0 * rest)
     }
 
     fn strongest(
@@ -507,7 +666,7 @@ impl Still {
         let bin = 0.5 * (lo + hi);
         let all: Vec<Complex64> = rows.iter().map(|r| self.at(r, bin)).collect();
         let mean_square = all.iter().map(|z| z.norm_sqr()).sum::<f64>() / all.len() as f64;
-        let by_chance = 1.5 * noise_variance / (self.chirps * n) as f64;
+        let by_chance = 1.5 * noise_variance * self.share / n as f64;
         if mean_square < 30.0 * by_chance {
             return None;
         }
@@ -531,15 +690,125 @@ impl Still {
     }
 }
 
-/// Mean over chirps, a row for each channel, u.
+/// Mean over chirps through a Blackman–Harris window, a row for each channel, u.
 pub fn still_rows(cube: &Cube<f64>) -> Vec<Vec<Complex64>> {
     let mut rows = vec![vec![Complex64::ZERO; cube.samples]; cube.channels];
-    for m in 0..cube.chirps {
+    let window = blackman_harris(cube.chirps);
+    let sum = window.iter().sum::<f64>();
+    for (m, w) in window.iter().enumerate() {
         for (c, row) in rows.iter_mut().enumerate() {
-            row.iter_mut().zip(cube.row(m, c)).for_each(|(sum, z)| *sum += z / cube.chirps as f64);
+            row.iter_mut().zip(cube.row(m, c)).for_each(|(to, z)| *to += z * (w / sum));
         }
     }
     rows
+}
+
+/// Range-Doppler map through Blackman–Harris windows, with unit gain for noise.
+struct Map {
+    /// Mean over channels, `[doppler, bin]`.
+    power: Vec<f64>,
+    /// `[bin, doppler, channel]`.
+    cells: Vec<Complex<f32>>,
+    /// Doppler cells that no line of any range comes near.
+    clean: Vec<usize>,
+    channels: usize,
+    samples: usize,
+    /// Noise of each bin in Doppler cells that no line of any range comes near; empty where there are too few.
+    floor: Vec<f64>,
+}
+
+impl Map {
+    fn new(cube: &Cube<f64>) -> Map {
+        let (m, k, n) = (cube.chirps, cube.channels, cube.samples);
+        let (slow, fast) = (blackman_harris(m), blackman_harris(n));
+        let square = |w: &[f64]| w.iter().map(|x| x * x).sum::<f64>();
+        let scale = (square(&slow) * square(&fast)).powf(-0.5);
+        let (along_fast, along_slow) = (fft::forward::<f64>(n), fft::forward::<f64>(m));
+        let mut cells = vec![Complex::<f32>::ZERO; k * m * n];
+        let mut power = vec![0.0; m * n];
+        let mut map = vec![Complex64::ZERO; m * n];
+        let mut column = vec![Complex64::ZERO; m];
+        for c in 0..k {
+            for (chirp, w) in slow.iter().enumerate() {
+                let row = &mut map[chirp * n..(chirp + 1) * n];
+                for (i, (to, z)) in row.iter_mut().zip(cube.row(chirp, c)).enumerate() {
+                    *to = z * (w * fast[i] * scale);
+                }
+                along_fast.process(row);
+            }
+            for i in 0..n {
+                (0..m).for_each(|d| column[d] = map[d * n + i]);
+                along_slow.process(&mut column);
+                for d in 0..m {
+                    let p = column[d].norm_sqr();
+                    cells[(i * m + d) * k + c] = Complex::new(column[d].re as f32, column[d].im as f32);
+                    power[d * n + i] += p / k as f64;
+                }
+            }
+        }
+        let middle = |mut x: Vec<f32>| {
+            let at = x.len() / 2;
+            f64::from(*x.select_nth_unstable_by(at, f32::total_cmp).1) / LN_2
+        };
+        let powers = |c: &[Complex<f32>]| c.iter().map(|z| z.norm_sqr()).collect::<Vec<f32>>();
+        let all: Vec<f64> = (0..n).map(|i| middle(powers(&cells[i * m * k..(i + 1) * m * k]))).collect();
+        let mut is_clean = vec![true; m];
+        for d in 0..m {
+            if (0..n).any(|i| power[d * n + i] > 17.0 * all[i]) {
+                (0..11).for_each(|by| is_clean[(d + m + by - 5) % m] = false);
+            }
+        }
+        let clean: Vec<usize> = (0..m).filter(|d| is_clean[*d]).collect();
+        let floor = match clean.len() >= 8 {
+            true => (0..n)
+                .map(|i| {
+                    let of = |d: &usize| powers(&cells[(i * m + d) * k..(i * m + d + 1) * k]);
+                    middle(clean.iter().flat_map(of).collect())
+                })
+                .collect(),
+            false => Vec::new(),
+        };
+        Map { power, cells, clean, channels: k, samples: n, floor }
+    }
+
+    /// Bin and power over noise, dB, of the strongest cell away from the constant, with all that is within four bins of it.
+    fn strongest(&self, noise_variance: f64) -> Option<(usize, [f64; 2])> {
+        let n = self.samples;
+        let m = self.power.len() / n;
+        let cells = (0..m * n).filter(|i| (2 * NEAR..n - 2 * NEAR).contains(&(i % n)));
+        let best = cells.max_by(|a, b| self.power[*a].total_cmp(&self.power[*b]))?;
+        let (d, i) = (best / n, best % n);
+        let (mut sum, mut moment) = (0.0, 0.0);
+        for by in 0..9 {
+            for j in i - 4..=i + 4 {
+                let p = (self.power[(d + m + by - 4.min(m)) % m * n + j] - noise_variance).max(0.0);
+                sum += p;
+                moment += p * j as f64;
+            }
+        }
+        let is_line = self.power[best] > 100.0 * noise_variance;
+        is_line.then(|| (best, [moment / sum, db_from_power(sum / (m * n) as f64 / noise_variance)]))
+    }
+
+    /// Noise in the clean Doppler cells of a range bin, of each slot of `n_rx` receivers: along the amplitudes of the channels in the
+    /// cell `line`, and the mean across them. Phase noise is along them, thermal noise is not.
+    fn along_and_across(&self, line: usize, bin: usize, n_rx: usize) -> Vec<[f64; 2]> {
+        let (k, n) = (self.channels, self.samples);
+        let m = self.power.len() / n;
+        let at = |d: usize, i: usize| &self.cells[(i * m + d) * k..(i * m + d + 1) * k];
+        let steering = at(line / n, line % n);
+        let mut out = Vec::with_capacity(self.clean.len() * k / n_rx);
+        for d in &self.clean {
+            for (a, x) in steering.chunks(n_rx).zip(at(*d, bin).chunks(n_rx)) {
+                let norm: f32 = a.iter().map(|z| z.norm_sqr()).sum();
+                let all: f32 = x.iter().map(|z| z.norm_sqr()).sum();
+                let dot: Complex<f32> = a.iter().zip(x).map(|(a, x)| a.conj() * x).sum();
+                let along = dot.norm_sqr() / norm;
+                out.push([f64::from(along), f64::from(all - along) / (n_rx as f64 - 1.0).max(1.0)]);
+            }
+        }
+        out
+    }
 }
 
 /// Phase from channel to channel, rad, of the plane wave that fits best; 0 for two channels or fewer, which it would fit exactly.
@@ -559,11 +828,41 @@ fn progression(all: &[Complex64]) -> f64 {
     turns.max_by(|a, b| score(*a).total_cmp(&score(*b))).unwrap_or(0.0)
 }
 
+/// Standard errors that an image has to exceed: √(−ln [`FALSE_ALARM`]) of a complex normal number, and a part more because the scatter of
+/// few blocks is uncertain.
+pub const SIGNIFICANT_IMAGE: f64 = 4.5;
+
+/// Smallest image over its line that the windows resolve, in amplitude.
+pub const SMALLEST_IMAGE: f64 = 1e-4;
+
+/// Sums over the cells of a line and of its image.
+#[derive(Debug, Clone, Copy, Default)]
+struct Block {
+    cross: Complex64,
+    power: f64,
+    image: f64,
+    noise: f64,
+    count: usize,
+}
+
+impl Block {
+    /// Power of the image that the line does not explain.
+    fn rest(&self) -> f64 {
+        (self.image - self.cross.norm_sqr() / self.power).max(0.0)
+    }
+
+    /// Whether no more is left than noise, with windows that make four cells out of one, and −80 dB of the line.
+    fn is_pure(&self) -> bool {
+        let count = self.count as f64 / 4.0;
+        self.rest() <= self.noise * gamma_quantile(count.max(1.0)) / count + 1e-8 * self.power
+    }
+}
+
 /// K₂/K₁* = Σ Y(−d, −i) Y(d, i) / Σ |Y(d, i)|² over the cells of strong lines, and from it g e^{jψ} = (1 − ρ)/(1 + ρ) (CONVENTIONS
 /// eq. 109).
-fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64) -> Option<Imbalance> {
+fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64, floor: &[f64]) -> Option<Imbalance> {
     let (m, n) = (cube.chirps, cube.samples);
-    let (slow, fast) = (hann(m), hann(n));
+    let (slow, fast) = (blackman_harris(m), blackman_harris(n));
     let square = |w: &[f64]| w.iter().map(|x| x * x).sum::<f64>();
     let scale = (square(&slow) * square(&fast)).powf(-0.5);
     let (along_fast, along_slow) = (fft::forward::<f64>(n), fft::forward::<f64>(m));
@@ -573,7 +872,10 @@ fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64) -> Option<
         i >= least && (of - 2 * i) / 2 >= least.min(of / 8)
     };
     // Σ Y(−)Y and Σ|Y|² of blocks: one for each channel and neighbourhood in range, of lines that stand or move.
-    let mut blocks = [Vec::<(Complex64, f64, usize)>::new(), Vec::new()];
+    let mut blocks = [Vec::<Block>::new(), Vec::new()];
+    // Side lobes of all lines, at −92 dB.
+    let all_power = cube.data.iter().map(|z| z.norm_sqr()).sum::<f64>() / cube.data.len() as f64;
+    let lobes = 0.25 * (m * n) as f64 * all_power * 10f64.powf(-9.2);
     for (channel, dc) in dc.iter().enumerate() {
         let mut map = vec![Complex64::ZERO; m * n];
         for chirp in 0..m {
@@ -593,7 +895,7 @@ fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64) -> Option<
                 map[d * n + i] = column[d];
             }
         }
-        let mut sums = vec![[(Complex64::ZERO, 0.0, 0); 2]; n.div_ceil(4)];
+        let mut sums = vec![[Block::default(); 2]; n.div_ceil(4)];
         for d in 0..m {
             let moves = is_apart(d, m, 4);
             if !moves && d.min(m - d) >= 3 {
@@ -604,29 +906,45 @@ fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64) -> Option<
                 let power = line.norm_sqr();
                 if power > 300.0 * noise_variance && power > 30.0 * image.norm_sqr() {
                     let s = &mut sums[i / 4][usize::from(moves)];
-                    *s = (s.0 + image * line, s.1 + power, s.2 + 1);
+                    s.cross += image * line;
+                    s.power += power;
+                    s.image += image.norm_sqr();
+                    s.noise += lobes + floor.get(n - i).map_or(noise_variance, |f| f.max(noise_variance));
+                    s.count += 1;
                 }
             }
         }
         for (kind, list) in blocks.iter_mut().enumerate() {
-            list.extend(sums.iter().map(|s| s[kind]).filter(|s| s.2 > 0));
+            list.extend(sums.iter().map(|s| s[kind]).filter(|s| s.count > 0));
         }
     }
-    let power = |list: &[(Complex64, f64, usize)]| list.iter().map(|b| b.1).sum::<f64>();
+    let power = |list: &[Block]| list.iter().map(|b| b.power).sum::<f64>();
     let from_moving = power(&blocks[1]) > 1000.0 * noise_variance;
-    let blocks = &blocks[usize::from(from_moving)];
-    let total = power(blocks);
-    if total < 1000.0 * noise_variance {
+    let all = &blocks[usize::from(from_moving)];
+    if power(all) < 1000.0 * noise_variance {
         return None;
     }
-    let ratio = blocks.iter().map(|b| b.0).sum::<Complex64>() / total;
-    // Two Hann windows make some two cells out of one.
-    let of_noise = 2.0 * noise_variance / total;
+    // Blocks whose image is another echo are left out, where others are left.
+    let pure: Vec<Block> = all.iter().copied().filter(Block::is_pure).collect();
+    let blocks = if power(&pure) < 1000.0 * noise_variance { all.clone() } else { pure };
+    let total = power(&blocks);
+    let mut whole = Block::default();
+    for b in &blocks {
+        whole.cross += b.cross;
+        whole.power += b.power;
+        whole.image += b.image;
+        whole.noise += b.noise;
+        whole.count += b.count;
+    }
+    let ratio = whole.cross / total;
+    // Two Blackman–Harris windows make some four cells out of one.
+    let of_noise = 4.0 * whole.noise / whole.count as f64 / total;
     let count = blocks.len() as f64;
     let of_scatter = match blocks.len() {
         0 | 1 => 0.0,
         _ => {
-            blocks.iter().map(|b| (b.0 - ratio * b.1).norm_sqr()).sum::<f64>() / (total * total) * count
+            blocks.iter().map(|b| (b.cross - ratio * b.power).norm_sqr()).sum::<f64>() / (total * total)
+                * count
                 / (count - 1.0)
         }
     };
@@ -637,41 +955,76 @@ fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64) -> Option<
         phase_deg: q.arg().to_degrees(),
         image_db: db_from_power(ratio.norm_sqr()),
         standard_error,
-        is_significant: ratio.norm() > 3.0 * standard_error,
+        is_significant: whole.is_pure()
+            && ratio.norm() > SMALLEST_IMAGE
+            && ratio.norm() > SIGNIFICANT_IMAGE * standard_error,
+        rest_over_noise: whole.rest() / whole.noise,
         from_moving,
-        cells: blocks.iter().map(|b| b.2).sum(),
+        cells: whole.count,
     })
 }
 
-/// Noise on both sides of the line beyond the floor, in bands of offsets that double.
-fn skirts(line: &Line, floor: &[f64], noise_variance: f64, looks: f64) -> Vec<Skirt> {
-    let n = floor.len();
-    let centre = line.bin.round() as i64;
-    let line_power = noise_variance * catseye::base::units::power_from_db(line.over_noise_db);
+/// Standard errors that both sides of a line have to exceed: one side alone does at 3·10⁻⁷ (normal), the common floor makes them alike.
+pub const SIGNIFICANT_SKIRT: f64 = 5.0;
+
+/// Noise on both sides of the line beyond the floor, in bands of offsets that double. With several receivers it is the noise along the
+/// line's amplitudes beyond that across them; with one, the noise beyond that of the quiet bins.
+fn skirts(
+    (line, [bin, over_noise_db]): (usize, [f64; 2]),
+    map: &Map,
+    quiet: &[usize],
+    noise_variance: f64,
+    n_rx: usize,
+) -> Vec<Skirt> {
+    let n = map.samples;
+    if map.floor.is_empty() {
+        return Vec::new();
+    }
+    let quiet_level = quiet.iter().map(|i| map.floor[*i]).sum::<f64>() / quiet.len() as f64;
+    // Median of the mean of n_rx − 1 exponentials (Wilson and Hilferty 1931).
+    let across_median = (1.0 - 1.0 / (9.0 * (n_rx as f64 - 1.0).max(1.0))).powi(3);
+    let centre = bin.round() as i64;
+    let line_power = noise_variance * catseye::base::units::power_from_db(over_noise_db);
     let mut out = Vec::new();
-    let mut from = 3;
+    // The main lobe of the window has four bins.
+    let mut from = 5;
     while 2 * from <= n / 2 {
         let to = 2 * from;
-        let side = |sign: i64| -> Vec<f64> {
-            let bins = (from as i64..to as i64).map(|j| centre + sign * j);
-            bins.filter(|i| (NEAR as i64..(n - NEAR) as i64).contains(i)).map(|i| floor[i as usize]).collect()
+        // Excess, its standard deviation, and the number of bins of one side.
+        let side = |sign: i64| -> (f64, f64, usize) {
+            let bins: Vec<usize> = (from as i64..to as i64)
+                .map(|j| centre + sign * j)
+                .filter(|i| (NEAR as i64..(n - NEAR) as i64).contains(i))
+                .map(|i| i as usize)
+                .collect();
+            let cells: Vec<[f64; 2]> =
+                bins.iter().flat_map(|i| map.along_and_across(line, *i, n_rx)).collect();
+            if cells.is_empty() {
+                return (0.0, 0.0, 0);
+            }
+            let along = median(cells.iter().map(|c| c[0]).collect()) / LN_2;
+            let across = match n_rx {
+                1 => quiet_level,
+                _ => median(cells.iter().map(|c| c[1]).collect()) / across_median,
+            };
+            // A median of n values is off by 1/(ln 2 √n) of its exponential's mean; two windows make four cells out of one, and the level
+            // across is less certain than that along by no more than √2.
+            let count = cells.len() as f64 / 4.0;
+            let error = 2f64.sqrt() * across / LN_2 / count.max(1.0).sqrt();
+            ((along - across) / n_rx as f64, error / n_rx as f64, bins.len())
         };
-        let (below, above) = (side(-1), side(1));
-        let count = below.len() + above.len();
-        if count > 0 {
-            // A median of n values is off by 1/(ln 2 √n) of its exponential's mean.
-            let error = noise_variance / LN_2 / (looks * count as f64 / 1.5).max(1.0).sqrt();
-            // A skirt stands on both sides of its line; what stands on one is an echo that moves.
-            let is_whole = below.len() == to - from && above.len() == to - from;
-            let excess = |x: Vec<f64>| if x.is_empty() { 0.0 } else { median(x) - noise_variance };
-            let (low, high) = (excess(below), excess(above));
+        let ((low, low_error, below), (high, high_error, above)) = (side(-1), side(1));
+        if below + above > 0 {
+            // A skirt is on both sides of its line; what is on one is an echo.
+            let is_whole = below == to - from && above == to - from;
             let (less, more) = (low.min(high), low.max(high));
-            let is_seen = is_whole && less > 3.0 * error && more < 4.0 * less;
+            let error = low_error.max(high_error);
+            let is_seen = is_whole && less > SIGNIFICANT_SKIRT * error && more < 4.0 * less;
             out.push(Skirt {
                 from,
                 to,
                 excess_db: is_seen.then(|| db_from_power(0.5 * (less + more) / line_power)),
-                bound_db: db_from_power(more.max(3.0 * error) / line_power),
+                bound_db: db_from_power(more.max(SIGNIFICANT_SKIRT * error) / line_power),
             });
         }
         from = to;
