@@ -150,6 +150,8 @@ pub struct PointAccuracy {
     pub sine_step: [f64; 2],
     /// What the parabola over beams is off without noise, in sines: [`beam_floor`].
     pub sine_floor: [f64; 2],
+    /// Middle of the array, from which ranges and directions are measured: the mean of (p_tx + p_rx)/2, m.
+    pub centre_m: DVec3,
     /// Directions that the array confuses.
     pub angle_lobes: AngleLobes,
 }
@@ -326,6 +328,7 @@ mod tests {
             chirp_period_s: 50e-6,
             sine_step: [0.0; 2],
             sine_floor: [0.0; 2],
+            centre_m: DVec3::ZERO,
             angle_lobes: AngleLobes { lobes: vec![], fov_rad: [0.0; 2], noise_share: 1.0 },
         }
     }

@@ -68,8 +68,10 @@ pub struct EgoSettings {
 /// A vehicle's speed from another sensor, as its bus reports it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KnownSpeed {
-    /// Speed, m/s, without sign.
+    /// Speed along `direction_rad`, m/s; negative in reverse.
     pub speed_mps: f64,
+    /// Direction of the vehicle's x axis in the axes of the model, rad: 0 in the vehicle's own, minus its mounting's yaw in a sensor's.
+    pub direction_rad: f64,
     /// Largest error of it, m/s.
     pub tolerance_mps: f64,
 }
@@ -224,7 +226,13 @@ impl Problem<'_> {
     fn is_possible(&self, motion: &Row) -> bool {
         let speed = if self.is_car { motion[0].abs() } else { motion[0].hypot(motion[1]) };
         speed <= self.settings.max_speed_mps
-            && self.settings.speed.is_none_or(|k| (speed - k.speed_mps).abs() <= k.tolerance_mps)
+            && self.settings.speed.is_none_or(|k| {
+                let along = match self.is_car {
+                    true => motion[0],
+                    false => DVec2::from_angle(k.direction_rad).dot(DVec2::new(motion[0], motion[1])),
+                };
+                (along - k.speed_mps).abs() <= k.tolerance_mps
+            })
     }
 
     /// Ambiguity intervals to each side that a range rate of a standing point may need.
@@ -372,10 +380,11 @@ pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -
     })
 }
 
-/// Motions that are different answers, not the same one drawn twice: half the smallest ambiguity apart.
+/// Motions that are different answers, not the same one drawn twice: they put the range rate of some point into different ambiguity
+/// intervals.
 fn differ(a: &Row, b: &Row, problem: &Problem) -> bool {
-    let apart = (0..problem.n).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
-    apart > 0.5 * problem.ambiguities.iter().copied().fold(f64::INFINITY, f64::min)
+    let off = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    problem.rows.iter().zip(&problem.ambiguities).any(|(row, width)| dot(row, &off).abs() > 0.5 * width)
 }
 
 /// The best motion of all samples, and the best of those that differ from it, with its count. None when
@@ -451,10 +460,13 @@ fn check(points: &[Radial], model: &EgoModel, s: &EgoSettings) -> Result<()> {
         return bad("max_speed_mps", &s.max_speed_mps, "a positive number");
     }
     if let Some(k) = s.speed {
-        for (key, value) in [("speed.speed_mps", k.speed_mps), ("speed.tolerance_mps", k.tolerance_mps)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return bad(key, &value, "0 or more");
+        for (key, value) in [("speed.speed_mps", k.speed_mps), ("speed.direction_rad", k.direction_rad)] {
+            if !value.is_finite() {
+                return bad(key, &value, "a number");
             }
+        }
+        if !(k.tolerance_mps.is_finite() && k.tolerance_mps >= 0.0) {
+            return bad("speed.tolerance_mps", &k.tolerance_mps, "0 or more");
         }
     }
     let positive = points.iter().map(|p| p.ambiguity_mps).filter(|a| *a > 0.0);
@@ -595,7 +607,7 @@ mod tests {
             let e = ego_motion(&points, &EgoModel::Sensor, &s).unwrap_err();
             assert!(e.to_string().contains("ambiguous"), "{e}");
             // The vehicle's bus decides, and so do a few range rates that are known.
-            let speed = Some(KnownSpeed { speed_mps: v.length() + 0.4, tolerance_mps: 2.0 });
+            let speed = Some(KnownSpeed { speed_mps: v.x + 0.4, direction_rad: 0.0, tolerance_mps: 2.0 });
             let e = ego_motion(&points, &EgoModel::Sensor, &EgoSettings { speed, ..s }).unwrap();
             assert!((e.value[0] - v.x).abs() < 0.15, "{:?} {v}", e.value);
             for p in points.iter_mut().step_by(4) {
@@ -653,7 +665,10 @@ mod tests {
             EgoSettings { min_inliers: 1.5, ..QUIET },
             EgoSettings { draws: 0, ..QUIET },
             EgoSettings { max_speed_mps: 0.0, ..QUIET },
-            EgoSettings { speed: Some(KnownSpeed { speed_mps: -1.0, tolerance_mps: 1.0 }), ..QUIET },
+            EgoSettings {
+                speed: Some(KnownSpeed { speed_mps: 1.0, direction_rad: 0.0, tolerance_mps: -1.0 }),
+                ..QUIET
+            },
         ] {
             assert_eq!(ego_motion(&points, &EgoModel::Sensor, &bad).unwrap_err().exit_code(), 2);
         }

@@ -8,7 +8,7 @@
 
 use super::bodies::{Bodies, Place};
 use super::points::Point;
-use super::response::{EchoPath, Offset, Response};
+use super::response::{EchoPath, Offset, PointResponse, Response};
 use crate::adc::front_end::Chain;
 use crate::adc::synthesis::{Levels, passes};
 use crate::base::error::Result;
@@ -113,6 +113,15 @@ pub struct Labeller<'a> {
     chain: Chain,
 }
 
+/// What all objects and the leakage bring to a place of the map.
+#[derive(Default)]
+struct Parts<'e> {
+    parts: BTreeMap<u32, Part<'e>>,
+    /// Sum of the powers of the objects, W.
+    total_w: f64,
+    leaked_w: f64,
+}
+
 /// An object's echoes in one point.
 #[derive(Default)]
 struct Part<'e> {
@@ -168,27 +177,18 @@ impl<'a> Labeller<'a> {
         }
         let response = self.response.to(point);
         let measured_w = w_from_dbm(point.power_dbm);
-        let mut parts = BTreeMap::<u32, Part>::new();
-        for e in &self.echoes {
-            if e.amplitude.norm_sqr() * response.bound(&e.path).powi(2) < LEAST_ECHO * measured_w {
-                continue;
-            }
-            let in_cell = e.amplitude * response.cell(&e.path);
-            if in_cell.norm_sqr() < LEAST_ECHO * measured_w {
-                continue;
-            }
-            let amplitude = in_cell * response.array(&e.path);
-            let part = parts.entry(e.object).or_default();
-            part.sum += amplitude;
-            if amplitude.norm_sqr() > part.most {
-                (part.most, part.echo) = (amplitude.norm_sqr(), Some(e));
-            }
+        let mut parts = self.parts(&response, measured_w);
+        let least_w = LEAST_EXPLAINED * measured_w;
+        if parts.total_w.max(parts.leaked_w) < least_w {
+            // The place between cells is that of a lone tone's peak; among side lobes it may be at a null beside the cell.
+            let around = [(-0.5, 0.0), (0.5, 0.0), (0.0, -0.5), (0.0, 0.5)];
+            let beside = around.map(|(r, v)| self.parts(&response.beside(r, v), measured_w));
+            let largest = |p: &Parts<'_>| p.total_w.max(p.leaked_w);
+            let most = beside.into_iter().max_by(|a, b| largest(a).total_cmp(&largest(b)));
+            parts = most.filter(|p| largest(p) >= least_w).unwrap_or_default();
         }
-        let total: f64 = parts.values().map(|p| p.sum.norm_sqr()).sum();
-        let inside = |delay_s: f64| filters(&self.chain, delay_s);
-        let leaked =
-            self.chain.spills.iter().map(|s| response.spill(s, inside)).sum::<Complex64>().norm_sqr();
-        if total.max(leaked) < LEAST_EXPLAINED * measured_w || total.max(leaked) == 0.0 {
+        let Parts { parts, total_w: total, leaked_w: leaked } = parts;
+        if total.max(leaked) == 0.0 {
             return Label { cause: Cause::Noise, ..Label::default() };
         }
         if leaked > total {
@@ -214,6 +214,28 @@ impl<'a> Labeller<'a> {
             aliased,
             share: part.sum.norm_sqr() / total,
         }
+    }
+
+    fn parts(&self, response: &PointResponse<'_>, measured_w: f64) -> Parts<'_> {
+        let mut parts = BTreeMap::<u32, Part>::new();
+        for e in &self.echoes {
+            if e.amplitude.norm_sqr() * response.bound(&e.path).powi(2) < LEAST_ECHO * measured_w {
+                continue;
+            }
+            let in_cell = e.amplitude * response.cell(&e.path);
+            if in_cell.norm_sqr() < LEAST_ECHO * measured_w {
+                continue;
+            }
+            let amplitude = in_cell * response.array(&e.path);
+            let part = parts.entry(e.object).or_default();
+            part.sum += amplitude;
+            if amplitude.norm_sqr() > part.most {
+                (part.most, part.echo) = (amplitude.norm_sqr(), Some(e));
+            }
+        }
+        let inside = |delay_s: f64| filters(&self.chain, delay_s);
+        let leaked = self.chain.spills.iter().map(|s| response.spill(s, inside)).sum::<Complex64>();
+        Parts { total_w: parts.values().map(|p| p.sum.norm_sqr()).sum(), leaked_w: leaked.norm_sqr(), parts }
     }
 
     fn flags(&self, point: &Point, object: u32, echo: &LabelEcho, offset: &Offset) -> Flags {

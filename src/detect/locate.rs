@@ -79,6 +79,7 @@ pub fn accuracy(radar: &Radar) -> Result<PointAccuracy> {
         velocity_bin_mps: radar.velocity_bin_mps(),
         sine_step,
         sine_floor: [beam_floor(&elements, k, 1, sine_step[0]), beam_floor(&elements, k, 2, sine_step[1])],
+        centre_m: elements.iter().map(|e| e.position_m).sum::<DVec3>() / (2.0 * elements.len() as f64),
         angle_lobes: angle_lobes(&elements, &grid, k),
         elements,
         wavenumber: k,
@@ -800,11 +801,23 @@ fn joined(
             let all: Vec<&Point> = [first, &seen[1].list[pair.second].0].into_iter().chain(further).collect();
             let mean = |of: fn(&Point) -> f64| all.iter().map(|p| of(p)).sum::<f64>() / all.len() as f64;
             let mut p = first.clone();
-            p.range_m = pair.range_m;
+            // The angles count from the sensor's origin already.
+            let u = direction_from_angles(first.azimuth_rad, first.elevation_rad);
+            p.range_m = pair.range_m + u.dot(seen[0].accuracy.centre_m);
             p.range_rate_mps = pair.range_rate_mps;
             p.azimuth_rad = mean(|p| p.azimuth_rad);
             p.elevation_rad = mean(|p| p.elevation_rad);
             p.position_m = direction_from_angles(p.azimuth_rad, p.elevation_rad) * p.range_m;
+            // Noise of the ramps is independent; a lobe that may be wrong is the same in all.
+            let is_alone = all.iter().all(|p| p.angle_ambiguity != Some(Ambiguity::Ambiguous));
+            let mean_std = |of: fn(&Point) -> Option<f64>| {
+                let variances: Option<f64> = all.iter().map(|p| of(p).map(|s| s * s)).sum();
+                variances.map(|v| v.sqrt() / all.len() as f64)
+            };
+            if is_alone {
+                p.std.azimuth_rad = mean_std(|p| p.std.azimuth_rad);
+                p.std.elevation_rad = mean_std(|p| p.std.elevation_rad);
+            }
             p.std.range_m = pair.range_std_m;
             p.std.range_rate_mps = pair.range_rate_std_mps;
             p.ambiguity = pair.state;

@@ -3,7 +3,7 @@
 use super::accuracy::{PointAccuracy, PointStd};
 use super::ambiguity::Ambiguity;
 use crate::adc::synthesis::power_gain;
-use crate::base::frames::direction_from_angles;
+use crate::base::frames::{angles_from_direction, direction_from_angles};
 use crate::base::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
 use crate::dsp::peaks::{Peak, place};
 use crate::dsp::{RangeDoppler, Real};
@@ -100,9 +100,20 @@ pub struct Point {
 }
 
 impl Point {
+    /// The flag of the label that says that the point is not on its object, by its column's name; "" for none.
+    pub fn flag(&self) -> &'static str {
+        match (self.ghost, self.side_lobe, self.folded, self.aliased) {
+            (true, ..) => "ghost",
+            (_, true, ..) => "side_lobe",
+            (_, _, true, _) => "folded",
+            (.., true) => "aliased",
+            (false, false, false, false) => "",
+        }
+    }
+
     /// Whether no flag of the label says that the point is out of place: it is where the echo of its object is.
     pub fn is_in_place(&self) -> bool {
-        !(self.ghost || self.side_lobe || self.folded || self.aliased)
+        self.flag().is_empty()
     }
 }
 
@@ -130,6 +141,37 @@ fn array_gain(radar: &Radar, azimuth: f64, elevation: f64) -> f64 {
     mean(&radar.tx) * mean(&radar.rx)
 }
 
+/// Range and angles from the sensor's origin of what is measured from the middle of the array, `centre_m`. An angle that is not measured
+/// stays, and what the middle is off along it does not count.
+pub(super) fn from_origin(
+    range_m: f64,
+    [azimuth_rad, elevation_rad]: [f64; 2],
+    std: &PointStd,
+    centre_m: DVec3,
+) -> (f64, f64, f64) {
+    let u = direction_from_angles(azimuth_rad, elevation_rad);
+    let p = u * range_m + centre_m;
+    let range = range_m + u.dot(centre_m);
+    if range <= 0.0 || centre_m == DVec3::ZERO {
+        return (range_m, azimuth_rad, elevation_rad);
+    }
+    match (std.azimuth_rad.is_some(), std.elevation_rad.is_some()) {
+        (true, true) => {
+            let (azimuth, elevation) = angles_from_direction(p);
+            (p.length(), azimuth, elevation)
+        }
+        // A row measures the component along it.
+        (true, false) => {
+            let sine = ((u.y * range_m + centre_m.y) / range / elevation_rad.cos()).clamp(-1.0, 1.0);
+            let azimuth = sine.asin();
+            let behind = azimuth_rad.abs() > 0.5 * PI;
+            (range, if behind { PI.copysign(azimuth) - azimuth } else { azimuth }, elevation_rad)
+        }
+        (false, true) => (range, azimuth_rad, ((u.z * range_m + centre_m.z) / range).clamp(-1.0, 1.0).asin()),
+        (false, false) => (range, azimuth_rad, elevation_rad),
+    }
+}
+
 /// Makes a point without a label from what was detected (eq. 15, 16, 20). Its cross section is the one that the
 /// antennas' polarisation sees.
 pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
@@ -154,12 +196,14 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
     let [by_azimuth, by_elevation] = resolved.variance.map(f64::sqrt);
     std.azimuth_rad = std.azimuth_rad.map(|s| s.hypot(by_azimuth));
     std.elevation_rad = std.elevation_rad.map(|s| s.hypot(by_elevation));
+    let (range_m, azimuth_rad, elevation_rad) =
+        from_origin(range, [azimuth_rad, elevation_rad], &std, accuracy.centre_m);
     Point {
-        range_m: range,
+        range_m,
         range_rate_mps: rate,
         azimuth_rad,
         elevation_rad,
-        position_m: direction_from_angles(azimuth_rad, elevation_rad) * range,
+        position_m: direction_from_angles(azimuth_rad, elevation_rad) * range_m,
         power_dbm: dbm_from_w(power_w),
         snr_db: db_from_power(d.power_w / d.noise_w),
         rcs_dbsm: db_from_power(rcs),

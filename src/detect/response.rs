@@ -251,9 +251,11 @@ pub(super) struct Response {
     mean: Option<WindowResponse>,
     /// Weights of the chirps, of sum 1.
     doppler_weights: Vec<f64>,
-    /// Widths of the resolution cells.
+    /// Widths of the resolution cells, and of the bins of the map.
     range_cell_m: f64,
     rate_cell_mps: f64,
+    bin_m: f64,
+    bin_mps: f64,
     /// From range rate to range: by the Doppler shift of the beat, and with the time from the middle of the frame to that of the
     /// chirps.
     doppler_coupling_s: f64,
@@ -326,6 +328,8 @@ impl Response {
             doppler_weights,
             range_cell_m: C0 / (2.0 * lines.step_hz.abs() * lines.count as f64),
             rate_cell_mps: radar.velocity_cell_mps(),
+            bin_m: radar.range_bin_m(),
+            bin_mps: radar.velocity_bin_mps(),
             doppler_coupling_s: coupling_s - radar.middle_s(),
             coupling_s,
             loop_s: radar.loop_period_s(),
@@ -446,6 +450,7 @@ fn aperture_m(mut at: Vec<f64>, wavelength_m: f64) -> f64 {
 }
 
 /// The cell and the beam of one point.
+#[derive(Clone)]
 pub(super) struct PointResponse<'r> {
     of: &'r Response,
     /// Range of the point's column with the Doppler coupling in it, m.
@@ -457,12 +462,19 @@ pub(super) struct PointResponse<'r> {
 }
 
 /// e^{+jk u·p} of each antenna in a direction u.
+#[derive(Clone)]
 struct Steering {
     tx: Vec<Complex64>,
     rx: Vec<Complex64>,
 }
 
 impl PointResponse<'_> {
+    /// The same by so many bins of range and range rate beside the point.
+    pub fn beside(&self, range_bins: f64, rate_bins: f64) -> Self {
+        let range_rate_mps = self.range_rate_mps + rate_bins * self.of.bin_mps;
+        PointResponse { beat_m: self.beat_m + range_bins * self.of.bin_m, range_rate_mps, ..self.clone() }
+    }
+
     /// Range cells and rate cells from the point to all that an echo goes through over the frame.
     fn spans(&self, echo: &EchoPath) -> [Span; 2] {
         let of = self.of;

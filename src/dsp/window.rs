@@ -149,6 +149,25 @@ mod tests {
     }
 
     #[test]
+    fn centroids_are_those_of_the_coefficients() {
+        let all = [
+            Window::Rectangle,
+            Window::Hann,
+            Window::Hamming,
+            Window::Blackman,
+            Window::DolphChebyshev { side_lobe_db: 50.0 },
+        ];
+        for window in all {
+            for n in [1usize, 2, 63, 128] {
+                let w = coefficients(window, n).unwrap();
+                let mean =
+                    w.iter().enumerate().map(|(i, w)| i as f64 * w).sum::<f64>() / w.iter().sum::<f64>();
+                assert!((window.centroid(n) - mean).abs() < 1e-9, "{window:?} {n}: {mean}");
+            }
+        }
+    }
+
+    #[test]
     fn widths_and_side_lobes() {
         for (window, width, null, lobe) in [
             (Window::Rectangle, 0.886, 1.0, -13.26),

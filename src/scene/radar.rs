@@ -118,6 +118,20 @@ pub enum Window {
     },
 }
 
+impl Window {
+    /// Index of the centroid of `count` coefficients: periodic windows have their maximum half a value after the middle of the data.
+    pub fn centroid(self, count: usize) -> f64 {
+        let n = count as f64;
+        match self {
+            _ if count < 2 => 0.0,
+            Window::Rectangle | Window::DolphChebyshev { .. } => 0.5 * (n - 1.0),
+            Window::Hann | Window::Blackman => 0.5 * n,
+            // The first coefficient, 0.08, has no partner: 0.08 n/2 of a sum of 0.54 n.
+            Window::Hamming => 0.5 * n - 0.08 / 1.08,
+        }
+    }
+}
+
 /// The detector's statistic of its training cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -345,11 +359,14 @@ impl Radar {
     pub fn wavelength_m(&self) -> f64 {
         crate::base::units::wavelength_m(self.carrier_hz)
     }
-    /// Frequency in the middle of a chirp's samples, Hz. Range rates and directions are measured at this frequency, which is the
-    /// carrier only where the samples are taken about the middle of the ramp (CONVENTIONS eq. 15a).
+    /// Frequency in the middle of a chirp's samples under the range window, Hz. Range rates and directions are measured at this frequency,
+    /// which is the carrier only where the samples are taken about the middle of the ramp (CONVENTIONS eq. 15a).
     pub fn sample_centre_hz(&self) -> f64 {
         let lines = self.lines();
-        lines.first_hz + 0.5 * (lines.count as f64 - 1.0) * lines.step_hz
+        let centroid = self.processing.range_window.centroid(lines.count);
+        // Lines of falling frequency are read backwards.
+        let index = if lines.step_hz < 0.0 { lines.count as f64 - 1.0 - centroid } else { centroid };
+        lines.first_hz + index * lines.step_hz
     }
     /// Wavelength at [`Self::sample_centre_hz`], m.
     pub fn sample_wavelength_m(&self) -> f64 {

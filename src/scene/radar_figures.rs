@@ -159,8 +159,8 @@ mod tests {
         assert_eq!(f.antennas, [3, 4]);
         close(f.range_resolution_m, C0 / 2e9, 1e-12);
         close(f.max_range_m, 512.0 * C0 / 2e9, 1e-12);
-        close(f.max_speed_mps.unwrap(), radar.wavelength_m() / (4.0 * 55e-6), 1e-12);
-        close(f.speed_resolution_mps.unwrap(), radar.wavelength_m() / (2.0 * 256.0 * 165e-6), 1e-12);
+        close(f.max_speed_mps.unwrap(), radar.sample_wavelength_m() / (4.0 * 55e-6), 1e-12);
+        close(f.speed_resolution_mps.unwrap(), radar.sample_wavelength_m() / (2.0 * 256.0 * 165e-6), 1e-12);
         // 12 elements half a wavelength apart; a row tells no elevation.
         close(f.beam_deg[0].unwrap(), (0.886f64 / 6.0).to_degrees(), 0.01);
         assert_eq!((f.beam_deg[1], f.unambiguous_deg[1]), (None, None));

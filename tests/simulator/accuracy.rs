@@ -148,7 +148,7 @@ fn the_array_finds_the_fold() {
     let grid = Grid::new(&radar).unwrap();
     let directions: Vec<(f64, f64)> =
         grid.azimuth_rad.iter().flat_map(|a| grid.elevation_rad.iter().map(|e| (*a, *e))).collect();
-    let k = wavenumber(radar.carrier_hz);
+    let k = wavenumber(radar.sample_centre_hz());
     let periods_s = [radar.chirp_period_s(), radar.loop_period_s()];
     let folds = TdmFolds::new(&channels, radar.tx.len(), k, periods_s, &directions).unwrap();
     let ambiguity = folds.ambiguity_mps();

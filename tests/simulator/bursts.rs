@@ -233,7 +233,7 @@ fn files_keep_the_order() {
     // λ/2T of each burst.
     let folds: Vec<f64> = (0..2).map(|i| 2.0 * given.part(i).max_velocity_mps()).collect();
     for (fold, period) in folds.iter().zip([20e-6, 23e-6]) {
-        let want = 0.5 * given.wavelength_m() / (2.0 * period);
+        let want = 0.5 * given.sample_wavelength_m() / (2.0 * period);
         assert!((fold / want - 1.0).abs() < 1e-12, "{fold} {want}");
     }
     let alone = "name = \"x\"\n[waveform]\ncarrier_hz = 77e9\nbandwidth_hz = 1e9\nramp_time_s = 40e-6\n\

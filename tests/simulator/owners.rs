@@ -150,6 +150,28 @@ pub fn framed(text: &str, radar: &Radar, noise: bool) -> SitedScenario {
     s
 }
 
+/// A point of an approaching car whose Doppler ambiguity is wrong is before or behind it, but no ghost: its echo is a single reflection.
+#[test]
+fn a_wrong_ambiguity_is_folded_and_no_ghost() {
+    let mut radar = radars().remove(0).1;
+    // One transmitter cannot resolve it; 15 m/s wide and a slow ramp: 77e9/4e12 s of 15 m/s are 0.3 m, half a cell 0.2 m.
+    radar.tx.truncate(1);
+    radar.waveform = catseye::scene::waveform::Waveform::chirp(400e6, 100e-6, 120e-6);
+    (radar.sample_rate_hz, radar.samples) = (2.2e6, 200);
+    let text = point([30.0, 1.0, 0.6], [-26.0, 0.0, 0.0], 15.0);
+    let s = framed(&text, &radar, true);
+    let scene = s.build(&Library).unwrap();
+    let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
+    let p = frame.points.iter().max_by(|a, b| a.power_dbm.total_cmp(&b.power_dbm)).unwrap();
+    // The ego drives 9 m/s.
+    let at = DVec3::new(30.0 - 3.6, 1.0, 0.0);
+    let off = p.range_m - at.length();
+    println!("{:.2} m/s, {off:+.2} m, {:?}", p.range_rate_mps, p.ambiguity);
+    assert!((p.range_rate_mps + 35.0).abs() > 5.0, "the radar resolved it: {}", p.range_rate_mps);
+    assert_eq!((p.object_id, p.flag(), p.bounces), (1, "folded", 1));
+    assert!(off.abs() > 0.2, "{off}");
+}
+
 #[test]
 fn no_strong_cell_is_noise_and_points_are_on_their_bodies() {
     let (mut strong, mut lost, mut of_bodies, mut off) = (0, Vec::new(), 0, Vec::new());
@@ -195,6 +217,17 @@ fn no_strong_cell_is_noise_and_points_are_on_their_bodies() {
                     ));
                 }
             }
+            // Beyond a code's period of 76 m, and beyond the sampled band of real samples behind a filter that does not stop them.
+            let flag = match radar_name {
+                "pmcw" => "folded",
+                "real samples and a filter" => "aliased",
+                _ => "",
+            };
+            if scene_name == "points beyond the range" && !flag.is_empty() {
+                let of_objects = || frame.points.iter().filter(|p| p.object_id != 0);
+                assert!(of_objects().any(|p| p.flag() == flag), "{radar_name}: no point is {flag}");
+                assert!(of_objects().all(|p| [flag, "side_lobe"].contains(&p.flag())), "{radar_name}");
+            }
             println!("{scene_name:26} {radar_name:28} {} points", frame.points.len());
         }
     }
@@ -203,4 +236,39 @@ fn no_strong_cell_is_noise_and_points_are_on_their_bodies() {
         println!("{line}");
     }
     assert!(lost.is_empty() && off.is_empty());
+}
+
+/// Thermal noise keeps its share: with targets in the scene as many points are `noise` as without any, and as the false-alarm
+/// probability says.
+#[test]
+fn noise_keeps_its_share_of_false_alarms() {
+    const PFA: f64 = 5e-4;
+    const FRAMES: u64 = 3;
+    for (name, radar) in radars() {
+        let mut radar = radar;
+        radar.processing.cfar.pfa = PFA;
+        radar.processing.group = [0, 0];
+        let count = |text: &str| {
+            let noise = |seed: u64| {
+                let mut s = framed(text, &radar, true);
+                s.seed = seed;
+                let scene = s.build(&Library).unwrap();
+                let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
+                frame.points.iter().filter(|p| p.class == "noise").count()
+            };
+            (0..FRAMES).map(noise).sum::<usize>() as f64
+        };
+        let none = count(&point([500.0, 0.0, 0.6], [0.0; 3], -30.0));
+        let some = count(
+            &(point([18.0, 2.0, 0.6], [0.0; 3], 10.0) + &point([27.0, -3.0, 0.6], [-7.0, 0.0, 0.0], 15.0)),
+        );
+        let cells = (FRAMES as usize * radar.range_bins() * radar.doppler_rows()) as f64;
+        println!("{name:28} {none} without targets, {some} with; {:.0} expected", PFA * cells);
+        // Five deviations of counts; cells about targets are part of their lobes, at most 3 %.
+        let far = |a: f64, b: f64| (a - b).abs() > 5.0 * (a + b).sqrt() + 0.03 * b;
+        assert!(!far(some, none), "{name}: {some} and {none}");
+        // Cells nearer than half a range cell are none, cells at the edges have fewer neighbours: 10 %.
+        let want = PFA * cells;
+        assert!((none - want).abs() < 5.0 * want.sqrt() + 0.1 * want, "{name}: {none} of {want}");
+    }
 }

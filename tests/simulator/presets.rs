@@ -201,7 +201,7 @@ fn the_egos_speed_places_what_stands() {
     assert_ne!(slow, text);
     let radar = catseye::scene::radar_toml::parse(std::path::Path::new("slow.toml"), &slow).unwrap();
     // λ/2T_c = 64.9 m/s.
-    let span_mps = 0.5 * radar.wavelength_m() / 30e-6;
+    let span_mps = 0.5 * radar.sample_wavelength_m() / 30e-6;
     let strongest = |own_mps: Option<DVec3>| {
         let found = points(&radar, &[(30.0, 5.0, -40.0)], own_mps);
         found.into_iter().max_by(|a, b| a.power_dbm.total_cmp(&b.power_dbm)).unwrap()

@@ -305,7 +305,8 @@ fn slopes_shift_a_moving_target_to_opposite_sides() {
             range: (at % found.map.range_bins) as u32,
         };
         seen.push(catseye::dsp::peaks::place(&found.map, cell, [None, None]).range * part.range_bin_m());
-        assert!((part.range_per_rate_s() - part.middle_s() - [0.51, -0.51][i]).abs() < 1e-9);
+        let coupling_s = [0.51, -0.51][i] * part.sample_centre_hz() / part.carrier_hz;
+        assert!((part.range_per_rate_s() - part.middle_s() - coupling_s).abs() < 1e-9);
     }
     let middle = 0.5 * (seen[0] + seen[1]);
     let half = 0.5 * (seen[0] - seen[1]);
@@ -435,12 +436,12 @@ fn folds_are_found_with_several_ramps() {
         let radar = ramps_in_turn(&ramps);
         // λ/2T_loop, three turns of each ramp.
         let period = 3.0 * (ramps[0].1 + ramps[1].1);
-        let interval = C0 / radar.carrier_hz / (2.0 * period);
         let all = Echoes { list: vec![point_echo(u * 25.0, u * rate, 1.0, 1)], ..Default::default() };
         let cube = AnyCube::F64(cube(&radar, &all));
         let mut maps = engine.maps(&radar, &cube).unwrap();
         for (i, map) in maps.iter().enumerate() {
             let part = radar.part(i);
+            let interval = part.sample_wavelength_m() / (2.0 * period);
             assert!((2.0 * part.max_velocity_mps() - interval).abs() < 1e-9);
             // With the true rate the decoded channels are a plane wave.
             let decoded = catseye::dsp::multiplex::decode(&part, map.snapshots.of(0), rate).channels;

@@ -11,6 +11,7 @@ use catseye_export::{Exporter, Finished, coco, dataset, kitti, nuscenes, pcd};
 use catseye_io::dataset::DATASET;
 use clap::{Args, ValueEnum};
 use glam::DVec3;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Export the frames of a run or a dataset: nuScenes, KITTI and View-of-Delft, COCO, RadarScenes, MCAP, ASAM OSI, TuSimple
@@ -210,12 +211,22 @@ impl Export {
             grids: self.format == Format::Coco,
             lidar: matches!(self.format, Format::Kitti | Format::Nuscenes),
         };
+        let mut missing = BTreeSet::new();
         for at in 0..run.len() {
-            exporter.push(&run.sweep(at, extras)?)?;
+            let sweep = run.sweep(at, extras)?;
+            missing.extend(sweep.missing_flags.iter().copied());
+            exporter.push(&sweep)?;
             bar.inc(1);
         }
         drop(bar);
-        let report = exporter.finish()?;
+        let mut report = exporter.finish()?;
+        if !missing.is_empty() {
+            let names: Vec<&str> = missing.into_iter().collect();
+            report.notes.push(format!(
+                "made by an older version: points without {} count as on their objects",
+                names.join(" and ")
+            ));
+        }
         if !global.json {
             report.notes.iter().for_each(|note| global.say(note));
         }

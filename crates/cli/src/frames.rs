@@ -185,7 +185,7 @@ fn draw_labels(
         let of = |p: &Point| LabelledPoint {
             at_m: place(frame.pose.point(p.position_m)),
             class: p.class.clone(),
-            ghost: p.ghost,
+            flag: p.flag(),
         };
         frame.points.iter().map(of).collect()
     };

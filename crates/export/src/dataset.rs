@@ -331,7 +331,7 @@ impl Scene {
         radar: &str,
         boxes: &[SweepBox],
         of: &HashMap<u32, usize>,
-    ) -> Result<Vec<SweepPoint>> {
+    ) -> Result<(Vec<SweepPoint>, Vec<&'static str>)> {
         let rows = self.rows("points", frame)?;
         let (whose, class, objects) = (rows.text("radar")?, rows.text("class")?, rows.ids("object_id")?);
         let places = rows.places()?;
@@ -348,7 +348,8 @@ impl Scene {
             };
             measured.point(i, places[i], label)
         };
-        Ok((0..whose.len()).filter(|i| whose[*i] == radar).map(point).collect())
+        let missing = OUT_OF_PLACE.into_iter().filter(|name| rows.table.column(name).is_none()).collect();
+        Ok(((0..whose.len()).filter(|i| whose[*i] == radar).map(point).collect(), missing))
     }
 
     fn at(&self, at: usize) -> Result<(u32, &str)> {
@@ -374,7 +375,7 @@ impl Sweeps for Scene {
         let into_vehicle = vehicle_in_world.inverse();
         let sensor_in_vehicle = radars.pose(row)?.then(&into_vehicle);
         let (boxes, of) = self.boxes(frame)?;
-        let points = self.points(frame, radar, &boxes, &of)?;
+        let (points, missing_flags) = self.points(frame, radar, &boxes, &of)?;
         let grids = match extras.grids {
             true => vec![
                 self.grid("road", Grid::ROAD, &mask::ROAD_CLASSES, radar, frame)?,
@@ -392,6 +393,7 @@ impl Sweeps for Scene {
             yaw_rate_rad_per_s: self.yaw_rates[index as usize],
             sensor_velocity_mps: radars.velocities()?[row],
             points,
+            missing_flags,
             boxes,
             range_doppler: if extras.map { self.map(radar, frame)? } else { None },
             lanes: self.lanes(frame, &into_vehicle)?,

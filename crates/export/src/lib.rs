@@ -51,6 +51,8 @@ pub struct Sweep {
     pub sensor_velocity_mps: DVec3,
     /// Detections.
     pub points: Vec<SweepPoint>,
+    /// Flags of points that the source, of an older version, does not have; they are taken as not set.
+    pub missing_flags: Vec<&'static str>,
     /// Boxes of all objects.
     pub boxes: Vec<SweepBox>,
     /// The map, where it was stored.

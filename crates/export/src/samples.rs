@@ -17,6 +17,7 @@ pub fn empty(radar: &str, frame: u64, time_ns: i64) -> Sweep {
         yaw_rate_rad_per_s: 0.0,
         sensor_velocity_mps: DVec3::ZERO,
         points: Vec::new(),
+        missing_flags: Vec::new(),
         boxes: Vec::new(),
         range_doppler: None,
         lanes: Vec::new(),

@@ -271,6 +271,7 @@ impl Run {
             yaw_rate_rad_per_s: spin.or(self.yaw_rates.get(&head.index).copied()).unwrap_or(0.0),
             sensor_velocity_mps: DVec3::from_array(truth.radar.velocity_mps),
             points: Vec::new(),
+            missing_flags: Vec::new(),
             boxes: boxes.iter().map(read_box).collect(),
             range_doppler: None,
             lanes: lanes(&truth, &vehicle_in_world.inverse()),
@@ -278,7 +279,7 @@ impl Run {
             grids: Vec::new(),
             lidar: None,
         };
-        sweep.points = read_points(&dir.join("points.csv"), boxes)?;
+        (sweep.points, sweep.missing_flags) = read_points(&dir.join("points.csv"), boxes)?;
         if extras.map {
             sweep.range_doppler = self.map(head)?;
         }
@@ -522,7 +523,7 @@ impl MeasuredColumns {
 }
 
 /// Points carry the id of the box that their object is a part of.
-fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
+fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<(Vec<SweepPoint>, Vec<&'static str>)> {
     if !path.is_file() {
         return Err(BadInput::new("no such file")
             .file(path)
@@ -542,7 +543,8 @@ fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
         false => Ok::<_, Error>(vec![false; table.len()]),
     };
     let flags: Vec<Vec<bool>> = OUT_OF_PLACE.iter().map(|name| flag(name)).collect::<Result<_>>()?;
-    (0..table.len())
+    let missing = OUT_OF_PLACE.into_iter().filter(|name| !table.has(name)).collect();
+    let points = (0..table.len())
         .map(|i| {
             let object = id[i];
             if !(object >= 0.0 && object <= f64::from(u32::MAX) && object.fract() == 0.0) {
@@ -564,7 +566,8 @@ fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<Vec<SweepPoint>> {
             };
             Ok(measured.point(i, DVec3::new(x[i], y[i], z[i]), label))
         })
-        .collect()
+        .collect::<Result<_>>()?;
+    Ok((points, missing))
 }
 
 #[cfg(test)]

@@ -321,7 +321,7 @@ fn radials(radar: &Radar, points: &[SensorPoint], number: usize, speed_mps: f64)
     let measured = points.iter().filter(|p| p.has_direction && p.std.azimuth_rad.is_some());
     measured
         .map(|p| {
-            let by_angle = speed_mps * p.azimuth_rad.sin().abs() * p.std.azimuth_rad.unwrap_or(0.0);
+            let by_angle = speed_mps.abs() * p.azimuth_rad.sin().abs() * p.std.azimuth_rad.unwrap_or(0.0);
             Radial {
                 azimuth_rad: p.azimuth_rad,
                 elevation_rad: p.elevation_rad,
@@ -334,10 +334,11 @@ fn radials(radar: &Radar, points: &[SensorPoint], number: usize, speed_mps: f64)
         .collect()
 }
 
-/// The ego's speed as its bus reports it.
-fn bus(scenario: &SitedScenario, index: u32) -> KnownSpeed {
-    let speed_mps = scenario.ego.at(scenario.frames.time_s(index)).velocity_mps.truncate().length();
-    KnownSpeed { speed_mps, tolerance_mps: BUS_MPS + BUS_SHARE * speed_mps }
+/// The ego's speed as its bus reports it, in axes that the vehicle's are turned to by `direction_rad`.
+fn bus(scenario: &SitedScenario, index: u32, direction_rad: f64) -> KnownSpeed {
+    let now = scenario.ego.at(scenario.frames.time_s(index));
+    let speed_mps = now.velocity_mps.dot(now.rotation * DVec3::X);
+    KnownSpeed { speed_mps, direction_rad, tolerance_mps: BUS_MPS + BUS_SHARE * speed_mps.abs() }
 }
 
 /// Number of points without a measured direction, for a reason.
@@ -348,13 +349,13 @@ fn without_direction(points: &[SensorPoint]) -> String {
 
 /// The velocity of a radar from its points, in the vehicle's axes. The yaw rate is that of a car whose rear axle does not slip.
 fn own_motion(scenario: &SitedScenario, radar: &Radar, points: &[SensorPoint], index: u32) -> EgoRow {
-    let speed = bus(scenario, index);
+    let mount = mount(radar, scenario.frames.time_s(index));
+    let speed = bus(scenario, index, -mount.yaw_rad);
     let settings =
         EgoSettings { seed: scenario.seed, frame: index, speed: Some(speed), ..EgoSettings::default() };
     let count = points.len() as u32;
     match ego_motion(&radials(radar, points, 0, speed.speed_mps), &EgoModel::Sensor, &settings) {
         Ok(motion) => {
-            let mount = mount(radar, scenario.frames.time_s(index));
             let turn = DVec2::from_angle(mount.yaw_rad);
             let v = turn.rotate(DVec2::new(motion.value[0], motion.value[1]));
             let c = &motion.covariance;
@@ -380,7 +381,7 @@ fn own_motion(scenario: &SitedScenario, radar: &Radar, points: &[SensorPoint], i
 
 /// The motion of the vehicle's origin from the points of several radars.
 fn motion_of_all(scenario: &SitedScenario, scans: &[(&Radar, Vec<SensorPoint>)], index: u32) -> EgoRow {
-    let (speed, time_s) = (bus(scenario, index), scenario.frames.time_s(index));
+    let (speed, time_s) = (bus(scenario, index, 0.0), scenario.frames.time_s(index));
     let settings =
         EgoSettings { seed: scenario.seed, frame: index, speed: Some(speed), ..EgoSettings::default() };
     let numbered = scans.iter().enumerate();

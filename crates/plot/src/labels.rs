@@ -16,6 +16,14 @@ pub struct RoadLine {
     pub edge: bool,
 }
 
+/// Flags of points that are not on their objects, with the legend's word, and the ring that marks them: radius in pixels and colour.
+pub const FLAGS: [(&str, &str, f64, Rgb); 4] = [
+    ("ghost", "ghosts", 6.0, [220, 20, 30]),
+    ("side_lobe", "side lobes", 5.0, [130, 130, 130]),
+    ("folded", "folded", 7.5, [0, 60, 200]),
+    ("aliased", "aliased", 9.0, [140, 0, 170]),
+];
+
 /// A point of the cloud with its label.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LabelledPoint {
@@ -23,8 +31,8 @@ pub struct LabelledPoint {
     pub at_m: [f64; 2],
     /// Decides the colour; "" for none.
     pub class: String,
-    /// Whether it is a ghost.
-    pub ghost: bool,
+    /// The flag that says why it is not on its object, as in [`FLAGS`]; "" for none.
+    pub flag: &'static str,
 }
 
 /// What is true of a scene and what the radar made of it.
@@ -40,7 +48,8 @@ pub struct Labels<'a> {
     pub points: &'a [LabelledPoint],
 }
 
-/// The scene from above: boxes, lanes and lines, free space, points coloured by the class of their object, ghosts ringed.
+/// The scene from above: boxes, lanes and lines, free space, points coloured by the class of their object, those that
+/// are not on it ringed.
 ///
 /// # Errors
 /// A picture that is too large, or nothing that can be drawn.
@@ -85,10 +94,11 @@ fn add_points(chart: &mut Chart, points: &[LabelledPoint], place: &dyn Fn([f64; 
         let label = format!("points: {} ({})", class_name(class), list.len());
         chart.marks(label, list, Mark::Dot { radius: 3.0 }, class_colour(class));
     }
-    let ghosts: Vec<[f64; 2]> = points.iter().filter(|p| p.ghost).map(|p| place(p.at_m)).collect();
-    if !ghosts.is_empty() {
-        let label = format!("ghosts ({})", ghosts.len());
-        chart.marks(label, ghosts, Mark::Ring { radius: 6.0 }, class_colour("ghost"));
+    for (flag, word, radius, colour) in FLAGS {
+        let list: Vec<[f64; 2]> = points.iter().filter(|p| p.flag == flag).map(|p| place(p.at_m)).collect();
+        if !list.is_empty() {
+            chart.marks(format!("{word} ({})", list.len()), list, Mark::Ring { radius }, colour);
+        }
     }
 }
 

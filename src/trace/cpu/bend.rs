@@ -10,8 +10,10 @@ use glam::DVec3;
 pub enum PathEnd {
     /// Its place on the body: a corner, a point.
     Place,
-    /// A straight side of the body, along which it slides with the place where the path is shortest: unit vector (world).
-    Side(DVec3),
+    /// A straight side of the body, along which it slides with the place where the path is shortest: unit vector (world), and the
+    /// length of the side at most, m. Where the place slides farther than that within half a frame, as on an edge of a wheel that turns,
+    /// it is on the side for a moment only, and the wave keeps its place on the body.
+    Side(DVec3, f64),
     /// The plane with this normal, on which it stays the specular point.
     Plane(DVec3),
     /// A curved surface of the body, over which the specular point travels: its positions on the body, as that is at mid-frame, at the
@@ -192,7 +194,7 @@ impl Bends {
                 });
                 (targets, rate_mps)
             }
-            PathEnd::Side(along) => {
+            PathEnd::Side(along, most_m) => {
                 // The two stations turned into one plane with the side: the path is shortest where it is straight.
                 let shortest = |[s, r]: [DVec3; 2], line: DVec3, along: DVec3| {
                     let ((q, d), (p, e)) = (beside(line, along, s), beside(line, along, r));
@@ -208,8 +210,12 @@ impl Bends {
                     slid[i] = shortest(stations[i], line, along).0 - start;
                     targets[i] = [line + along * slid[i]; 2];
                 }
-                let slope: f64 = places.iter().map(|(q, d)| -q / q.hypot(*d)).sum();
-                (targets, rate_mps + slope * (slid[2] - slid[0]) / (2.0 * self.reach_s))
+                if slid.iter().any(|s| s.abs() > most_m) {
+                    (times.map(|when| [when.place(end.shifts, end.place_m); 2]), rate_mps)
+                } else {
+                    let slope: f64 = places.iter().map(|(q, d)| -q / q.hypot(*d)).sum();
+                    (targets, rate_mps + slope * (slid[2] - slid[0]) / (2.0 * self.reach_s))
+                }
             }
         };
         let mirrored = matches!(end.keeps, PathEnd::Plane(_));

@@ -337,10 +337,14 @@ struct InnerEcho {
 }
 
 /// What the place of a wave on a face keeps to.
-fn keeps(face: &Face, holds: Holds, normal: DVec3) -> PathEnd {
+fn keeps(faces: &Faces, face: &Face, holds: Holds, normal: DVec3) -> PathEnd {
+    let longest_m = || {
+        let corners = faces.corners(face);
+        corners.iter().map(|c| c.distance(corners[0])).fold(0.0, f64::max)
+    };
     match holds {
         Holds::Corner => PathEnd::Place,
-        Holds::Side(d) => PathEnd::Side(face.axis[0] * d.x + face.axis[1] * d.y),
+        Holds::Side(d) => PathEnd::Side(face.axis[0] * d.x + face.axis[1] * d.y, longest_m()),
         Holds::Mirror => PathEnd::Plane(normal),
     }
 }
@@ -520,7 +524,7 @@ impl<'a> Station<'a> {
             .filter(counts)
             .map(|w| {
                 let mut echo = radiated(w);
-                let keeps = keeps(face, w.holds, node.normal);
+                let keeps = keeps(self.geometry.faces(), face, w.holds, node.normal);
                 self.bend(&chain, back, (place(w.place), keeps), &mut echo);
                 echo
             })
@@ -618,7 +622,7 @@ impl<'a> Station<'a> {
             let mut echo = self.echo(chain, back, spot.place, normal);
             let turn = value * Complex64::new(0.0, -k / (4.0 * PI)) * self.shares(chain, back, spot.place);
             echo.path_gain.as_flattened_mut().iter_mut().for_each(|a| *a *= turn);
-            Some((echo, spot.place, keeps(face, holds, normal)))
+            Some((echo, spot.place, keeps(self.geometry.faces(), face, holds, normal)))
         };
         if let Some(inner) = facet.inner(pieces)
             && let Some((echo, place_m, keeps)) = radiated(inner.place, inner.value, inner.holds)

@@ -186,7 +186,7 @@ fn annotations_of_masks() {
     let grid = std::fs::read(d.join("run/frame_000001/mask_road.npy")).unwrap();
     let cut = whole[..whole.len() - 100].to_vec();
     for (bytes, words) in
-        [(class, ["9: ", "0 to 4"]), (grid, ["shape = [450, 300]", "[227, 227]"]), (cut, ["npy", ""])]
+        [(class, ["9: ", "0 to 6"]), (grid, ["shape = [450, 300]", "[227, 227]"]), (cut, ["npy", ""])]
     {
         std::fs::write(&mask, bytes).unwrap();
         let words = [&["mask_markers"], &words[..]].concat();

@@ -206,6 +206,76 @@ fn runs_have_tracks() {
     assert!((0..tracks.len()).filter(|i| id[*i] == id[car]).count() >= 3, "it was not followed");
 }
 
+/// Standing objects have tracks however many there are and whatever the ego's motion can be estimated from; the motion is that of the
+/// vehicle, whichever way the radar looks, and directions that are only a bound make no track and no motion.
+#[test]
+fn standing_objects_have_tracks_and_motion_is_the_vehicles() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let at = [[26.0, -13.0], [30.0, 9.0], [22.0, 15.0], [40.0, 3.0], [15.0, 21.0]];
+    let points = |n: usize| -> String {
+        at[..n]
+            .iter()
+            .map(|[x, y]| format!("[[point]]\nposition_m = [{x}, {y}, 0.6]\nrcs_dbsm = 15\n"))
+            .collect()
+    };
+    let front = "[[radars]]\nname = \"front\"\nradar = \"corner77\"\nmounting = { position_m = [3.6, 0, 0.6], yaw_deg = 0 }\n";
+    let side = "[[radars]]\nname = \"side\"\nradar = \"corner77\"\nmounting = { position_m = [3.3, 0.8, 0.6], yaw_deg = 45 }\n";
+    let rest = "[ego]\nspeed_mps = 10\n[frames]\ncount = 8\ninterval_s = 0.05\n[output]\nadc = false\nplots = false\nreturns = false\n";
+    for (name, radars, n) in [
+        ("four", front.to_string(), 4),
+        ("five", front.to_string(), 5),
+        ("both", front.to_string() + side, 5),
+    ] {
+        std::fs::write(d.join("s.toml"), format!("name = \"{name}\"\n{radars}{}{rest}", points(n))).unwrap();
+        done(d, &["simulate", "s.toml", "-o", name]);
+        let tracks = Table::read(d.join(name).join("tracks.csv")).unwrap();
+        let column = |c: &str| tracks.numbers(c).unwrap();
+        let (frame, x, y, moving) = (column("frame"), column("x_m"), column("y_m"), column("moving"));
+        for [px, py] in &at[..n] {
+            let near =
+                (0..tracks.len()).filter(|i| (x[*i] - px).hypot(y[*i] - py) < 0.3 && moving[*i] == 0.0);
+            // The nearest leaves the front radar's sector.
+            assert!(near.filter(|i| frame[*i] >= 2.0).count() >= 3, "{name}: no track at ({px}, {py})");
+        }
+        let ego = Table::read(d.join(name).join("ego_motion.csv")).unwrap();
+        assert!(ego.text("reason").unwrap().iter().all(|r| r.is_empty()), "{name}");
+        let radars = ego.text("radar").unwrap();
+        let number = |c: &str| ego.numbers(c).unwrap();
+        let (vx, vy, yaw) = (number("vx_mps"), number("vy_mps"), number("yaw_rate_rad_per_s"));
+        let (sx, sy, sw) = (number("vx_std_mps"), number("vy_std_mps"), number("yaw_rate_std_rad_per_s"));
+        for i in 0..ego.len() {
+            let within = |value: f64, want: f64, std: f64| (value - want).abs() < 0.02 + 3.0 * std;
+            let right = within(vx[i], 10.0, sx[i]) && within(vy[i], 0.0, sy[i]) && within(yaw[i], 0.0, sw[i]);
+            assert!(right, "{name}, {}: {} {} {}", radars[i], vx[i], vy[i], yaw[i]);
+        }
+        assert_eq!(radars.iter().any(|r| r == "all"), name == "both");
+    }
+}
+
+/// A long-range radar that resolves its range rates has an estimate on a motorway, though few directions fit into its sector.
+#[test]
+fn resolved_range_rates_give_the_ego_motion() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let posts: String = (0..16)
+        .map(|i| {
+            let (x, y) = (40.0 + 12.0 * f64::from(i), if i % 2 == 0 { 7.0 } else { -7.0 });
+            format!("[[point]]\nposition_m = [{x}, {y}, 0.5]\nrcs_dbsm = 15\n")
+        })
+        .collect();
+    let text = format!(
+        "name = \"m\"\nradar = \"lrr77\"\n{posts}[ego]\nspeed_mps = 30\n[frames]\ncount = 2\ninterval_s = 0.06\n\
+         [output]\nadc = false\nplots = false\nreturns = false\n"
+    );
+    std::fs::write(d.join("s.toml"), text).unwrap();
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let ego = Table::read(d.join("run/ego_motion.csv")).unwrap();
+    for (v, std) in ego.numbers("vx_mps").unwrap().iter().zip(ego.numbers("vx_std_mps").unwrap()) {
+        assert!((v - 30.0).abs() < 0.05 + 3.0 * std, "{v} +- {std}");
+    }
+}
+
 #[test]
 fn calibration_makes_a_spoilt_array_right() {
     let dir = tempfile::tempdir().unwrap();

@@ -9,7 +9,6 @@
 //! 4. One, two and three spherical waves from the line's range are fitted to a. The errors are significant where the residual of each is
 //!    beyond the χ² quantile of [`FALSE_ALARM`].
 
-use super::estimate::FALSE_ALARM_Z;
 use catseye::adc::Cube;
 use catseye::base::units::{C0, db_from_power};
 use catseye::scene::radar::Radar;
@@ -50,6 +49,11 @@ pub fn blackman_harris(n: usize) -> Vec<f64> {
 pub fn noise_share(w: &[f64]) -> f64 {
     w.iter().map(|x| x * x).sum::<f64>() / w.iter().sum::<f64>().powi(2)
 }
+
+/// Probability that one effect is found where there is none but thermal noise.
+pub const FALSE_ALARM: f64 = 1e-6;
+/// Quantile of the normal distribution at [`FALSE_ALARM`].
+pub const FALSE_ALARM_Z: f64 = 4.753;
 
 /// Quantile of the sum of `count` exponentials of mean 1 at the false alarm probability (Wilson and Hilferty 1931).
 pub fn gamma_quantile(count: f64) -> f64 {
@@ -193,7 +197,7 @@ pub fn channels(
     let bands = if let Multiplex::Ddm { bands } = radar.multiplex { bands as f64 } else { 1.0 };
     let bin_hz = radar.sample_rate_hz / n as f64;
     let slope = radar.slope_hz_per_s().abs();
-    let ambiguity = m as f64 * slope * n as f64 / radar.sample_rate_hz / radar.carrier_hz / bands;
+    let ambiguity = m as f64 * slope * n as f64 / radar.sample_rate_hz / radar.sample_centre_hz() / bands;
     // Cramér–Rao of each half's beat frequency, twice that for the window.
     let drift_deviation = 2.0 * 2f64.sqrt() * 2.0 * 6f64.sqrt() / (TAU * (0.5 * snr).sqrt());
     let waves = Waves::new(radar, &pairs, C0 * bin * bin_hz / slope / 2.0);
@@ -290,7 +294,7 @@ impl Waves {
             pairs.iter().any(|p| (at(p) - at(&pairs[0])).abs() > 1e-6)
         };
         let axes = (0..2).filter(|a| extends(*a)).collect();
-        Waves { wavenumber: TAU / radar.wavelength_m(), range_m: range_m.max(0.1), axes, pairs }
+        Waves { wavenumber: TAU / radar.sample_wavelength_m(), range_m: range_m.max(0.1), axes, pairs }
     }
 
     /// Number of real parameters of `count` waves.

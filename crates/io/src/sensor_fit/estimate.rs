@@ -5,7 +5,9 @@
 //! that turns by φ a chirp by (2 sin φ/2)⁶/20 in power. Spectra over fast time are taken with a Hann window w and divided by √Σw², so that
 //! noise of variance σ² a sample has the power σ² in every bin.
 
-use super::channels::{ChannelFit, blackman_harris, channels, gamma_quantile, golden, noise_share, shares};
+use super::channels::{
+    ChannelFit, FALSE_ALARM, blackman_harris, channels, gamma_quantile, golden, noise_share, shares,
+};
 use catseye::adc::Cube;
 use catseye::base::error::{BadInput, Result};
 use catseye::base::units::{C0, db_from_power};
@@ -22,10 +24,6 @@ use std::path::Path;
 pub const LEAST_CHIRPS: usize = 8;
 /// Fewest samples of a chirp.
 pub const LEAST_SAMPLES: usize = 32;
-/// Probability that one effect is found where there is none but thermal noise.
-pub const FALSE_ALARM: f64 = 1e-6;
-/// Quantile of the normal distribution at [`FALSE_ALARM`].
-pub const FALSE_ALARM_Z: f64 = 4.753;
 /// Longest delay that counts as leakage inside the radar, s; what comes later is an echo, 0.75 m away or more.
 pub const LONGEST_LEAK_S: f64 = 5e-9;
 /// Bins next to the constant that no line, image or skirt is sought in.

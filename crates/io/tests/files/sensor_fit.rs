@@ -163,7 +163,7 @@ fn points(radar: &Radar, points: &[[f64; 4]], seed: u64) -> Cube<f64> {
     apply(cube, 0, &chain, Inputs { noise: noise.as_ref(), seed, ..Default::default() }).unwrap()
 }
 
-/// Each effect is found by chance with a probability of 1e-6 (`estimate::FALSE_ALARM`), in all cubes here of less than 1e-3. Seeds are
+/// Each effect is found by chance with a probability of 1e-6 (`channels::FALSE_ALARM`), in all cubes here of less than 1e-3. Seeds are
 /// fixed.
 #[test]
 fn an_ideal_radar_has_no_front_end() {

@@ -149,9 +149,10 @@ fn level(now: &catseye::scene::motion::Moving) -> Level {
     }
 }
 
-/// Converts a radar's point to the vehicle's level frame by the radar's mounting; None where it has no angle.
+/// Converts a radar's point to the vehicle's level frame by the radar's mounting; None where it has no measured
+/// angle.
 pub fn lane_point(radar: &Radar, p: &Point) -> Option<LanePoint> {
-    let azimuth_std_rad = p.std.azimuth_rad?.max(LEAST_AZIMUTH_STD_RAD);
+    let azimuth_std_rad = p.std.azimuth_rad.filter(|_| !p.at_search_edge)?.max(LEAST_AZIMUTH_STD_RAD);
     let at = radar.mounting.point(p.position_m);
     let from = at - radar.mounting.translation_m;
     let ground_m = from.truncate().length();
