@@ -6,7 +6,7 @@ use catseye::base::error::BadInput;
 use catseye::detect::cluster::{ClusterPoint, Dbscan};
 use catseye::detect::kalman::Station;
 use catseye::detect::plot::{Plot, plots_of_clusters};
-use catseye::detect::track_table::TrackRow;
+use catseye::detect::track_table::{TRACKS, TrackRow};
 use catseye::detect::tracker::{Coverage, Scan, Tracker as Follower, TrackerSettings};
 use glam::DVec2;
 use pyo3::prelude::*;
@@ -205,21 +205,7 @@ impl Tracker {
         };
         inner.step(&Scan { time_s, station, coverage, plots: &list }).or_raise(py)?;
         let all = TrackRow::of_frame(frame, time_s, &inner, tentative);
-        let of = |f: fn(&TrackRow) -> f64| all.iter().map(f).collect::<Vec<f64>>();
-        let table = Records::new(all.len())
-            .numbers(py, "frame", all.iter().map(|r| r.frame).collect(), "u4")
-            .numbers(py, "time_s", of(|r| r.time_s), "f8")
-            .numbers(py, "track_id", all.iter().map(|r| r.track_id).collect(), "u8")
-            .numbers(py, "x_m", of(|r| r.x_m), "f8")
-            .numbers(py, "y_m", of(|r| r.y_m), "f8")
-            .numbers(py, "vx_mps", of(|r| r.vx_mps), "f8")
-            .numbers(py, "vy_mps", of(|r| r.vy_mps), "f8")
-            .numbers(py, "x_std_m", of(|r| r.x_std_m), "f8")
-            .numbers(py, "y_std_m", of(|r| r.y_std_m), "f8")
-            .numbers(py, "vx_std_mps", of(|r| r.vx_std_mps), "f8")
-            .numbers(py, "vy_std_mps", of(|r| r.vy_std_mps), "f8")
-            .text(py, "state", all.iter().map(|r| r.state.name()).collect(), "U9")?
-            .numbers(py, "points", all.iter().map(|r| r.points as i64).collect(), "i8");
+        let table = Records::new(all.len()).columns(py, &TRACKS, &all)?;
         Ok(table.build(py)?.unbind())
     }
 

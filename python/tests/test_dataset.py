@@ -126,13 +126,15 @@ def test_tensors_hold_the_labels(data, torch):
         boxes, points = ({k: np.asarray(v) for k, v in dataset[i][t].items()} for t in ("boxes", "points"))
         wholes = boxes["valid"] & (boxes["id"] == boxes["parent_id"])
         assert wholes.sum() == (sample["boxes"]["part"] == "").sum() > 0
-        assert {"visible", "returns", "power_dbm", "points", "ghosts", "side_lobes"} <= boxes.keys()
-        assert points["side_lobe"].dtype == points["ghost"].dtype == bool and not (points["side_lobe"] & points["ghost"]).any()
+        assert {"visible", "occluded", "outside_view", "points", "ghosts", "side_lobes", "folded", "aliased"} <= boxes.keys()
+        flags = np.stack([points[name] for name in ("ghost", "side_lobe", "folded", "aliased")])
+        assert flags.dtype == bool and (flags.sum(axis=0) <= 1).all()
         for valid, class_, object_ in zip(points["valid"], points["class"], points["object_id"]):
             if valid:
                 assert (dataset.classes[class_] in nothing) == (object_ == 0)
-        stands = ~(sample["points"]["ghost"] | sample["points"]["side_lobe"]) & (sample["points"]["object_id"] > 0)
-        assert boxes["points"][wholes].sum() == stands.sum()
+        own = {name: sample["points"][name] for name in ("ghost", "side_lobe", "folded", "aliased")}
+        in_place = ~np.any(list(own.values()), axis=0) & (sample["points"]["object_id"] > 0)
+        assert boxes["points"][wholes].sum() == in_place.sum()
 
 
 def test_torch_lengths_and_transforms(data, torch, tmp_path):

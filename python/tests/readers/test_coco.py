@@ -9,7 +9,7 @@ from scipy import ndimage
 from sweep_truth import Pose, sensor_to_vehicle, vehicle_to_world
 
 GRIDS = ["road", "markers"]
-CLASSES = ["undefined", "lane", "vehicle", "guard rail", "marker"]
+CLASSES = ["undefined", "lane", "vehicle", "guard rail", "marker", "pedestrian", "cyclist"]
 
 
 def check(coco, image, mask):
