@@ -101,8 +101,11 @@ pub fn point(at: [f64; 3], velocity: [f64; 3], rcs_dbsm: f64) -> String {
     format!("[[point]]\nposition_m = {at:?}\nvelocity_mps = {velocity:?}\nrcs_dbsm = {rcs_dbsm:?}\n")
 }
 
-/// Ten scenes: name, scenario, and what is added to the scene.
-fn scenes() -> Vec<(&'static str, String, fn(&mut Scene))> {
+/// Name, scenario, and what is added to the scene.
+type NamedScene = (&'static str, String, fn(&mut Scene));
+
+/// Ten scenes.
+fn scenes() -> Vec<NamedScene> {
     let none: fn(&mut Scene) = |_| {};
     let far =
         |v: f64| point([95.0, 3.0, 0.6], [v, 0.0, 0.0], 35.0) + &point([140.0, -8.0, 0.6], [0.0; 3], 40.0);

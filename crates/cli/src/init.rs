@@ -31,7 +31,7 @@ impl Init {
         }
         check_extension(&path, &["toml"])?;
         let written = stage::write_file(&path, global.force, text.as_bytes())?;
-        let sector = (self.kind == "radar").then(|| sector(&text)).flatten();
+        let sector = (self.kind == "radar").then(|| sector(text)).flatten();
         global.answer(&serde_json::json!({ "file": written, "unambiguous_azimuth_deg": sector }), || {
             let sector =
                 sector.map(|deg| format!("; its array confuses no two azimuths within +-{deg:.0} deg"));

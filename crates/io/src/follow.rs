@@ -271,12 +271,17 @@ pub fn write(dir: &Path, scenario: &SitedScenario) -> Result<()> {
         let path = dir.join(name);
         File::create(&path).map(BufWriter::new).map_err(|e| Error::io(&path, e))
     };
-    write_rows(file("ego_motion.csv")?, &EGO_MOTION, &ego).map_err(|e| Error::io(dir, e))?;
-    write_tracks(file("tracks.csv")?, &tracks).map_err(|e| Error::io(dir, e))?;
+    let wrong = |name: &str| {
+        let path = dir.join(name);
+        move |e| Error::io(&path, e)
+    };
+    write_rows(file("ego_motion.csv")?, &EGO_MOTION, &ego).map_err(wrong("ego_motion.csv"))?;
+    write_tracks(file("tracks.csv")?, &tracks).map_err(wrong("tracks.csv"))?;
     Ok(())
 }
 
-/// What stands and what moves over the ground, by the ego vehicle's own motion. Points without a measured direction are in neither.
+/// Stationary points, and points that move over the ground, by the ego vehicle's own motion. Points without a measured direction are in
+/// neither group.
 fn by_motion(
     scenario: &SitedScenario,
     radar: &Radar,
@@ -286,16 +291,16 @@ fn by_motion(
     let (pose, velocity_mps) = radar_pose(radar, &scenario.ego, time_s);
     let own = pose.inverse().direction(velocity_mps);
     let standing = Standing::seen_by(radar, own);
-    let stands = |p: &SensorPoint| {
+    let is_stationary = |p: &SensorPoint| {
         let off = p.range_rate_mps + own.dot(direction_from_angles(p.azimuth_rad, p.elevation_rad));
         let width = ambiguity_mps(radar, p);
         let off = if width.is_finite() { off - width * (off / width).round() } else { off };
-        // A direction that is not exact moves the rate of what stands.
+        // An error of the direction changes the range rate that a stationary point has.
         let by_angle = 3.0 * p.std.azimuth_rad.unwrap_or(0.0) * own.length() * p.azimuth_rad.sin().abs();
         off.abs() <= standing.tolerance_mps + by_angle.max(3.0 * p.std.range_rate_mps)
     };
     let (still, moving): (Vec<_>, Vec<_>) =
-        points.iter().filter(|p| p.has_direction).copied().partition(stands);
+        points.iter().filter(|p| p.has_direction).copied().partition(is_stationary);
     [still, moving]
 }
 
