@@ -17,7 +17,7 @@ pub struct RoadLine {
 }
 
 /// Flags of points that are not on their objects, with the legend's word, and the ring that marks them: radius in pixels and colour.
-pub const FLAGS: [(&str, &str, f64, Rgb); 4] = [
+const FLAGS: [(&str, &str, f64, Rgb); 4] = [
     ("ghost", "ghosts", 6.0, [220, 20, 30]),
     ("side_lobe", "side lobes", 5.0, [130, 130, 130]),
     ("folded", "folded", 7.5, [0, 60, 200]),
@@ -31,7 +31,7 @@ pub struct LabelledPoint {
     pub at_m: [f64; 2],
     /// Decides the colour; "" for none.
     pub class: String,
-    /// The flag that says why it is not on its object, as in [`FLAGS`]; "" for none.
+    /// The flag that says why it is not on its object: `ghost`, `side_lobe`, `folded`, `aliased`; "" for none.
     pub flag: &'static str,
 }
 
