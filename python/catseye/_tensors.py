@@ -216,8 +216,10 @@ class Tensors:
         if len(row) == 0:
             raise dsp._bad("radar", radar.name, "is not the radar of the samples", None, "give the one that the recipe names")
         own = {"carrier_hz": radar.carrier_hz, "range_bin_m": radar.range_bin_m, "range_rate_bin_mps": radar.velocity_bin_mps}
+        # Their axis of range rates refers to the carrier, which is within half the sweep of the middle of the samples.
+        allowed = {"range_rate_bin_mps": 0.5 * abs(radar.bandwidth_hz) / radar.carrier_hz}
         for key, value in own.items():
-            if key in row.dtype.names and abs(row[key][0] / value - 1) > 1e-9:
+            if key in row.dtype.names and abs(row[key][0] / value - 1) > max(1e-9, allowed.get(key, 0)):
                 problem = f"radar {radar.name!r} is not the radar of the samples"
                 raise dsp._bad(f"radar.{key}", value, problem, str(row[key][0]), "give the one that the recipe names")
 
