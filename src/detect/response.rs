@@ -27,6 +27,9 @@ const GRATING_LOBE: f64 = 0.5;
 /// responses as they are: each changes the peak by less than 2 %.
 const STEADY_RAD: f64 = 0.3;
 const STEADY_CELLS: f64 = 0.2;
+/// Largest turn of an echo's phase between the chirps that are summed, rad, and the fewest chirps of a frame that are.
+const TURN_RAD: f64 = 0.5;
+const FEWEST_CHIRPS: usize = 48;
 
 /// The transform of weights over lines or chirps, about their middle, over the distance in resolution cells.
 #[derive(Debug, Clone)]
@@ -562,7 +565,18 @@ impl PointResponse<'_> {
             range * Complex64::cis(2.0 * of.wavenumber * turned)
         };
         let weights = || of.doppler_weights.iter().enumerate();
-        let seen: Complex64 = weights().map(|(m, w)| *w * tone(m, self.range_rate_mps)).sum();
+        // Chirps are as good as every few of them while the phase turns little from one to the next. Whole ambiguity intervals turn it by
+        // whole turns, which leaves their phase at the first chirp.
+        let intervals = ((v - self.range_rate_mps) / of.ambiguity_mps).round();
+        let alias_mps = self.range_rate_mps + intervals * of.ambiguity_mps;
+        let fastest = echo.rate_mps.into_iter().map(|rate| (rate - alias_mps).abs()).fold(0.0, f64::max);
+        let step_rad = 2.0 * of.wavenumber * fastest * of.loop_s;
+        let stride =
+            ((TURN_RAD / step_rad) as usize).clamp(1, (of.doppler_weights.len() / FEWEST_CHIRPS).max(1));
+        let picked = || weights().skip(stride / 2).step_by(stride);
+        let total: f64 = picked().map(|(_, w)| *w).sum();
+        let seen: Complex64 = picked().map(|(m, w)| *w * tone(m, alias_mps)).sum::<Complex64>() / total
+            * Complex64::cis(-TAU * (intervals * middle).fract());
         if of.mean.is_none() {
             return seen;
         }
