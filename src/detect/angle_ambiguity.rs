@@ -10,8 +10,9 @@ use glam::DVec3;
 const SURE: f64 = 1e3;
 /// Candidates within this factor in likelihood are alike: of these the one nearest to the boresight is given.
 const ALIKE: f64 = 1.1;
-/// Share of a cell's power that the model of one source leaves over.
-const MODEL_ERROR: f64 = 1e-2;
+/// Share of a cell's power that the model of one source leaves over, for channels that are not perfectly alike and cells that hold more
+/// than one scatterer.
+pub(super) const MODEL_ERROR: f64 = 1e-2;
 
 /// The directions that an array confuses.
 #[derive(Debug, Clone, PartialEq)]

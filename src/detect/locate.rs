@@ -5,7 +5,7 @@ use super::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
 use super::ambiguity::{
     Ambiguity, FASTEST_MPS, Folded, ROW_CELLS, Standing, TdmFolds, empty_bands, is_alone,
 };
-use super::angle_ambiguity::AngleLobes;
+use super::angle_ambiguity::{AngleLobes, MODEL_ERROR};
 use super::bursts::{self, Burst, Known};
 use super::points::{Detected, Point, least_range_m, peaks, point, range_rate_mps};
 use super::same_slope;
@@ -33,9 +33,6 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Power that a cell's model leaves over, for channels that are not perfectly alike and cells that hold more than one
-/// scatterer.
-const MODEL_ERROR: f64 = 1e-2;
 /// Directions in which folds are tested, to a beamwidth of the array.
 const PER_BEAM: f64 = 3.0;
 /// Levels of one body on two slopes differ by about this, dB: other frequencies, other cells.

@@ -27,9 +27,10 @@ const GRATING_LOBE: f64 = 0.5;
 /// responses as they are: each changes the peak by less than 2 %.
 const STEADY_RAD: f64 = 0.3;
 const STEADY_CELLS: f64 = 0.2;
-/// Largest turn of an echo's phase between the chirps that are summed, rad, and the fewest chirps of a frame that are.
-const TURN_RAD: f64 = 0.5;
-const FEWEST_CHIRPS: usize = 48;
+/// Largest turn of an echo's phase between the chirps that are summed, rad, and the fewest chirps of a frame that are: the sum's nearest alias
+/// is then 25 cells away, where a rectangular window is at -38 dB and a Hann window below -90 dB.
+const TURN_RAD: f64 = 1.0;
+const FEWEST_CHIRPS: usize = 32;
 
 /// The transform of weights over lines or chirps, about their middle, over the distance in resolution cells.
 #[derive(Debug, Clone)]

@@ -163,8 +163,9 @@ impl Follower {
         points: &[Point],
     ) -> Result<()> {
         let all: Vec<SensorPoint> = points.iter().map(SensorPoint::of).collect();
-        let (moving, _) = without_standing(radar, &all, scenario.seed, index);
-        self.step(scenario, radar, scenario.frames.time_s(index), &[moving])
+        let time_s = scenario.frames.time_s(index);
+        let [_, moving] = by_motion(scenario, radar, time_s, &all);
+        self.step(scenario, radar, time_s, &[moving])
     }
 
     /// Passes groups of points to the tracker; points of different groups are never one plot.
@@ -423,36 +424,6 @@ fn mount(radar: &Radar, time_s: f64) -> Mount {
     let at = radar.on_vehicle(time_s);
     let ahead = at.rotation * DVec3::X;
     Mount { position_m: at.translation_m.truncate(), yaw_rad: ahead.y.atan2(ahead.x) }
-}
-
-/// The moving points, and whether a fit separates them; without a fit all points.
-fn without_standing(
-    radar: &Radar,
-    points: &[SensorPoint],
-    seed: u64,
-    frame: u32,
-) -> (Vec<SensorPoint>, Option<EgoMotion>) {
-    let points: Vec<SensorPoint> = points.iter().filter(|p| p.has_direction).copied().collect();
-    let all: Vec<Radial> = points
-        .iter()
-        .map(|p| Radial {
-            azimuth_rad: p.azimuth_rad,
-            elevation_rad: p.elevation_rad,
-            range_rate_mps: p.range_rate_mps,
-            range_rate_std_mps: p.std.range_rate_mps.max(0.5 * radar.velocity_bin_mps()),
-            ambiguity_mps: ambiguity_mps(radar, p),
-            radar: 0,
-        })
-        .collect();
-    let settings = EgoSettings { seed, frame, ..EgoSettings::default() };
-    let Ok(motion) = ego_motion(&all, &EgoModel::Sensor, &settings) else { return (points, None) };
-    // A known rate far from that of stationary points is a mover's, even if it is an ambiguity of it.
-    let moves = |i: &usize| {
-        let over = EgoModel::Sensor.over_ground_mps(&all[*i], &motion).abs();
-        !motion.standing[*i] || (points[*i].is_unfolded(radar) && over > radar.max_velocity_mps())
-    };
-    let moving = (0..points.len()).filter(moves).map(|i| points[i]).collect();
-    (moving, Some(motion))
 }
 
 /// Whether all ramps have one slope: different slopes unfold each other's rates.

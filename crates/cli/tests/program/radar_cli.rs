@@ -238,6 +238,12 @@ fn standing_objects_have_tracks_and_motion_is_the_vehicles() {
             // The nearest leaves the front radar's sector.
             assert!(near.filter(|i| frame[*i] >= 2.0).count() >= 3, "{name}: no track at ({px}, {py})");
         }
+        // No track elsewhere: targets outside of a radar's sector are points at its edge.
+        for i in (0..tracks.len()).filter(|i| moving[*i] == 0.0) {
+            let nearest =
+                at[..n].iter().map(|[px, py]| (x[i] - px).hypot(y[i] - py)).fold(f64::INFINITY, f64::min);
+            assert!(nearest < 0.5, "{name}: a standing track at ({}, {})", x[i], y[i]);
+        }
         let ego = Table::read(d.join(name).join("ego_motion.csv")).unwrap();
         assert!(ego.text("reason").unwrap().iter().all(|r| r.is_empty()), "{name}");
         let radars = ego.text("radar").unwrap();

@@ -98,9 +98,9 @@ pub fn effects(fit: &Fit, found: &Fitted) -> Vec<Effect> {
     out.push(Effect {
         name: "phase_noise",
         quantity: "power a bin over the line's at offsets that double, dB",
-        estimate: fit.skirts.iter().filter_map(|s| s.excess_db).collect(),
+        estimate: fit.sidebands.iter().filter_map(|s| s.excess_db).collect(),
         deviation: None,
-        limit: fit.skirts.iter().map(|s| s.bound_db).collect(),
+        limit: fit.sidebands.iter().map(|s| s.bound_db).collect(),
         is_significant: f.phase_noise.is_some(),
     });
     out
@@ -254,8 +254,8 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
             ));
         }
     }
-    match fit.skirt_line {
-        Some([bin, _]) if !fit.skirts.is_empty() => {
+    match fit.phase_noise_line {
+        Some([bin, _]) if !fit.sidebands.is_empty() => {
             let delay_s = bin * bin_hz / radar.slope_hz_per_s().abs();
             settings.phase_noise = phase_noise(fit, radar, delay_s, &mut remarks);
         }
@@ -304,7 +304,7 @@ fn mixer(fit: &Fit) -> Option<IqImbalance> {
     is_taken.then(|| IqImbalance { gain_db: i.gain_db, phase_rad: i.phase_deg.to_radians() })
 }
 
-/// L(f) from the skirts of the line: excess power a bin over 4 sin²(πfτ) and the sample rate (CONVENTIONS eq. 101), at the geometric mean
+/// L(f) from the sidebands of the line: excess power a bin over 4 sin²(πfτ) and the sample rate (CONVENTIONS eq. 101), at the geometric mean
 /// of a band.
 fn phase_noise(fit: &Fit, radar: &Radar, delay_s: f64, remarks: &mut Vec<String>) -> Option<PhaseNoise> {
     let bin_hz = radar.sample_rate_hz / radar.samples as f64;
@@ -312,7 +312,7 @@ fn phase_noise(fit: &Fit, radar: &Radar, delay_s: f64, remarks: &mut Vec<String>
         excess_db - db_from_power(radar.sample_rate_hz * 4.0 * (PI * offset_hz * delay_s).sin().powi(2))
     };
     let (mut offset_hz, mut dbc_per_hz, mut bounds) = (Vec::new(), Vec::new(), Vec::new());
-    for s in &fit.skirts {
+    for s in &fit.sidebands {
         let f = (s.from as f64 * s.to as f64).sqrt() * bin_hz;
         match s.excess_db.map(|e| level(e, f)).filter(|l| (-250.0..=0.0).contains(l)) {
             Some(l) => {

@@ -26,7 +26,7 @@ pub const LEAST_CHIRPS: usize = 8;
 pub const LEAST_SAMPLES: usize = 32;
 /// Longest delay that counts as leakage inside the radar, s; what comes later is an echo, 0.75 m away or more.
 pub const LONGEST_LEAK_S: f64 = 5e-9;
-/// Bins next to the constant that no line, image or skirt is sought in.
+/// Bins next to the constant that no line, image or sideband is sought in.
 const NEAR: usize = 4;
 /// Beat frequencies that count as spill-over, in bins. Below them a line cannot be told from the constant.
 const LEAK_BINS: (f64, f64) = (0.7, 4.0);
@@ -108,7 +108,7 @@ pub struct Imbalance {
 
 /// Noise beside the strongest line, over a band of offsets.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Skirt {
+pub struct Sideband {
     /// First offset, bins.
     pub from: usize,
     /// End of the offsets, bins; it is not part of them.
@@ -149,11 +149,12 @@ pub struct Fit {
     /// Errors of the channels from that line; None for one channel, or without a line.
     pub channels: Option<ChannelFit>,
     /// The strongest line, at rest or moving, whose sides show phase noise: bin and power over that of the noise in one sample, dB.
-    pub skirt_line: Option<[f64; 2]>,
+    pub phase_noise_line: Option<[f64; 2]>,
     /// None where there is no line whose image can be seen.
     pub imbalance: Option<Imbalance>,
-    /// Skirts of the line over bands of offsets.
-    pub skirts: Vec<Skirt>,
+    /// Sidebands of the line over bands of offsets.
+    #[serde(rename = "skirts")]
+    pub sidebands: Vec<Sideband>,
     /// Modulus of the noise's correlation between channels over the quiet bins, `[channel, channel]`.
     pub correlation: Vec<f64>,
     /// What such a correlation is by chance, 1/√n.
@@ -320,8 +321,9 @@ pub fn fit(path: &Path, cube: &Cube<f64>, radar: &Radar, options: FitOptions) ->
         channels(&rest, l.bin, radar, noise_variance, options.is_boresight, options.knows_antennas)
     });
     let strongest = map.strongest(noise_variance);
-    let skirts = strongest.map_or_else(Vec::new, |l| skirts(l, &map, &quiet, noise_variance, radar.rx.len()));
-    let skirt_line = strongest.map(|l| l.1);
+    let sidebands =
+        strongest.map_or_else(Vec::new, |l| sidebands(l, &map, &quiet, noise_variance, radar.rx.len()));
+    let phase_noise_line = strongest.map(|l| l.1);
     let (correlation, looks) = noise.correlation(&quiet);
     Ok(Fit {
         shape,
@@ -337,9 +339,9 @@ pub fn fit(path: &Path, cube: &Cube<f64>, radar: &Radar, options: FitOptions) ->
         quiet,
         line,
         channels,
-        skirt_line,
+        phase_noise_line,
         imbalance,
-        skirts,
+        sidebands,
         correlation,
         chance_correlation: (looks as f64).powf(-0.5),
     })
@@ -963,17 +965,17 @@ fn imbalance(cube: &Cube<f64>, dc: &[Complex64], noise_variance: f64, floor: &[f
 }
 
 /// Standard errors that both sides of a line have to exceed: one side alone does at 3·10⁻⁷ (normal), the common floor makes them alike.
-pub const SIGNIFICANT_SKIRT: f64 = 5.0;
+pub const SIGNIFICANT_SIDEBAND: f64 = 5.0;
 
 /// Noise on both sides of the line beyond the floor, in bands of offsets that double. With several receivers it is the noise along the
 /// line's amplitudes beyond that across them; with one, the noise beyond that of the quiet bins.
-fn skirts(
+fn sidebands(
     (line, [bin, over_noise_db]): (usize, [f64; 2]),
     map: &Map,
     quiet: &[usize],
     noise_variance: f64,
     n_rx: usize,
-) -> Vec<Skirt> {
+) -> Vec<Sideband> {
     let n = map.samples;
     if map.floor.is_empty() {
         return Vec::new();
@@ -1013,16 +1015,16 @@ fn skirts(
         };
         let ((low, low_error, below), (high, high_error, above)) = (side(-1), side(1));
         if below + above > 0 {
-            // A skirt is on both sides of its line; what is on one is an echo.
+            // A sideband is on both sides of its line; what is on one is an echo.
             let is_whole = below == to - from && above == to - from;
             let (less, more) = (low.min(high), low.max(high));
             let error = low_error.max(high_error);
-            let is_seen = is_whole && less > SIGNIFICANT_SKIRT * error && more < 4.0 * less;
-            out.push(Skirt {
+            let is_seen = is_whole && less > SIGNIFICANT_SIDEBAND * error && more < 4.0 * less;
+            out.push(Sideband {
                 from,
                 to,
                 excess_db: is_seen.then(|| db_from_power(0.5 * (less + more) / line_power)),
-                bound_db: db_from_power(more.max(SIGNIFICANT_SKIRT * error) / line_power),
+                bound_db: db_from_power(more.max(SIGNIFICANT_SIDEBAND * error) / line_power),
             });
         }
         from = to;

@@ -82,7 +82,7 @@ fn a_known_front_end_comes_back() {
     near("phase of Q, deg", iq.phase_rad.to_degrees(), 3.0, 0.15);
     near("constant in I", dc.i * 1e5, 2.0, 0.02);
     near("constant in Q", dc.q * 1e5, -1.0, 0.02);
-    // Gains are counted from the channels' mean power, which the spill-over has, too.
+    // Gains are counted from the channels' mean power, which the leakage has, too.
     let mean = [0.0, 1.0, -1.0, 0.5f64].iter().map(|g| 10f64.powf(0.1 * g)).sum::<f64>() / 4.0;
     near("isolation, dB", leak.isolation_db, 70.0 - db_from_power(mean), 0.02);
     near("delay, bins", leak.delay_s * 30e12 / 39062.5, 1.6, 0.02);
@@ -117,7 +117,7 @@ fn a_known_front_end_comes_back() {
 }
 
 #[test]
-fn phase_noise_comes_back_from_the_skirt() {
+fn phase_noise_comes_back_from_the_sidebands() {
     let known = PhaseNoise { offset_hz: vec![1e5, 5e5, 2e6], dbc_per_hz: vec![-90.0, -95.0, -140.0] };
     let settings = FrontEndSettings { phase_noise: Some(known.clone()), ..Default::default() };
     let radar = radar([128, 1, 512], settings);
@@ -256,8 +256,8 @@ fn a_measured_frame_gives_these_figures() {
     near("constant, Q", found.mean_dc().im, 11.505, 1e-3);
     near("noise, rms of a part", (0.5 * found.noise_variance).sqrt(), 4.786, 1e-3);
     let leak = found.leak.as_ref().unwrap();
-    near("spill-over, bins", leak.bin, 1.170, 1e-3);
-    near("spill-over, u", leak.rms, 40.856, 1e-3);
+    near("leakage, bins", leak.bin, 1.170, 1e-3);
+    near("leakage, u", leak.rms, 40.856, 1e-3);
     near("line, bins", found.line.as_ref().unwrap().bin, 106.666, 1e-3);
     assert!(!found.imbalance.as_ref().unwrap().is_significant);
     assert!(out.radar.front_end.phase_noise.is_none());
