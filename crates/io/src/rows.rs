@@ -54,7 +54,8 @@ pub fn table_specs(recipe: &Recipe, site: &DrawnScene) -> Vec<TableSpec> {
 /// Describes the tables that a run of several frames has beside its frames.
 pub fn run_table_specs() -> Vec<TableSpec> {
     let tracks = "one row for each confirmed track and frame of a run, in the world's plane (tracks.csv)";
-    let motion = "one row for each frame and radar of a run, and one for all radars together (ego_motion.csv)";
+    let motion =
+        "one row for each frame and radar of a run, and one for all radars together (ego_motion.csv)";
     vec![
         Rows::<TrackRow>::new("tracks", tracks, []).columns(&TRACKS, |r| r).made().spec,
         Rows::<EgoRow>::new("ego_motion", motion, []).columns(&EGO_MOTION, |r| r).made().spec,
