@@ -390,7 +390,7 @@ mod tests {
             ),
             (
                 run(Some((whole, 0.0)), Some((cells, 9))),
-                "class = 9: is the number of no class; allowed: 0 to 4",
+                "class = 9: is the number of no class; allowed: 0 to 6",
             ),
             (tempfile::tempdir().unwrap(), "holds no frames"),
         ] {
