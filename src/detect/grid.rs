@@ -35,7 +35,8 @@ pub struct PlacedPoint {
 }
 
 impl PointGrid {
-    /// Puts the points of a scan, whose places are in the sensor's frame, into the cells of its level axes.
+    /// Puts the points of a scan, whose places are in the sensor's frame, into the cells of its level axes. Points whose direction
+    /// is at an edge of the search are left out: nothing was measured there.
     pub fn new(grid: Grid, points: &[Point], radar: &Pose<Sensor, World>) -> PointGrid {
         let level = Level::of(radar);
         let placed = |p: &Point| PlacedPoint {
@@ -44,7 +45,7 @@ impl PointGrid {
             range_m: p.range_m,
             azimuth_rad: p.azimuth_rad,
         };
-        PointGrid::of_placed(grid, points.iter().map(placed))
+        PointGrid::of_placed(grid, points.iter().filter(|p| !p.at_search_edge).map(placed))
     }
 
     /// Puts points that are in the radar's level axes already into the cells. Powers count by their differences alone, so
@@ -134,6 +135,7 @@ mod tests {
             point(20.02, 0.301, -86.0),
             point(30.0, -0.2, -80.0),
             point(5.0, 3.0, -20.0),
+            Point { at_search_edge: true, ..point(25.0, 0.1, -70.0) },
         ];
         let pose = Pose::from_yaw_pitch_roll(DVec3::new(7.0, 8.0, 0.5), 1.0, 0.0, 0.0);
         let g = PointGrid::new(Grid::ROAD, &points, &pose);

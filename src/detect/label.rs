@@ -47,6 +47,12 @@ struct LabelEcho {
     bounces: u8,
 }
 
+impl LabelEcho {
+    fn power_w(&self) -> f64 {
+        self.amplitude.norm_sqr()
+    }
+}
+
 /// The cause of a point.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Cause {
@@ -167,6 +173,8 @@ impl<'a> Labeller<'a> {
                 .collect();
             echoes.extend(images);
         }
+        // The strongest first, so that those too weak for a point are skipped at once.
+        echoes.par_sort_by(|a, b| b.power_w().total_cmp(&a.power_w()));
         Ok(Labeller { echoes, bodies, response, chain })
     }
 
@@ -218,12 +226,14 @@ impl<'a> Labeller<'a> {
 
     fn parts(&self, response: &PointResponse<'_>, measured_w: f64) -> Parts<'_> {
         let mut parts = BTreeMap::<u32, Part>::new();
-        for e in &self.echoes {
-            if e.amplitude.norm_sqr() * response.bound(&e.path).powi(2) < LEAST_ECHO * measured_w {
+        let least_w = LEAST_ECHO * measured_w;
+        let strong = self.echoes.partition_point(|e| e.power_w() >= least_w);
+        for e in &self.echoes[..strong] {
+            if e.power_w() * response.bound(&e.path).powi(2) < least_w {
                 continue;
             }
             let in_cell = e.amplitude * response.cell(&e.path);
-            if in_cell.norm_sqr() < LEAST_ECHO * measured_w {
+            if in_cell.norm_sqr() < least_w {
                 continue;
             }
             let amplitude = in_cell * response.array(&e.path);

@@ -76,18 +76,21 @@ impl WindowResponse {
 
     /// The distance from the tone or from its nearest repetition, cells.
     fn wrapped(&self, cells: f64) -> f64 {
+        if 2.0 * cells.abs() < self.period {
+            return cells;
+        }
         cells - self.period * (cells / self.period).round()
     }
 
     /// The response `cells` away from the tone.
     fn at(&self, cells: f64) -> Complex64 {
         let place = self.wrapped(cells) * STEPS as f64;
-        let below = place.floor();
-        let [low, high] = [below, below + 1.0].map(|i| {
-            let turns = (i / self.table.len() as f64).floor();
-            self.table[(i - turns * self.table.len() as f64) as usize]
-        });
-        low + (high - low) * (place - below)
+        // Truncation, because `floor` is a call on processors of no stated kind.
+        let truncated = place as isize;
+        let below = truncated - isize::from(truncated as f64 > place);
+        let [low, high] = [below, below + 1]
+            .map(|i| self.table[if i < 0 { i + self.table.len() as isize } else { i } as usize]);
+        low + (high - low) * (place - below as f64)
     }
 
     /// A bound of the response to a tone that goes through all of `span`, cells.
@@ -143,12 +146,10 @@ impl RangeResponse {
 
     /// (jθ)^q/q! for each order.
     fn at(&self, cells: f64, half_turn_rad: f64) -> Complex64 {
+        let mut sum = self.first().at(cells);
         let mut term = Complex64::ONE;
-        let mut sum = Complex64::ZERO;
-        for (q, response) in self.orders.iter().enumerate() {
-            if q > 0 {
-                term *= Complex64::new(0.0, half_turn_rad / q as f64);
-            }
+        for (q, response) in self.orders.iter().enumerate().skip(1) {
+            term *= Complex64::new(0.0, half_turn_rad / q as f64);
             sum += term * response.at(cells);
         }
         sum
@@ -556,34 +557,62 @@ impl PointResponse<'_> {
             let rate = of.rate_cells(echo.range[1] - self.range_rate_mps);
             return range * of.doppler.at(rate) - removed(range);
         }
-        let [_, v, a, j] = echo.range;
-        let middle = 0.5 * (of.doppler_weights.len() as f64 - 1.0);
-        let tone = |m: usize, rate_mps: f64| {
-            let u = (m as f64 - middle) * of.loop_s;
-            let cells = (of.beat_m(&echo.range, u) - self.beat_m) / of.range_cell_m;
-            let range = of.range.at(cells, of.half_turn_rad(v));
-            let turned = u * (v - rate_mps + 0.5 * u * (a + u * j / 3.0));
-            range * Complex64::cis(2.0 * of.wavenumber * turned)
-        };
-        let weights = || of.doppler_weights.iter().enumerate();
+        let v = echo.range[1];
+        let chirps = of.doppler_weights.len();
         // Chirps are as good as every few of them while the phase turns little from one to the next. Whole ambiguity intervals turn it by
         // whole turns, which leaves their phase at the first chirp.
         let intervals = ((v - self.range_rate_mps) / of.ambiguity_mps).round();
         let alias_mps = self.range_rate_mps + intervals * of.ambiguity_mps;
         let fastest = echo.rate_mps.into_iter().map(|rate| (rate - alias_mps).abs()).fold(0.0, f64::max);
         let step_rad = 2.0 * of.wavenumber * fastest * of.loop_s;
-        let stride =
-            ((TURN_RAD / step_rad) as usize).clamp(1, (of.doppler_weights.len() / FEWEST_CHIRPS).max(1));
-        let picked = || weights().skip(stride / 2).step_by(stride);
-        let total: f64 = picked().map(|(_, w)| *w).sum();
-        let seen: Complex64 = picked().map(|(m, w)| *w * tone(m, alias_mps)).sum::<Complex64>() / total
+        let stride = ((TURN_RAD / step_rad) as usize).clamp(1, (chirps / FEWEST_CHIRPS).max(1));
+        let picked = || of.doppler_weights.iter().skip(stride / 2).step_by(stride);
+        let total: f64 = picked().sum();
+        let middle = 0.5 * (chirps as f64 - 1.0);
+        let seen = self.sum(echo, alias_mps, stride, picked().copied()) / total
             * Complex64::cis(-TAU * (intervals * middle).fract());
         if of.mean.is_none() {
             return seen;
         }
-        let mean: Complex64 =
-            weights().map(|(m, _)| tone(m, 0.0)).sum::<Complex64>() / of.doppler_weights.len() as f64;
+        let mean = self.sum(echo, 0.0, 1, std::iter::repeat_n(1.0, chirps)) / chirps as f64;
         seen - mean * of.doppler.at(of.rate_cells(-self.range_rate_mps))
+    }
+
+    /// The sum of weights times the range response to an echo, mixed down by a range rate, over every `stride`-th chirp.
+    fn sum(
+        &self,
+        echo: &EchoPath,
+        rate_mps: f64,
+        stride: usize,
+        weights: impl Iterator<Item = f64>,
+    ) -> Complex64 {
+        let of = self.of;
+        let [_, v, a, j] = echo.range;
+        let middle = 0.5 * (of.doppler_weights.len() as f64 - 1.0);
+        let first = ((stride / 2) as f64 - middle) * of.loop_s;
+        let step = stride as f64 * of.loop_s;
+        // The phase is a cubic in time: its differences from chirp to chirp turn by differences of their own, and the third is constant.
+        let k = 2.0 * of.wavenumber;
+        let [c1, c2, c3] = [k * (v - rate_mps), k * a / 2.0, k * j / 6.0];
+        let mut tone = Complex64::cis(first * (c1 + first * (c2 + first * c3)));
+        let mut turn = Complex64::cis(
+            step * (c1
+                + c2 * (2.0 * first + step)
+                + c3 * (3.0 * first * first + 3.0 * first * step + step * step)),
+        );
+        let mut turn_of_turn = Complex64::cis(2.0 * step * step * (c2 + 3.0 * c3 * (first + step)));
+        let last = Complex64::cis(6.0 * c3 * step * step * step);
+        let half_turn = of.half_turn_rad(v);
+        let mut sum = Complex64::ZERO;
+        for (i, weight) in weights.enumerate() {
+            let u = first + i as f64 * step;
+            let cells = (of.beat_m(&echo.range, u) - self.beat_m) / of.range_cell_m;
+            sum += of.range.at(cells, half_turn) * tone * weight;
+            tone *= turn;
+            turn *= turn_of_turn;
+            turn_of_turn *= last;
+        }
+        sum
     }
 
     /// The factor of the array on an echo of unit amplitude: the beam towards the point, with the echo's departure at
