@@ -31,6 +31,8 @@ const STEADY_CELLS: f64 = 0.2;
 /// is then 25 cells away, where a rectangular window is at -38 dB and a Hann window below -90 dB.
 const TURN_RAD: f64 = 1.0;
 const FEWEST_CHIRPS: usize = 32;
+/// By how much an echo moves between two places where the range response is taken, cells: half a step of the window's table.
+const KNOT_CELLS: f64 = 0.5 / STEPS as f64;
 
 /// The transform of weights over lines or chirps, about their middle, over the distance in resolution cells.
 #[derive(Debug, Clone)]
@@ -93,9 +95,9 @@ impl WindowResponse {
         low + (high - low) * (place - below as f64)
     }
 
-    /// A bound of the response to a tone that goes through all of `span`, cells.
-    fn bound(&self, span: Span) -> f64 {
-        let i = (span.distance(self.period) * STEPS as f64) as usize;
+    /// A bound of the response this far from the tone or farther, within half a period, cells.
+    fn bound(&self, distance: f64) -> f64 {
+        let i = (distance * STEPS as f64) as usize;
         self.envelope[i.min(self.envelope.len() - 1)]
     }
 }
@@ -156,13 +158,12 @@ impl RangeResponse {
     }
 
     fn bound(&self, span: Span, half_turn_rad: f64) -> f64 {
+        let distance = span.distance(self.first().period);
+        let mut sum = self.first().bound(distance);
         let mut term = 1.0;
-        let mut sum = 0.0;
-        for (q, response) in self.orders.iter().enumerate() {
-            if q > 0 {
-                term *= half_turn_rad.abs() / q as f64;
-            }
-            sum += term * response.bound(span);
+        for (q, response) in self.orders.iter().enumerate().skip(1) {
+            term *= half_turn_rad.abs() / q as f64;
+            sum += term * response.bound(distance);
         }
         sum
     }
@@ -182,9 +183,10 @@ struct Span {
 impl Span {
     /// The distance from zero to the interval, which repeats with `period`.
     fn distance(self, period: f64) -> f64 {
-        let turns = period * (0.5 * (self.low + self.high) / period).round();
-        let (low, high) = (self.low - turns, self.high - turns);
-        low.max(-high).max(0.0)
+        let twice_middle = self.low + self.high;
+        let turns =
+            if twice_middle.abs() < period { 0.0 } else { period * (0.5 * twice_middle / period).round() };
+        (self.low - turns).max(turns - self.high).max(0.0)
     }
 }
 
@@ -259,6 +261,8 @@ pub(super) struct Response {
     /// Widths of the resolution cells, and of the bins of the map.
     range_cell_m: f64,
     rate_cell_mps: f64,
+    /// Cells in range and range rate, 1/m and s/m.
+    cells_per_unit: [f64; 2],
     bin_m: f64,
     bin_mps: f64,
     /// From range rate to range: by the Doppler shift of the beat, and with the time from the middle of the frame to that of the
@@ -322,6 +326,8 @@ impl Response {
         let main_lobe_sine =
             [y, z].map(|at| line * radar.sample_wavelength_m() / aperture_m(at, radar.sample_wavelength_m()));
         let coupling_s = radar.range_per_rate_s();
+        let range_cell_m = C0 / (2.0 * lines.step_hz.abs() * lines.count as f64);
+        let rate_cell_mps = radar.velocity_cell_mps();
         Ok(Response {
             range: RangeResponse::new(radar)?,
             half_record_s: match radar.waveform {
@@ -331,8 +337,9 @@ impl Response {
             doppler,
             mean: p.remove_static.then(|| WindowResponse::new(&vec![1.0; radar.chirps])),
             doppler_weights,
-            range_cell_m: C0 / (2.0 * lines.step_hz.abs() * lines.count as f64),
-            rate_cell_mps: radar.velocity_cell_mps(),
+            range_cell_m,
+            rate_cell_mps,
+            cells_per_unit: [1.0 / range_cell_m, 1.0 / rate_cell_mps],
             bin_m: radar.range_bin_m(),
             bin_mps: radar.velocity_bin_mps(),
             doppler_coupling_s: coupling_s - radar.middle_s(),
@@ -483,14 +490,15 @@ impl PointResponse<'_> {
     /// Range cells and rate cells from the point to all that an echo goes through over the frame.
     fn spans(&self, echo: &EchoPath) -> [Span; 2] {
         let of = self.of;
-        let range = echo.beat_m.map(|b| (b - self.beat_m) / of.range_cell_m);
-        let rate = echo.rate_mps.map(|v| (v - self.range_rate_mps) / of.rate_cell_mps);
+        let [per_range_cell, per_rate_cell] = of.cells_per_unit;
+        let range = echo.beat_m.map(|b| (b - self.beat_m) * per_range_cell);
+        let rate = echo.rate_mps.map(|v| (v - self.range_rate_mps) * per_rate_cell);
         [Span { low: range[0], high: range[1] }, Span { low: rate[0], high: rate[1] }]
     }
 
     /// Range rates of one ambiguity interval, in cells.
     fn rate_period(&self) -> f64 {
-        self.of.ambiguity_mps / self.of.rate_cell_mps
+        self.of.ambiguity_mps * self.of.cells_per_unit[1]
     }
 
     /// How the point's place differs from the echo's. It is in a side lobe past the first minimum of the range or the Doppler
@@ -533,10 +541,10 @@ impl PointResponse<'_> {
         if of.mean.is_some() {
             return 2.0 * range;
         }
-        let turns = self.rate_period() * (0.5 * (rate.low + rate.high) / self.rate_period()).round();
         // A cell more on each side: a swept tone's ends ripple.
         let slack = if echo.steady { 0.0 } else { 1.0 };
-        range * of.doppler.bound(Span { low: rate.low - turns - slack, high: rate.high - turns + slack })
+        let distance = Span { low: rate.low - slack, high: rate.high + slack }.distance(self.rate_period());
+        range * of.doppler.bound(distance)
     }
 
     /// The factor of the windows on an echo of unit amplitude in the middle of the chirps. Range and Doppler are coupled as the
@@ -566,30 +574,25 @@ impl PointResponse<'_> {
         let fastest = echo.rate_mps.into_iter().map(|rate| (rate - alias_mps).abs()).fold(0.0, f64::max);
         let step_rad = 2.0 * of.wavenumber * fastest * of.loop_s;
         let stride = ((TURN_RAD / step_rad) as usize).clamp(1, (chirps / FEWEST_CHIRPS).max(1));
-        let picked = || of.doppler_weights.iter().skip(stride / 2).step_by(stride);
-        let total: f64 = picked().sum();
+        let total: f64 = of.doppler_weights.iter().skip(stride / 2).step_by(stride).sum();
         let middle = 0.5 * (chirps as f64 - 1.0);
-        let seen = self.sum(echo, alias_mps, stride, picked().copied()) / total
+        let seen = self.sum(echo, alias_mps, stride, &of.doppler_weights) / total
             * Complex64::cis(-TAU * (intervals * middle).fract());
         if of.mean.is_none() {
             return seen;
         }
-        let mean = self.sum(echo, 0.0, 1, std::iter::repeat_n(1.0, chirps)) / chirps as f64;
+        let mean = self.sum(echo, 0.0, 1, &vec![1.0 / chirps as f64; chirps]);
         seen - mean * of.doppler.at(of.rate_cells(-self.range_rate_mps))
     }
 
     /// The sum of weights times the range response to an echo, mixed down by a range rate, over every `stride`-th chirp.
-    fn sum(
-        &self,
-        echo: &EchoPath,
-        rate_mps: f64,
-        stride: usize,
-        weights: impl Iterator<Item = f64>,
-    ) -> Complex64 {
+    fn sum(&self, echo: &EchoPath, rate_mps: f64, stride: usize, weights: &[f64]) -> Complex64 {
         let of = self.of;
         let [_, v, a, j] = echo.range;
-        let middle = 0.5 * (of.doppler_weights.len() as f64 - 1.0);
-        let first = ((stride / 2) as f64 - middle) * of.loop_s;
+        let middle = 0.5 * (weights.len() as f64 - 1.0);
+        let start = stride / 2;
+        let count = (weights.len() - start).div_ceil(stride);
+        let first = (start as f64 - middle) * of.loop_s;
         let step = stride as f64 * of.loop_s;
         // The phase is a cubic in time: its differences from chirp to chirp turn by differences of their own, and the third is constant.
         let k = 2.0 * of.wavenumber;
@@ -602,15 +605,28 @@ impl PointResponse<'_> {
         );
         let mut turn_of_turn = Complex64::cis(2.0 * step * step * (c2 + 3.0 * c3 * (first + step)));
         let last = Complex64::cis(6.0 * c3 * step * step * step);
+        // The range response is taken each time the echo has moved by a small part of a cell, and is linear between.
         let half_turn = of.half_turn_rad(v);
+        let range_at = |i: usize| {
+            let beat_m = of.beat_m(&echo.range, first + i as f64 * step);
+            of.range.at((beat_m - self.beat_m) / of.range_cell_m, half_turn)
+        };
+        let moved_cells = (echo.beat_m[1] - echo.beat_m[0]) / of.range_cell_m;
+        let spans = ((moved_cells / KNOT_CELLS) as usize + 1).min(count);
         let mut sum = Complex64::ZERO;
-        for (i, weight) in weights.enumerate() {
-            let u = first + i as f64 * step;
-            let cells = (of.beat_m(&echo.range, u) - self.beat_m) / of.range_cell_m;
-            sum += of.range.at(cells, half_turn) * tone * weight;
-            tone *= turn;
-            turn *= turn_of_turn;
-            turn_of_turn *= last;
+        let mut range = range_at(0);
+        for span in 0..spans {
+            let [from, to] = [span, span + 1].map(|s| s * count / spans);
+            let next = range_at(to);
+            let slope = (next - range) / (to - from) as f64;
+            for weight in weights[start + from * stride..].iter().step_by(stride).take(to - from) {
+                sum += range * tone * *weight;
+                range += slope;
+                tone *= turn;
+                turn *= turn_of_turn;
+                turn_of_turn *= last;
+            }
+            range = next;
         }
         sum
     }
