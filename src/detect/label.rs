@@ -95,8 +95,8 @@ pub struct Label {
     /// Whether the point is in a side lobe of that echo: in range, range rate or direction it is not where the echo is.
     pub side_lobe: bool,
     /// Whether the point is out of place by a whole ambiguity: its range rate is in a wrong Doppler ambiguity interval, which
-    /// moves its range by more than half a resolution cell, its range is beyond the period of pulses or codes, or its direction
-    /// is a grating lobe of the array (eq. 160a).
+    /// moves its range by more than half a resolution cell and off its object, its range is beyond the period of pulses or
+    /// codes, or its direction is a grating lobe of the array (eq. 160a).
     pub folded: bool,
     /// Whether the echo's beat frequency is outside of the sampled band, into which it is aliased (eq. 160a).
     pub aliased: bool,
@@ -266,7 +266,9 @@ impl<'a> Labeller<'a> {
         if echo.bounces > 1 && object != 0 && self.bodies.is_off(object, &place) {
             return Flags { ghost: true, ..none };
         }
-        let folded = offset.beyond_period || offset.grating_lobe || excess_m.abs() > half_cell_m;
+        let is_moved =
+            excess_m.abs() > half_cell_m && self.bodies.is_off(object, &Place::of(point, 0.0, half_cell_m));
+        let folded = offset.beyond_period || offset.grating_lobe || is_moved;
         Flags { folded, ..none }
     }
 }

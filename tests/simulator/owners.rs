@@ -173,6 +173,16 @@ fn a_wrong_ambiguity_is_folded_and_no_ghost() {
     assert!((p.range_rate_mps + 35.0).abs() > 5.0, "the radar resolved it: {}", p.range_rate_mps);
     assert_eq!((p.object_id, p.flag(), p.bounces), (1, "folded", 1));
     assert!(off.abs() > 0.2, "{off}");
+
+    // As fast the other way a car's rear appears by as much inside the car, which is where it is.
+    let text = vehicle("passenger-car", [30.0 - 44.0, 1.0], [30.0 + 44.0, 1.0]);
+    let s = framed(&text, &radar, true);
+    let scene = s.build(&Library).unwrap();
+    let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
+    let p = frame.points.iter().max_by(|a, b| a.power_dbm.total_cmp(&b.power_dbm)).unwrap();
+    println!("{:.2} m/s at {:.2} m, {:?}", p.range_rate_mps, p.range_m, p.ambiguity);
+    assert!((p.range_rate_mps - 35.0).abs() > 5.0, "the radar resolved it: {}", p.range_rate_mps);
+    assert_eq!((p.class.as_str(), p.flag(), p.bounces), ("car", "", 1));
 }
 
 #[test]

@@ -13,6 +13,7 @@ use catseye::scene::front_end::{
 };
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml;
+use catseye::scene::waveform::Multiplex;
 use num_complex::Complex64;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
@@ -246,6 +247,10 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
                 "leakage: the line at {:.2} bins ({delay_s:.2e} s, common share {:.2}) is an echo",
                 leak.bin, leak.common_share
             ));
+        } else if radar.multiplex != Multiplex::Tdm {
+            remarks.push(format!(
+                "leakage (no key where transmitters send at once): isolation {isolation_db:.1} dB, delay {delay_s:.2e} s"
+            ));
         } else if (0.0..=200.0).contains(&isolation_db) {
             settings.leakage = Some(Leakage { isolation_db, delay_s });
         } else {
@@ -355,8 +360,7 @@ impl Fitted {
     pub fn simulated(&self, path: &Path, fit: &Fit, seed: u64) -> Result<Cube<f64>> {
         let radar = &self.radar;
         // Read back as a user's file is, so that no value leaves the range of its key.
-        let text = assumed_radar_toml(fit.shape) + &self.toml(&[])?;
-        radar_toml::parse(path, &text)?;
+        radar_toml::parse(path, &radar_toml::to_toml(radar)?)?;
         let chain = Chain::new(radar, &radar.front_end);
         let margin = chain.margin();
         let mut cube = Cube::<f64>::zeros(fit.shape[0], fit.shape[1], fit.shape[2] + 2 * margin);

@@ -10,6 +10,7 @@ use catseye::scene::front_end::{
 };
 use catseye::scene::radar::Radar;
 use catseye::scene::radar_toml;
+use catseye::scene::waveform::Multiplex;
 use catseye_io::cube::{CubeOptions, open_cube};
 use catseye_io::cube_layout::Axis;
 use catseye_io::sensor_fit::compare::{
@@ -190,6 +191,76 @@ fn an_ideal_radar_has_no_front_end() {
         let out = fitted(Path::new("a.npy"), &found, &radar, Levels::Absolute, None).unwrap();
         assert_eq!(out.radar.front_end, FrontEndSettings::default(), "cube {i}: {:#?}", out.remarks);
         assert!(effects(&found, &out).iter().all(|e| !e.is_significant));
+    }
+}
+
+/// Transmitters that send at once: the cube of DDM has the receivers' channels alone, that of BPM one channel for each code and receiver. What
+/// is found is a front end that the same radar's file takes.
+#[test]
+fn channels_come_back_where_transmitters_send_at_once() {
+    let text = assumed_radar_toml([66, 4, 128])
+        .replace("[[tx]]", "[[tx]]\nposition_half_wavelengths = [0, -4, 0]\n[[tx]]");
+    let gain_db = [0.9, -1.2, 0.4, -0.3];
+    let phase_deg = [14.0f64, -21.0, 3.0, 8.0];
+    for multiplex in ["ddm", "bpm"] {
+        let text = text.replace("\"tdm\"", &format!("\"{multiplex}\""));
+        let ideal = radar_toml::parse(Path::new("r.toml"), &text).unwrap();
+        for is_ideal in [true, false] {
+            let mut radar = ideal.clone();
+            if !is_ideal {
+                // The same for each transmitter.
+                radar.front_end.channels = Some(ChannelErrors {
+                    gain_db: [gain_db, gain_db].concat(),
+                    phase_rad: [phase_deg, phase_deg].concat().iter().map(|p: &f64| p.to_radians()).collect(),
+                    ..Default::default()
+                });
+            }
+            let errors = Chain::new(&radar, &radar.front_end);
+            let (k, n) = (radar.channels(), radar.samples);
+            let mut made = Cube::<f64>::zeros(radar.chirps, k, n);
+            for (row, data) in made.data.chunks_mut(n).enumerate() {
+                let (chirp, channel) = (row / k, row % k);
+                let (slot, rx) = (channel / radar.rx.len(), channel % radar.rx.len());
+                for tx in 0..radar.tx.len() {
+                    let sent = match radar.multiplex {
+                        Multiplex::Ddm { bands } => Complex64::cis(TAU * (chirp * tx) as f64 / bands as f64),
+                        _ => Complex64::from(radar.multiplex.weight(slot, tx)),
+                    };
+                    let gain = errors.echo_gain(tx * radar.rx.len() + rx, 0.0) * w_from_dbm(-70.0).sqrt();
+                    for (i, z) in data.iter_mut().enumerate() {
+                        *z += gain * sent * Complex64::cis(TAU * 40.3 * i as f64 / n as f64);
+                    }
+                }
+            }
+            let noise = Noise::thermal(&ideal, 5, 0);
+            let chain = Chain::new(&ideal, &ideal.front_end);
+            let inputs = Inputs { noise: noise.as_ref(), seed: 5, ..Default::default() };
+            let made = apply(made, 0, &chain, inputs).unwrap();
+            let options = FitOptions { is_boresight: true, knows_antennas: true };
+            let found = fit(Path::new("a.npy"), &made, &ideal, options).unwrap();
+            let out = fitted(Path::new("a.npy"), &found, &ideal, Levels::Absolute, None).unwrap();
+            let cube = out.simulated(Path::new("a.npy"), &found, 1).unwrap();
+            assert_eq!((cube.chirps, cube.channels, cube.samples), (made.chirps, k, n));
+            if is_ideal {
+                assert_eq!(
+                    out.radar.front_end,
+                    FrontEndSettings::default(),
+                    "{multiplex}: {:#?}",
+                    out.remarks
+                );
+                continue;
+            }
+            let channels = out.radar.front_end.channels.as_ref().unwrap();
+            assert_eq!(channels.gain_db.len(), 8);
+            for c in 1..8 {
+                let [g, p] = [
+                    channels.gain_db[c] - channels.gain_db[0],
+                    (channels.phase_rad[c] - channels.phase_rad[0]).to_degrees(),
+                ];
+                near("gain", g, gain_db[c % 4] - gain_db[0], 0.05);
+                near("phase", p, phase_deg[c % 4] - phase_deg[0], 0.5);
+            }
+        }
     }
 }
 
