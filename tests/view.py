@@ -123,6 +123,10 @@ class Opened:
         check(f"{what}: nothing is complained of", not told, told[:3])
 
 
+# Columns of points.csv that are words.
+WORDS = ("class", "ambiguity", "angle_ambiguity")
+
+
 def like(name, picture):
     file = PICTURES / f"{name}.png"
     if write:
@@ -155,7 +159,7 @@ def a_run(browser, room):
                 "[...document.querySelectorAll('.columns dt')].map((t) => [t.textContent, t.nextSibling.textContent])"))
             for name, cell in row.items():
                 told = shown[name].split(" ")[0]
-                same = told == "–" if cell == "" else shown[name] == cell if name in ("class", "ambiguity") else float(told) == float(cell)
+                same = told == "–" if cell == "" else shown[name] == cell if name in WORDS else float(told) == float(cell)
                 if not same:
                     wrong.append((i, name, cell, shown[name]))
         check(f"frame {index}: numbers are those of points.csv", not wrong, wrong[:3])
