@@ -793,14 +793,14 @@ fn joined(
     let mut out: Vec<Point> = pairs
         .iter()
         .map(|pair| {
-            let further = pair.further.iter().zip(&seen[2..]).filter_map(|(k, s)| k.map(|k| &s.list[k].0));
-            let first = &seen[0].list[pair.first].0;
-            let all: Vec<&Point> = [first, &seen[1].list[pair.second].0].into_iter().chain(further).collect();
+            let shown = pair.peaks.iter().zip(&seen).filter_map(|(k, s)| k.map(|k| (s, &s.list[k].0)));
+            let (slopes, all): (Vec<&OfSlope>, Vec<&Point>) = shown.unzip();
+            let first = all[0];
             let mean = |of: fn(&Point) -> f64| all.iter().map(|p| of(p)).sum::<f64>() / all.len() as f64;
             let mut p = first.clone();
             // The angles count from the sensor's origin already.
             let u = direction_from_angles(first.azimuth_rad, first.elevation_rad);
-            p.range_m = pair.range_m + u.dot(seen[0].accuracy.centre_m);
+            p.range_m = pair.range_m + u.dot(slopes[0].accuracy.centre_m);
             p.range_rate_mps = pair.range_rate_mps;
             p.azimuth_rad = mean(|p| p.azimuth_rad);
             p.elevation_rad = mean(|p| p.elevation_rad);

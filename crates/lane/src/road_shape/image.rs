@@ -261,7 +261,9 @@ impl Imager {
             azimuth_std_rad: 1f64.to_radians(),
         };
         for p in pair_slopes(&rest, &limits)? {
-            let (i, j) = (left[0][p.first], left[1][p.second]);
+            // Of two slopes, each pair has a peak of either.
+            let [Some(first), Some(second)] = p.peaks[..] else { continue };
+            let (i, j) = (left[0][first], left[1][second]);
             let v = (p.range_m, p.range_rate_mps, p.range_std_m, p.range_rate_std_mps);
             pairs.push((i, j, v.0, v.1, v.2, v.3, p.state));
         }
