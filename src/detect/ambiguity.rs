@@ -150,12 +150,12 @@ const SURE_OF_ANOTHER: f64 = 0.999_99;
 /// Probability up to which a fold is out of the question.
 const RULED_OUT: f64 = 1e-3;
 
-/// The test of folds of a radar whose transmitters take turns, T_c apart, in loops of T_loop (N_tx T_c with one ramp, more where
-/// other ramps follow). Between turns a body that is q ambiguities λ/(2T_loop) faster has turned by q T_c/T_loop more, so that
+/// The test of folds of a radar whose transmitters send in slots T_c apart, in turn (TDM) or all in each with signs of a code (BPM), in
+/// loops of T_loop (as many T_c as there are slots with one ramp, more where other ramps follow). Between slots a body that is q ambiguities λ/(2T_loop) faster has turned by q T_c/T_loop more, so that
 /// only the right fold, taken out by eq. 19, leaves a plane wave on the array. Rates λ/(2T_c) apart look alike: the folds within
 /// ±λ/(4T_c) are tried.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TdmFolds {
+pub struct SlotFolds {
     transmitters: usize,
     wavenumber: f64,
     chirp_period_s: f64,
@@ -164,6 +164,16 @@ pub struct TdmFolds {
     directions: Vec<(f64, f64)>,
     /// e^{+jk u·p} by direction, `[direction, channel]`.
     steering: Vec<Complex64>,
+    code: Option<Code>,
+}
+
+/// Signs with which transmitters send at once.
+#[derive(Debug, Clone, PartialEq)]
+struct Code {
+    receivers: usize,
+    slots: usize,
+    /// `[slot, transmitter]`, columns orthogonal.
+    signs: Vec<f64>,
 }
 
 /// Result of the test of one cell.
@@ -182,9 +192,11 @@ pub struct FoldTest {
     pub modulo_mps: f64,
     /// Numbers of ambiguities that were tried, with the posterior probability of each, likeliest first.
     pub folds: Vec<(i32, f64)>,
+    /// Azimuth and elevation that each of `folds` gives the body, rad.
+    pub directions: Vec<(f64, f64)>,
 }
 
-impl TdmFolds {
+impl SlotFolds {
     /// `channels`: position p_tx + p_rx and transmitter's turn of each; `chirp_period_s`: from one turn to the next;
     /// `loop_period_s`: from a transmitter's turn to its next one with the same ramp; `directions`: (azimuth,
     /// elevation) that bodies may stand in, two or more to a beamwidth.
@@ -198,7 +210,7 @@ impl TdmFolds {
         wavenumber: f64,
         [chirp_period_s, loop_period_s]: [f64; 2],
         directions: &[(f64, f64)],
-    ) -> Result<TdmFolds> {
+    ) -> Result<SlotFolds> {
         let problem = if channels.is_empty() {
             Some("no channels")
         } else if directions.is_empty() {
@@ -223,7 +235,7 @@ impl TdmFolds {
                 channels.iter().map(move |(p, _)| Complex64::cis(wavenumber * u.dot(*p)))
             })
             .collect();
-        Ok(TdmFolds {
+        Ok(SlotFolds {
             transmitters,
             wavenumber,
             chirp_period_s,
@@ -231,7 +243,17 @@ impl TdmFolds {
             channels: channels.to_vec(),
             directions: directions.to_vec(),
             steering,
+            code: None,
         })
+    }
+
+    /// The same for transmitters that send at once, with `signs` `[slot, transmitter]` whose columns are orthogonal. Channels are
+    /// `[transmitter, receiver]`, and snapshots `[slot, receiver]`.
+    #[must_use]
+    pub fn coded(self, signs: Vec<f64>) -> SlotFolds {
+        let receivers = self.channels.len() / self.transmitters.max(1);
+        let slots = signs.len() / self.transmitters.max(1);
+        SlotFolds { code: Some(Code { receivers, slots, signs }), ..self }
     }
 
     /// Width of the unambiguous interval λ/(2T_loop), m/s.
@@ -248,11 +270,41 @@ impl TdmFolds {
         within(-half).ceil() as i32..=within(half).floor() as i32
     }
 
-    /// The phase that is taken out of a channel for fold q on top of the measured rate.
-    fn turn(&self, channel: usize, range_rate_mps: f64, fold: i32) -> Complex64 {
+    /// The phase that is taken out of a slot for fold q on top of the measured rate.
+    fn turn(&self, slot: usize, range_rate_mps: f64, fold: i32) -> Complex64 {
         let rate = 2.0 * self.wavenumber * self.chirp_period_s * range_rate_mps;
         let turns = f64::from(fold) * self.chirp_period_s / self.loop_period_s;
-        Complex64::cis(-(rate + TAU * turns) * self.channels[channel].1 as f64)
+        Complex64::cis(-(rate + TAU * turns) * slot as f64)
+    }
+
+    /// The channels of a snapshot with the turns of a rate and fold q taken out.
+    fn channels_of(&self, snapshot: &[Complex64], range_rate_mps: f64, fold: i32) -> Vec<Complex64> {
+        let Some(code) = &self.code else {
+            let turned = |(x, c): (&Complex64, &(DVec3, usize))| x * self.turn(c.1, range_rate_mps, fold);
+            return snapshot.iter().zip(&self.channels).map(turned).collect();
+        };
+        let mut out = vec![Complex64::ZERO; self.channels.len()];
+        for (slot, (seen, signs)) in
+            snapshot.chunks_exact(code.receivers).zip(code.signs.chunks(self.transmitters)).enumerate()
+        {
+            let back = self.turn(slot, range_rate_mps, fold) / code.slots as f64;
+            for (own, sign) in out.chunks_mut(code.receivers).zip(signs) {
+                own.iter_mut().zip(seen).for_each(|(c, x)| *c += x * back * *sign);
+            }
+        }
+        out
+    }
+
+    /// The snapshot of these channels at rest.
+    fn snapshot_of(&self, channels: Vec<Complex64>) -> Vec<Complex64> {
+        let Some(code) = &self.code else { return channels };
+        let slot = |signs: &[f64]| -> Vec<Complex64> {
+            let sum = |r: usize| {
+                signs.iter().enumerate().map(|(tx, sign)| channels[tx * code.receivers + r] * *sign).sum()
+            };
+            (0..code.receivers).map(sum).collect()
+        };
+        code.signs.chunks(self.transmitters).flat_map(slot).collect()
     }
 
     /// Largest |y|² of a snapshot over directions, all channels with the same weight, and where it is: the best of the
@@ -311,10 +363,9 @@ impl TdmFolds {
         let channels = self.channels.len();
         let mut worst: f64 = 0.0;
         for wave in self.steering.chunks_exact(channels) {
-            let right: Vec<Complex64> = wave.iter().map(|s| s.conj()).collect();
+            let right = self.snapshot_of(wave.iter().map(|s| s.conj()).collect());
             for fold in self.folds(0.0).filter(|q| *q != 0) {
-                let x: Vec<Complex64> =
-                    right.iter().enumerate().map(|(c, x)| x * self.turn(c, 0.0, fold)).collect();
+                let x = self.channels_of(&right, 0.0, fold);
                 worst = worst.max(self.sharpest(&x).0);
             }
         }
@@ -342,23 +393,22 @@ impl TdmFolds {
         let channels = self.channels.len() as f64;
         let mut beams: Vec<(i32, Beam)> = self
             .folds(range_rate_mps)
-            .map(|q| {
-                let x: Vec<Complex64> =
-                    snapshot.iter().enumerate().map(|(c, x)| x * self.turn(c, range_rate_mps, q)).collect();
-                (q, self.sharpest(&x))
-            })
+            .map(|q| (q, self.sharpest(&self.channels_of(snapshot, range_rate_mps, q))))
             .collect();
         beams.sort_by(|a, b| b.1.0.total_cmp(&a.1.0).then(a.0.abs().cmp(&b.0.abs())));
-        let total = snapshot.iter().map(|x| x.norm_sqr()).sum::<f64>() / channels;
+        // Slots that send at once hold every channel: the mean over them counts.
+        let slots = self.code.as_ref().map_or(1, |c| c.slots) as f64;
+        let total = snapshot.iter().map(|x| x.norm_sqr()).sum::<f64>() / slots / channels;
         let noise = noise_w + model_error * total;
         let (best, (power, _)) = beams[0];
         let likelihood: Vec<f64> =
             beams.iter().map(|(_, (p, _))| (channels * (p - power) / noise).exp()).collect();
         let sum: f64 = likelihood.iter().sum();
         let folds: Vec<(i32, f64)> = beams.iter().zip(&likelihood).map(|((q, _), l)| (*q, l / sum)).collect();
-        // What a plane wave leaves over is noise: 2K(total − |y|²)/noise, chi-square with 2K − 2 degrees.
+        // What a plane wave leaves over is noise: 2K(total − |y|²)/noise, chi-square with 2K − 2 degrees; codes that no transmitter uses
+        // add theirs.
         let left = 2.0 * channels * (total - power) / noise;
-        let plane = ChiSquared::new((2.0 * channels - 2.0).max(1.0))
+        let plane = ChiSquared::new((2.0 * snapshot.len() as f64 - 2.0).max(1.0))
             .is_ok_and(|chi| left <= chi.inverse_cdf(AGREEMENT));
         let is_plane = self.transmitters > 1 && plane;
         let is_found = is_plane && folds[0].1 >= if best == 0 { SURE } else { SURE_OF_ANOTHER };
@@ -391,7 +441,8 @@ impl TdmFolds {
             (None, Ambiguity::Unresolved) => (range_rate_mps, state),
             (None, _) => (rate_of(best), state),
         };
-        FoldTest { range_rate_mps: rate, state, is_found, modulo_mps, folds }
+        let directions = beams.iter().map(|(_, (_, at))| *at).collect();
+        FoldTest { range_rate_mps: rate, state, is_found, modulo_mps, folds, directions }
     }
 }
 
@@ -448,7 +499,7 @@ mod tests {
     fn folds_are_found_and_doubts_are_marked() {
         let period = 50e-6;
         let array = array(3, 4, 4.0);
-        let folds = TdmFolds::new(&array, 3, K, [period, 3.0 * period], &directions()).unwrap();
+        let folds = SlotFolds::new(&array, 3, K, [period, 3.0 * period], &directions()).unwrap();
         let ambiguity = folds.ambiguity_mps();
         assert!((ambiguity - 13.0).abs() < 1e-9);
         assert!(folds.separation_db() > 0.5, "{}", folds.separation_db());
@@ -471,11 +522,90 @@ mod tests {
         assert!(right >= 280 && wrong <= 1);
     }
 
+    /// Transmitters that send at once with the signs of Sylvester's matrix: the slots' turns mix them, which only the right fold undoes.
+    #[test]
+    fn folds_of_codes_are_found() {
+        let period = 50e-6;
+        // Two codes exchange their transmitters in the other fold, which looks alike near the boresight.
+        for (transmitters, slots, least) in [(2, 2, 160), (3, 4, 180), (4, 4, 180)] {
+            let array = array(transmitters, 4, 4.0);
+            let sign = |slot: usize, tx: usize| 1.0 - 2.0 * f64::from((slot & tx).count_ones() % 2);
+            let signs: Vec<f64> =
+                (0..slots).flat_map(|s| (0..transmitters).map(move |tx| sign(s, tx))).collect();
+            let folds =
+                SlotFolds::new(&array, transmitters, K, [period, slots as f64 * period], &directions())
+                    .unwrap()
+                    .coded(signs.clone());
+            let ambiguity = folds.ambiguity_mps();
+            let (mut right, mut wrong, mut given) = (0, 0, 0);
+            for trial in 0..200 {
+                let mut d = Draws::new(trial, 54);
+                let measured = ambiguity * (d.uniform() - 0.5);
+                let fold = (slots as f64 * d.uniform()) as i32 - slots as i32 / 2;
+                let rate = measured + f64::from(fold) * ambiguity;
+                let azimuth = 0.9 * (d.uniform() - 0.5);
+                let u = direction_from_angles(azimuth, 0.0);
+                // 17 dB in a slot of one transmitter.
+                let mut x = Vec::new();
+                for slot in 0..slots {
+                    let turn = Complex64::cis(2.0 * K * period * rate * slot as f64);
+                    for r in 0..4 {
+                        let sent = |tx: usize| {
+                            Complex64::cis(-K * u.dot(array[tx * 4 + r].0)) * signs[slot * transmitters + tx]
+                        };
+                        let noise = Complex64::new(d.normal(), d.normal()) / 2f64.sqrt();
+                        x.push((0..transmitters).map(sent).sum::<Complex64>() * turn * 7.0 + noise);
+                    }
+                }
+                let t = folds.test(&x, measured, 1.0 / slots as f64, 0.0, None);
+                let is_same = |q: i32| {
+                    let periods = (f64::from(q - fold)) / slots as f64;
+                    (periods - periods.round()).abs() < 1e-9
+                };
+                if t.is_found {
+                    if is_same(t.folds[0].0) {
+                        right += 1
+                    } else {
+                        wrong += 1
+                    }
+                    let (at, _) = t.directions[0];
+                    given += usize::from((at - azimuth).abs() < 0.02);
+                }
+            }
+            println!("{transmitters} in {slots} slots: {right} right, {wrong} wrong of 200");
+            assert!(right >= least && wrong <= 1 && given >= right, "{right} {wrong} {given}");
+        }
+    }
+
+    /// One receiver: the fold and the direction are confused. The right direction is that of the measured fold or among the others.
+    #[test]
+    fn directions_of_other_folds_are_given() {
+        use crate::detect::angle_ambiguity::ByFolds;
+        let period = 50e-6;
+        let row = array(4, 1, 1.0);
+        let folds = SlotFolds::new(&row, 4, K, [period, 4.0 * period], &directions()).unwrap();
+        for trial in 0..100 {
+            let mut d = Draws::new(trial, 55);
+            let measured = folds.ambiguity_mps() * (d.uniform() - 0.5);
+            let fold = (4.0 * d.uniform()) as i32 - 2;
+            let azimuth = 0.9 * (d.uniform() - 0.5);
+            let rate = measured + f64::from(fold) * folds.ambiguity_mps();
+            let t =
+                folds.test(&snapshot(&mut d, &row, (azimuth, rate), 10.0, period), measured, 1.0, 0.0, None);
+            assert!(!t.is_found);
+            let by_folds = ByFolds::of(&t);
+            let own = t.folds.iter().zip(&t.directions).find(|((q, _), _)| *q == 0).unwrap().1;
+            let all = by_folds.directions.iter().flatten().map(|(at, _)| at[0]).chain([own.0]);
+            let nearest = all.map(|a| (a.sin() - azimuth.sin()).abs()).fold(f64::INFINITY, f64::min);
+            assert!(nearest < 0.05, "{azimuth}: {t:?}");
+        }
+    }
+
     /// Where the noise leaves doubt, what is called resolved still is, as often as stated.
     #[test]
     fn weak_bodies_are_seldom_resolved_wrong() {
         let (period, array) = (50e-6, array(2, 4, 4.0));
-        let folds = TdmFolds::new(&array, 2, K, [period, 2.0 * period], &directions()).unwrap();
+        let folds = SlotFolds::new(&array, 2, K, [period, 2.0 * period], &directions()).unwrap();
         let (mut right, mut wrong) = (0, 0);
         for trial in 0..1500 {
             let mut d = Draws::new(trial, 54);
@@ -504,7 +634,7 @@ mod tests {
     fn strong_bodies_fit_between_the_directions() {
         let (period, array) = (50e-6, array(3, 4, 4.0));
         let few: Vec<(f64, f64)> = (-10..=10).map(|i| ((0.08 * f64::from(i)).asin(), 0.0)).collect();
-        let folds = TdmFolds::new(&array, 3, K, [period, 3.0 * period], &few).unwrap();
+        let folds = SlotFolds::new(&array, 3, K, [period, 3.0 * period], &few).unwrap();
         let mut passed = 0;
         for trial in 0..100 {
             let mut d = Draws::new(trial, 55);
@@ -524,17 +654,17 @@ mod tests {
         let mut d = Draws::new(0, 53);
         // One receiver: a fold looks like another direction.
         let lone = array(3, 1, 1.0);
-        let folds = TdmFolds::new(&lone, 3, K, [period, 3.0 * period], &directions()).unwrap();
+        let folds = SlotFolds::new(&lone, 3, K, [period, 3.0 * period], &directions()).unwrap();
         assert!(folds.separation_db() < 0.1, "{}", folds.separation_db());
         let x = snapshot(&mut d, &lone, (0.1, 2.0), 30.0, period);
         assert_eq!(folds.test(&x, 2.0, 1.0, 0.0, None).state, Ambiguity::Ambiguous);
         // Transmitters that double one another's elements need no directions.
         let doubled = array(3, 4, 0.0);
-        let folds = TdmFolds::new(&doubled, 3, K, [period, 3.0 * period], &directions()).unwrap();
+        let folds = SlotFolds::new(&doubled, 3, K, [period, 3.0 * period], &directions()).unwrap();
         assert!(folds.separation_db() > 20.0, "{}", folds.separation_db());
         // Two bodies in a cell: no fold leaves a plane wave.
         let row = array(3, 4, 4.0);
-        let folds = TdmFolds::new(&row, 3, K, [period, 3.0 * period], &directions()).unwrap();
+        let folds = SlotFolds::new(&row, 3, K, [period, 3.0 * period], &directions()).unwrap();
         let mut x = snapshot(&mut d, &row, (0.3, 2.0), 30.0, period);
         let other = snapshot(&mut d, &row, (-0.4, 2.0), 25.0, period);
         x.iter_mut().zip(&other).for_each(|(x, o)| *x += o);
@@ -542,11 +672,11 @@ mod tests {
         assert_eq!((t.state, t.range_rate_mps), (Ambiguity::Unresolved, 2.0));
         // One transmitter.
         let plain = array(1, 8, 0.0);
-        let folds = TdmFolds::new(&plain, 1, K, [period; 2], &directions()).unwrap();
+        let folds = SlotFolds::new(&plain, 1, K, [period; 2], &directions()).unwrap();
         let x = snapshot(&mut d, &plain, (0.3, 2.0), 30.0, period);
         assert_eq!(folds.test(&x, 2.0, 1.0, 0.0, None).state, Ambiguity::Unresolved);
         // An array that is known to a thousandth in power only.
-        let folds = TdmFolds::new(&row, 3, K, [period, 3.0 * period], &directions()).unwrap();
+        let folds = SlotFolds::new(&row, 3, K, [period, 3.0 * period], &directions()).unwrap();
         let x: Vec<Complex64> = snapshot(&mut d, &row, (0.3, 2.0), 1e3, period)
             .iter()
             .map(|x| x * Complex64::cis(0.02 * d.normal()))
@@ -555,9 +685,9 @@ mod tests {
         let t = folds.test(&x, 2.0, 1.0, 1e-3, None);
         // Rates 39 m/s apart look alike.
         assert_eq!((t.state, t.is_found, t.folds[0].0), (Ambiguity::Ambiguous, true, 0));
-        assert!(TdmFolds::new(&[], 1, K, [period; 2], &directions()).is_err());
-        assert!(TdmFolds::new(&row, 2, K, [period, 2.0 * period], &directions()).is_err());
-        assert!(TdmFolds::new(&row, 3, K, [period, 3.0 * period], &[]).is_err());
-        assert!(TdmFolds::new(&row, 3, K, [period, 2.9 * period], &directions()).is_err());
+        assert!(SlotFolds::new(&[], 1, K, [period; 2], &directions()).is_err());
+        assert!(SlotFolds::new(&row, 2, K, [period, 2.0 * period], &directions()).is_err());
+        assert!(SlotFolds::new(&row, 3, K, [period, 3.0 * period], &[]).is_err());
+        assert!(SlotFolds::new(&row, 3, K, [period, 2.9 * period], &directions()).is_err());
     }
 }

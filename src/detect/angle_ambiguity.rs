@@ -1,7 +1,7 @@
 //! Which of the directions that an array confuses a point may have (CONVENTIONS eq. 117a): each grating lobe within the
 //! directions that are searched is another candidate, unless the pattern and the SNR rule it out.
 
-use super::ambiguity::Ambiguity;
+use super::ambiguity::{Ambiguity, FoldTest};
 use crate::base::frames::{angles_from_direction, direction_from_angles};
 use crate::scene::grating_lobes::GratingLobe;
 use glam::DVec3;
@@ -38,7 +38,74 @@ pub struct Resolved {
     pub variance: [f64; 2],
 }
 
+/// Directions that a cell has by other folds of its range rate: at most four, the likeliest first. The transmitters' slots turn with
+/// the range rate, so that a wrong fold looks like another direction.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ByFolds {
+    /// Azimuth and elevation, rad, and likelihood over that of the fold that was taken.
+    pub directions: [Option<([f64; 2], f64)>; 4],
+}
+
+impl ByFolds {
+    /// Those of a test that left the range rate as it was measured.
+    pub fn of(test: &FoldTest) -> ByFolds {
+        let list = || test.folds.iter().zip(&test.directions);
+        let own = list().find(|((fold, _), _)| *fold == 0).map_or(1.0, |((_, p), _)| *p);
+        let mut directions = [None; 4];
+        let others = list().filter(|((fold, p), _)| *fold != 0 && *p >= own / SURE);
+        for (slot, ((_, p), (azimuth, elevation))) in directions.iter_mut().zip(others) {
+            *slot = Some(([*azimuth, *elevation], (p / own.max(f64::MIN_POSITIVE)).min(SURE)));
+        }
+        ByFolds { directions }
+    }
+}
+
+/// Directions as near to the one found as this are no others, in standard deviations and rad.
+const NEAR_STD: f64 = 3.0;
+const NEAR_RAD: f64 = 0.01;
+
+impl Resolved {
+    /// The same with the directions of other folds, of a point whose angles have these deviations where they are measured.
+    pub fn with_folds(
+        mut self,
+        by_folds: &ByFolds,
+        lobes: &AngleLobes,
+        std_rad: [Option<f64>; 2],
+    ) -> Resolved {
+        let mut others = Vec::new();
+        for (mut at, likelihood) in by_folds.directions.iter().flatten().copied() {
+            for k in 0..2 {
+                at[k] =
+                    if std_rad[k].is_some() && lobes.fov_rad[k] > 0.0 { at[k] } else { self.angles_rad[k] };
+            }
+            let is_off = |k: usize| {
+                let near = (NEAR_STD * std_rad[k].unwrap_or(0.0)).max(NEAR_RAD);
+                (at[k] - self.angles_rad[k]).abs() > near
+            };
+            if lobes.has_in_view(&at) && (is_off(0) || is_off(1)) {
+                others.push((at, likelihood));
+            }
+        }
+        if others.is_empty() {
+            return self;
+        }
+        self.state = Ambiguity::Ambiguous;
+        let total = 1.0 + others.iter().map(|(_, l)| l).sum::<f64>();
+        for k in 0..2 {
+            let spread: f64 = others.iter().map(|(at, l)| l * (at[k] - self.angles_rad[k]).powi(2)).sum();
+            self.variance[k] += spread / total;
+        }
+        self.others_rad.extend(others.into_iter().map(|(at, _)| at));
+        self
+    }
+}
+
 impl AngleLobes {
+    /// Whether a direction is among those that are searched.
+    fn has_in_view(&self, angles_rad: &[f64; 2]) -> bool {
+        angles_rad.iter().zip(self.fov_rad).all(|(a, fov)| fov == 0.0 || a.abs() <= fov + 1e-9)
+    }
+
     /// The candidates for a direction with `power_w` after beamforming over the noise `noise_w` of a channel.
     pub fn resolve(&self, angles_rad: [f64; 2], power_w: f64, noise_w: f64) -> Resolved {
         let [azimuth, elevation] = angles_rad;

@@ -232,20 +232,32 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// Of a point whose range is wrong by `excess_m`: half axes of three standard deviations and at least `min_m`.
+    /// Of a point whose range is wrong by `excess_m`: half axes of three standard deviations and at least `min_m`. A direction at the
+    /// edge of the search is a bound, and none.
     pub fn of(point: &Point, excess_m: f64, min_m: f64) -> Place {
-        let half = |std: Option<f64>| {
-            let known = std.filter(|_| !point.at_search_edge);
-            known.map_or(FRAC_PI_2 * point.range_m, |s| 3.0 * s * point.range_m).max(min_m)
+        Place::with(point, excess_m, min_m, !point.at_search_edge)
+    }
+
+    /// Of a point as its columns state it, a direction at the edge of the search taken as measured.
+    pub fn as_stated(point: &Point, min_m: f64) -> Place {
+        Place::with(point, 0.0, min_m, true)
+    }
+
+    fn with(point: &Point, excess_m: f64, min_m: f64, has_direction: bool) -> Place {
+        // Other directions that the array confuses with the point's are elsewhere: the point is where it is.
+        let half = |std: Option<f64>, others: f64| {
+            let own = std.filter(|_| has_direction).map(|s| (s * s - others * others).max(0.0).sqrt());
+            own.map_or(FRAC_PI_2 * point.range_m, |s| 3.0 * s * point.range_m).max(min_m)
         };
+        let [by_azimuth, by_elevation] = point.others_std_rad;
         Place {
             range_m: point.range_m - excess_m,
             azimuth_rad: point.azimuth_rad,
             elevation_rad: point.std.elevation_rad.map(|_| point.elevation_rad),
             half_axes_m: [
                 (3.0 * point.std.range_m).max(min_m),
-                half(point.std.azimuth_rad),
-                half(point.std.elevation_rad),
+                half(point.std.azimuth_rad, by_azimuth),
+                half(point.std.elevation_rad, by_elevation),
             ],
         }
     }

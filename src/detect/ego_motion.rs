@@ -74,7 +74,33 @@ pub struct KnownSpeed {
     pub direction_rad: f64,
     /// Largest error of it, m/s.
     pub tolerance_mps: f64,
+    /// Largest velocity across that direction, m/s, to either side; infinite for any.
+    pub lateral_mps: f64,
+    /// Largest yaw rate, rad/s, to either side; infinite for any.
+    pub yaw_rate_rad_per_s: f64,
 }
+
+impl KnownSpeed {
+    /// What a car can do whose bus reports this speed, where a radar stands at `arm_m` from its rear axle: its tyres hold 10 m/s² across, its
+    /// smallest turn takes 1.7 rad/s, and its rear wheels slip by up to 0.1 rad and 1 m/s (a drift, or a bank). `tolerance_mps` is the bus's own.
+    pub fn of_car(speed_mps: f64, direction_rad: f64, tolerance_mps: f64, arm_m: DVec2) -> KnownSpeed {
+        let speed = speed_mps.abs();
+        let yaw_rate_rad_per_s = MAX_YAW_RATE_RAD_PER_S.min(MAX_LATERAL_MPS2 / speed.max(1e-3));
+        KnownSpeed {
+            speed_mps,
+            direction_rad,
+            tolerance_mps: tolerance_mps + yaw_rate_rad_per_s * arm_m.y.abs(),
+            lateral_mps: SLIDE_MPS + SLIP_RAD * speed + yaw_rate_rad_per_s * arm_m.x.abs(),
+            yaw_rate_rad_per_s,
+        }
+    }
+}
+
+/// What a car can do: acceleration across, m/s², yaw rate, and how its rear wheels slip, as an angle and beside it.
+const MAX_LATERAL_MPS2: f64 = 10.0;
+const MAX_YAW_RATE_RAD_PER_S: f64 = 1.7;
+const SLIP_RAD: f64 = 0.1;
+const SLIDE_MPS: f64 = 1.0;
 
 /// Largest speed of a vehicle, m/s.
 pub const MAX_SPEED_MPS: f64 = 70.0;
@@ -227,11 +253,15 @@ impl Problem<'_> {
         let speed = if self.is_car { motion[0].abs() } else { motion[0].hypot(motion[1]) };
         speed <= self.settings.max_speed_mps
             && self.settings.speed.is_none_or(|k| {
-                let along = match self.is_car {
-                    true => motion[0],
-                    false => DVec2::from_angle(k.direction_rad).dot(DVec2::new(motion[0], motion[1])),
+                let ahead = DVec2::from_angle(k.direction_rad);
+                let velocity = DVec2::new(motion[0], motion[1]);
+                let [along, across, yaw_rate] = match self.is_car {
+                    true => [motion[0], 0.0, motion[1]],
+                    false => [ahead.dot(velocity), ahead.perp_dot(velocity), motion[2]],
                 };
                 (along - k.speed_mps).abs() <= k.tolerance_mps
+                    && across.abs() <= k.lateral_mps
+                    && yaw_rate.abs() <= k.yaw_rate_rad_per_s
             })
     }
 
@@ -328,7 +358,7 @@ pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -
     let (motion, rival) = search(&problem).ok_or_else(|| {
         failed(match settings.speed {
             Some(k) => format!(
-                "no motion within {:.1} m/s of {:.1} m/s explains the points",
+                "no motion that a vehicle can make within {:.1} m/s of {:.1} m/s explains the points",
                 k.tolerance_mps, k.speed_mps
             ),
             None => "the points are in one line of sight, which does not determine the unknowns".into(),
@@ -463,6 +493,13 @@ fn check(points: &[Radial], model: &EgoModel, s: &EgoSettings) -> Result<()> {
         for (key, value) in [("speed.speed_mps", k.speed_mps), ("speed.direction_rad", k.direction_rad)] {
             if !value.is_finite() {
                 return bad(key, &value, "a number");
+            }
+        }
+        for (key, value) in
+            [("speed.lateral_mps", k.lateral_mps), ("speed.yaw_rate_rad_per_s", k.yaw_rate_rad_per_s)]
+        {
+            if !(value >= 0.0) {
+                return bad(key, &value, "0 or more");
             }
         }
         if !(k.tolerance_mps.is_finite() && k.tolerance_mps >= 0.0) {
@@ -607,7 +644,7 @@ mod tests {
             let e = ego_motion(&points, &EgoModel::Sensor, &s).unwrap_err();
             assert!(e.to_string().contains("ambiguous"), "{e}");
             // The vehicle's bus decides, and so do a few range rates that are known.
-            let speed = Some(KnownSpeed { speed_mps: v.x + 0.4, direction_rad: 0.0, tolerance_mps: 2.0 });
+            let speed = Some(KnownSpeed::of_car(v.x + 0.4, 0.0, 2.0, DVec2::ZERO));
             let e = ego_motion(&points, &EgoModel::Sensor, &EgoSettings { speed, ..s }).unwrap();
             assert!((e.value[0] - v.x).abs() < 0.15, "{:?} {v}", e.value);
             for p in points.iter_mut().step_by(4) {
@@ -617,6 +654,29 @@ mod tests {
             let e = ego_motion(&points, &EgoModel::Sensor, &s).unwrap();
             assert!((e.value[0] - v.x).abs() < 0.15, "{:?} {v}", e.value);
         }
+    }
+
+    /// More points agree with a car that slides sideways than with one that drives on: what its bus reports leaves the second.
+    #[test]
+    fn a_car_turns_and_slips_as_a_car_can() {
+        let mount = Mount { position_m: DVec2::ZERO, yaw_rad: 0.0 };
+        let mut d = Draws::new(0, 74);
+        let (ahead, sideways) = (DVec2::new(33.0, 0.0), DVec2::new(33.7, -23.8));
+        let (mut points, _) = scene(&mut d, &[mount], (ahead, 0.0), 40, 0.0);
+        points.extend(scene(&mut d, &[mount], (sideways, 0.0), 55, 0.0).0);
+        let found = |speed| {
+            let s = EgoSettings { speed, max_speed_mps: 60.0, ..QUIET };
+            let e = ego_motion(&points, &EgoModel::Sensor, &s).unwrap();
+            DVec2::new(e.value[0], e.value[1])
+        };
+        assert!((found(None) - sideways).length() < 0.3);
+        for arm_m in [DVec2::ZERO, DVec2::new(3.6, 0.4)] {
+            assert!((found(Some(KnownSpeed::of_car(33.0, 0.0, 2.0, arm_m))) - ahead).length() < 0.3);
+        }
+        // A car of a slow turn, and one that reverses, are possible.
+        let car = |speed: f64| KnownSpeed::of_car(speed, 0.0, 1.0, DVec2::new(3.6, 0.0));
+        assert!(car(5.0).lateral_mps > 3.6 * 1.2 && car(5.0).yaw_rate_rad_per_s > 1.2);
+        assert_eq!(car(-20.0).yaw_rate_rad_per_s, 0.5);
     }
 
     #[test]
@@ -665,10 +725,7 @@ mod tests {
             EgoSettings { min_inliers: 1.5, ..QUIET },
             EgoSettings { draws: 0, ..QUIET },
             EgoSettings { max_speed_mps: 0.0, ..QUIET },
-            EgoSettings {
-                speed: Some(KnownSpeed { speed_mps: 1.0, direction_rad: 0.0, tolerance_mps: -1.0 }),
-                ..QUIET
-            },
+            EgoSettings { speed: Some(KnownSpeed::of_car(1.0, 0.0, -1.0, DVec2::ZERO)), ..QUIET },
         ] {
             assert_eq!(ego_motion(&points, &EgoModel::Sensor, &bad).unwrap_err().exit_code(), 2);
         }

@@ -124,6 +124,8 @@ mod tests {
             angle_ambiguity: None,
             other_angles_rad: vec![],
             at_search_edge: false,
+            others_std_rad: [0.0; 2],
+            cell: None,
         }
     }
 

@@ -266,6 +266,10 @@ impl<'a> Labeller<'a> {
         if echo.bounces > 1 && object != 0 && self.bodies.is_off(object, &place) {
             return Flags { ghost: true, ..none };
         }
+        // The direction is that of the search's edge, and the object beyond it.
+        if point.at_search_edge && self.bodies.is_off(object, &Place::as_stated(point, half_cell_m)) {
+            return Flags { side_lobe: true, ..none };
+        }
         let is_moved =
             excess_m.abs() > half_cell_m && self.bodies.is_off(object, &Place::of(point, 0.0, half_cell_m));
         let folded = offset.beyond_period || offset.grating_lobe || is_moved;

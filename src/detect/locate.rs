@@ -3,8 +3,9 @@
 
 use super::accuracy::{AxisAccuracy, Element, PointAccuracy, beam_floor};
 use super::ambiguity::{
-    Ambiguity, FASTEST_MPS, Folded, ROW_CELLS, Standing, TdmFolds, empty_bands, is_alone,
+    Ambiguity, FASTEST_MPS, Folded, ROW_CELLS, SlotFolds, Standing, empty_bands, is_alone,
 };
+use super::angle_ambiguity::ByFolds;
 use super::angle_ambiguity::{AngleLobes, MODEL_ERROR};
 use super::bursts::{self, Burst, Known};
 use super::points::{Detected, Point, least_range_m, peaks, point, range_rate_mps};
@@ -165,7 +166,7 @@ pub fn detected(
 
 /// What a search for directions needs of a radar: it is the same for all its frames.
 struct Directions {
-    folds: Option<TdmFolds>,
+    folds: Option<SlotFolds>,
     grid: Grid,
     finder: Arc<Finder>,
 }
@@ -330,6 +331,7 @@ impl Search {
             looks: 1,
             at_search_edge: is_at_edge(&self.grid.azimuth_rad, azimuth_rad)
                 || is_at_edge(&self.grid.elevation_rad, elevation_rad),
+            by_folds: self.cells.by_folds[i],
         }
     }
 }
@@ -422,6 +424,8 @@ pub(super) struct Decoded {
     pub noise: Vec<f64>,
     /// Range rate, m/s, what is known of its folds, and what it is known modulo, m/s, of each cell.
     pub rates: Vec<(f64, Ambiguity, f64)>,
+    /// Directions that each cell has by other folds of its range rate that are not ruled out.
+    pub by_folds: Vec<ByFolds>,
 }
 
 /// Tells the transmitters of the cells of `found` apart; `rates` are the range rates of their rows, m/s, and `known` is what
@@ -430,7 +434,7 @@ pub(super) fn decoded(
     radar: &Radar,
     found: &RangeDoppler<f64>,
     rates: &[f64],
-    folds: Option<&TdmFolds>,
+    folds: Option<&SlotFolds>,
     standing: Option<&Standing>,
     known: &[Option<Known>],
 ) -> Decoded {
@@ -443,7 +447,9 @@ pub(super) fn decoded(
     };
     let noise: Vec<f64> = found.noise.iter().map(|w| w * share).collect();
     let fold_mps = 2.0 * radar.max_velocity_mps();
-    let cells: Vec<(Vec<Complex64>, (f64, Ambiguity, f64))> = rates
+    let is_ddm = matches!(radar.multiplex, Multiplex::Ddm { .. });
+    let is_certain = |rate: f64| radar.doppler_rows() > 1 && !is_ddm && is_alone(rate, fold_mps);
+    let cells: Vec<(Vec<Complex64>, (f64, Ambiguity, f64), ByFolds)> = rates
         .par_iter()
         .zip(found.snapshots.data.par_chunks(channels))
         .zip(&noise)
@@ -452,13 +458,19 @@ pub(super) fn decoded(
         .map_tasks(|(i, (((rate, snapshot), noise), cell))| {
             let known = known.get(i).copied().flatten();
             let as_known = |k: Known| (k.range_rate_mps, k.state, k.modulo_mps);
+            let mut by_folds = ByFolds::default();
             let (rate, state, modulo_mps) = match (known, folds) {
                 // What bursts agree on needs no array, which then sees the body where it is.
                 (Some(k), _) if k.state == Ambiguity::Resolved => as_known(k),
+                // An interval so wide that nothing folds needs no test.
+                (None, _) if is_certain(*rate) => (*rate, Ambiguity::Unambiguous, fold_mps),
                 (_, Some(test)) => {
                     let t = test.test(snapshot, *rate, *noise, MODEL_ERROR, standing);
                     // In doubt the rate stays as it was measured.
                     let is_unfolded = t.is_found || t.state.is_settled();
+                    if !is_unfolded {
+                        by_folds = ByFolds::of(&t);
+                    }
                     (if is_unfolded { t.range_rate_mps } else { *rate }, t.state, t.modulo_mps)
                 }
                 (Some(k), None) => as_known(k),
@@ -509,12 +521,13 @@ pub(super) fn decoded(
                 }
                 _ => (d.range_rate_mps, state, modulo_mps),
             };
-            (d.channels, rate)
+            (d.channels, rate, by_folds)
         })
         .collect();
     let data = cells.iter().flat_map(|c| c.0.iter().copied()).collect();
     let snapshots = Snapshots { channels: radar.virtual_channels(), data };
-    Decoded { snapshots, noise, rates: cells.into_iter().map(|c| c.1).collect() }
+    let (rates, by_folds) = cells.into_iter().map(|c| (c.1, c.2)).unzip();
+    Decoded { snapshots, noise, rates, by_folds }
 }
 
 /// Doppler bands of a map: one where transmitters do not have their own.
@@ -547,9 +560,9 @@ fn keep_heads(found: &mut RangeDoppler<f64>, extent: [usize; 2]) {
         Snapshots { channels, data: heads.iter().flat_map(|i| found.snapshots.of(*i).to_vec()).collect() };
 }
 
-/// The test of folds of transmitters in turn; None where there is nothing to test.
-pub(super) fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
-    if radar.multiplex != Multiplex::Tdm || radar.tx.len() < 2 {
+/// The test of folds of transmitters that send in slots; None where there is nothing to test.
+pub(super) fn fold_test(radar: &Radar) -> Result<Option<SlotFolds>> {
+    if matches!(radar.multiplex, Multiplex::Ddm { .. }) || radar.tx.len() < 2 {
         return Ok(None);
     }
     let places: Vec<(DVec3, usize)> = radar
@@ -570,7 +583,15 @@ pub(super) fn fold_test(radar: &Radar) -> Result<Option<TdmFolds>> {
         elevations.iter().flat_map(|e| azimuths.iter().map(move |a| (*a, *e))).collect();
     let k = wavenumber(radar.sample_centre_hz());
     let periods_s = [radar.chirp_period_s(), radar.loop_period_s()];
-    TdmFolds::new(&places, radar.tx.len(), k, periods_s, &directions).map(Some)
+    let transmitters = radar.tx.len();
+    let folds = SlotFolds::new(&places, transmitters, k, periods_s, &directions)?;
+    Ok(Some(match radar.multiplex {
+        Multiplex::Bpm => {
+            let signs = |slot| (0..transmitters).map(move |tx| radar.multiplex.weight(slot, tx));
+            folds.coded((0..radar.slots()).flat_map(signs).collect())
+        }
+        _ => folds,
+    }))
 }
 
 /// What the ramps of one slope saw, and the first of them.
@@ -795,11 +816,25 @@ fn joined(
         .map(|pair| {
             let shown = pair.peaks.iter().zip(&seen).filter_map(|(k, s)| k.map(|k| (s, &s.list[k].0)));
             let (slopes, all): (Vec<&OfSlope>, Vec<&Point>) = shown.unzip();
+            // Slots turned with a range rate of another fold give another direction, which the pair's rate tells.
+            let is_turned_right = |(slope, p): &(&&OfSlope, &&Point)| {
+                let fold_mps = 2.0 * slope.part.max_velocity_mps();
+                slope.part.tx.len() == 1
+                    || matches!(slope.part.multiplex, Multiplex::Ddm { .. })
+                    || (p.range_rate_mps - pair.range_rate_mps).abs() < 0.5 * fold_mps
+            };
+            let right: Vec<&Point> =
+                slopes.iter().zip(&all).filter(is_turned_right).map(|(_, p)| *p).collect();
+            let has_direction = !right.is_empty();
+            let seen_first = all[0];
+            let all = if has_direction { right } else { all };
             let first = all[0];
             let mean = |of: fn(&Point) -> f64| all.iter().map(|p| of(p)).sum::<f64>() / all.len() as f64;
             let mut p = first.clone();
             // The angles count from the sensor's origin already.
             let u = direction_from_angles(first.azimuth_rad, first.elevation_rad);
+            // Labels ask what the map of the frame's first ramp shows.
+            p.cell = pair.peaks[0].map(|_| [seen_first.range_m, seen_first.range_rate_mps]);
             p.range_m = pair.range_m + u.dot(slopes[0].accuracy.centre_m);
             p.range_rate_mps = pair.range_rate_mps;
             p.azimuth_rad = mean(|p| p.azimuth_rad);
@@ -814,6 +849,9 @@ fn joined(
             if is_alone {
                 p.std.azimuth_rad = mean_std(|p| p.std.azimuth_rad);
                 p.std.elevation_rad = mean_std(|p| p.std.elevation_rad);
+            }
+            if !has_direction {
+                p.angle_ambiguity = p.angle_ambiguity.map(|_| Ambiguity::Ambiguous);
             }
             p.std.range_m = pair.range_std_m;
             p.std.range_rate_mps = pair.range_rate_std_mps;

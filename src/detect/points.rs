@@ -2,14 +2,16 @@
 
 use super::accuracy::{PointAccuracy, PointStd};
 use super::ambiguity::Ambiguity;
+use super::angle_ambiguity::ByFolds;
 use crate::adc::synthesis::power_gain;
 use crate::base::frames::{angles_from_direction, direction_from_angles};
 use crate::base::units::{C0, db_from_power, dbm_from_w, w_from_dbm};
 use crate::dsp::peaks::{Peak, place};
 use crate::dsp::{RangeDoppler, Real};
 use crate::scene::radar::Radar;
+use crate::scene::waveform::Waveform;
 use glam::DVec3;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// What stands for the SNR of a cube without noise, as a power ratio.
 const SNR_WITHOUT_NOISE: f64 = 1e20;
@@ -43,6 +45,8 @@ pub struct Detected {
     pub looks: u32,
     /// Whether the direction lies on the edge of the directions that are searched.
     pub at_search_edge: bool,
+    /// Directions that it has by other folds of its range rate.
+    pub by_folds: ByFolds,
 }
 
 /// A point of the cloud, sensor frame.
@@ -97,6 +101,11 @@ pub struct Point {
     /// Whether the angular spectrum is largest on the edge of the directions that are searched: the azimuth or the
     /// elevation is then no measured direction, but a bound.
     pub at_search_edge: bool,
+    /// What the other directions add to the deviations of azimuth and elevation, rad.
+    pub others_std_rad: [f64; 2],
+    /// Range, m, and range rate, m/s, by which the frame's first ramp alone places it, where several slopes made the point; None where
+    /// these are the point's own, or that ramp does not show it.
+    pub cell: Option<[f64; 2]>,
 }
 
 impl Point {
@@ -130,6 +139,16 @@ pub fn range_rate_mps(radar: &Radar, doppler_row: f64) -> f64 {
 /// is taken out (eq. 15).
 pub fn range_m(radar: &Radar, range_bin: f64, range_rate_mps: f64, coupling_s: f64) -> f64 {
     radar.first_range_m() + range_bin * radar.range_bin_m() - range_rate_mps * coupling_s
+}
+
+/// What a range rate of eq. 16, and the sine of an angle, are multiplied with at a range. A ramp of slope S comes back by 2R/c later, at a
+/// frequency that is S 2R/c lower than what is sent then (eq. 16a): the wavelength is that much longer than the radar's own.
+pub(super) fn wavelength_at(radar: &Radar, range_m: f64) -> f64 {
+    let later_hz = match radar.waveform {
+        Waveform::Fmcw(_) => radar.slope_hz_per_s() * 2.0 * range_m / C0,
+        _ => 0.0,
+    };
+    1.0 / (1.0 - later_hz / radar.sample_centre_hz())
 }
 
 /// √(G_t G_r) of the array towards (azimuth, elevation), mean over channels.
@@ -177,25 +196,34 @@ pub(super) fn from_origin(
 pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
     let rate = range_rate_mps(radar, d.doppler_row) + d.unfolded_mps;
     let range = range_m(radar, d.range_bin, rate, accuracy.coupling_s);
-    let resolved = accuracy.angle_lobes.resolve([d.azimuth_rad, d.elevation_rad], d.power_w, d.noise_w);
-    let [azimuth_rad, elevation_rad] = resolved.angles_rad;
-    let gain = array_gain(radar, azimuth_rad, elevation_rad).powi(2);
+    let longer = wavelength_at(radar, range.max(0.0));
+    let rate = rate * longer;
+    let mut resolved = accuracy.angle_lobes.resolve([d.azimuth_rad, d.elevation_rad], d.power_w, d.noise_w);
+    let seen = resolved.angles_rad;
+    let gain = array_gain(radar, seen[0], seen[1]).powi(2);
     let power_w = d.power_w * d.scalloping;
     let rcs = power_w * (4.0 * PI).powi(3) * range.powi(4)
         / (w_from_dbm(radar.tx_power_dbm) * gain * radar.wavelength_m().powi(2));
     let snr = if d.noise_w > 0.0 { d.power_w / d.noise_w } else { SNR_WITHOUT_NOISE };
     let averaged = snr * f64::from(d.looks);
-    let mut std = accuracy.std(averaged, azimuth_rad, elevation_rad);
+    let mut std = accuracy.std(averaged, seen[0], seen[1]);
+    if radar.processing.keystone && radar.migration_folds().count() == 1 {
+        // The keystone transform held the body by the rate of its row: what was added smears it (eq. 89a).
+        let smear_m = (d.unfolded_mps * radar.burst_time_s()).abs();
+        std.range_m = std.range_m.hypot(smear_m / 12f64.sqrt());
+    }
     if let Some([azimuth, elevation]) = d.angle_std_rad {
         let known = |s: f64| s.is_finite() && s > 0.0;
         std.azimuth_rad = std.azimuth_rad.map(|s| if known(azimuth) { azimuth } else { s });
         std.elevation_rad = std.elevation_rad.map(|s| if known(elevation) { elevation } else { s });
     }
     let measures_angle = std.azimuth_rad.is_some() || std.elevation_rad.is_some();
+    resolved = resolved.with_folds(&d.by_folds, &accuracy.angle_lobes, [std.azimuth_rad, std.elevation_rad]);
     // A lobe that may be wrong is part of the deviation.
     let [by_azimuth, by_elevation] = resolved.variance.map(f64::sqrt);
     std.azimuth_rad = std.azimuth_rad.map(|s| s.hypot(by_azimuth));
     std.elevation_rad = std.elevation_rad.map(|s| s.hypot(by_elevation));
+    let [azimuth_rad, elevation_rad] = stretched(resolved.angles_rad, &std, longer);
     let (range_m, azimuth_rad, elevation_rad) =
         from_origin(range, [azimuth_rad, elevation_rad], &std, accuracy.centre_m);
     Point {
@@ -210,7 +238,7 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
         std,
         beat_std_cells: accuracy.range.std_cells(averaged * accuracy.elements.len() as f64),
         ambiguity: d.ambiguity,
-        modulo_mps: d.modulo_mps,
+        modulo_mps: d.modulo_mps * longer,
         object_id: 0,
         class: String::new(),
         bounces: 0,
@@ -222,6 +250,21 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
         angle_ambiguity: measures_angle.then_some(resolved.state),
         other_angles_rad: resolved.others_rad,
         at_search_edge: d.at_search_edge,
+        others_std_rad: [by_azimuth, by_elevation],
+        cell: None,
+    }
+}
+
+/// Angles by a wavelength that is longer by a factor near 1: the array measures the sines of those that have a deviation.
+fn stretched([azimuth, elevation]: [f64; 2], std: &PointStd, longer: f64) -> [f64; 2] {
+    let sine = |angle: f64| (angle.sin() * longer).clamp(-1.0, 1.0).asin();
+    let up = if std.elevation_rad.is_some() { sine(elevation) } else { elevation };
+    match std.azimuth_rad {
+        Some(_) if azimuth.abs() < FRAC_PI_2 => {
+            let y = azimuth.sin() * elevation.cos() * longer / up.cos().max(f64::MIN_POSITIVE);
+            [y.clamp(-1.0, 1.0).asin(), up]
+        }
+        _ => [azimuth, up],
     }
 }
 

@@ -1,6 +1,6 @@
 //! The response of a radar's windows and array to one echo in the cell and direction of a point (CONVENTIONS eq. 160).
 
-use super::points::Point;
+use super::points::{Point, wavelength_at};
 use crate::adc::front_end::spill::Spill;
 use crate::adc::shaping::{self, Shaping};
 use crate::adc::{Cube, cpu};
@@ -287,8 +287,12 @@ pub(super) struct Response {
     main_lobe_sine: [f64; 2],
     wavenumber: f64,
     centre_hz: f64,
-    /// Phase that a transmitter's slot adds for each m/s, rad.
+    /// Phase that a slot adds for each m/s, rad.
     slot_phase: f64,
+    /// By which share the wavelength of eq. 16a is shorter than that of an echo, for each m of its range.
+    shorter_per_m: f64,
+    /// Signs of transmitters that send at once, `[slot, tx]`; empty where each has its own slot.
+    signs: Vec<f64>,
 }
 
 impl Response {
@@ -314,8 +318,17 @@ impl Response {
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|w| *w /= sum);
         let slot_phase = match radar.multiplex {
-            Multiplex::Tdm => TAU * 2.0 / radar.sample_wavelength_m() * radar.chirp_period_s(),
-            Multiplex::Bpm | Multiplex::Ddm { .. } => 0.0,
+            Multiplex::Tdm | Multiplex::Bpm => {
+                TAU * 2.0 / radar.sample_wavelength_m() * radar.chirp_period_s()
+            }
+            Multiplex::Ddm { .. } => 0.0,
+        };
+        let signs = match radar.multiplex {
+            Multiplex::Bpm => {
+                let of = |slot| (0..radar.tx.len()).map(move |tx| radar.multiplex.weight(slot, tx));
+                (0..radar.slots()).flat_map(of).collect()
+            }
+            _ => Vec::new(),
         };
         let mut doppler_weights = window::coefficients(p.doppler_window, radar.chirps)?;
         let doppler = WindowResponse::new(&doppler_weights);
@@ -357,6 +370,8 @@ impl Response {
             wavenumber: wavenumber(radar.sample_centre_hz()),
             centre_hz: radar.sample_centre_hz(),
             slot_phase,
+            shorter_per_m: 1.0 - 1.0 / wavelength_at(radar, 1.0),
+            signs,
         })
     }
 
@@ -425,13 +440,15 @@ impl Response {
         Complex64::cis(2.0 * self.wavenumber * path.range[0])
     }
 
-    /// The response to one point.
+    /// The response to one point, in the cell where the map shows it.
     pub fn to<'r>(&'r self, point: &Point) -> PointResponse<'r> {
         let towards = direction_from_angles(point.azimuth_rad, point.elevation_rad);
+        let [range_m, range_rate_mps] = point.cell.unwrap_or([point.range_m, point.range_rate_mps]);
         PointResponse {
             of: self,
-            beat_m: point.range_m + point.range_rate_mps * self.coupling_s,
-            range_rate_mps: point.range_rate_mps,
+            beat_m: range_m + range_rate_mps * self.coupling_s,
+            range_rate_mps: range_rate_mps * (1.0 - self.shorter_per_m * range_m),
+            placed_mps: point.range_rate_mps,
             towards,
             steering: self.steering(towards),
         }
@@ -444,9 +461,28 @@ impl Response {
         Steering { tx: steer(&self.tx_m), rx: steer(&self.rx_m) }
     }
 
-    /// Slots of TDM counted from the middle of a loop.
-    fn slot(&self, tx: usize) -> f64 {
-        tx as f64 - 0.5 * (self.tx_m.len() as f64 - 1.0)
+    /// What the separation of transmitters makes of their amplitudes, of something that is faster by this than the range rate whose turn
+    /// from slot to slot is taken out. Slots count from the middle of a loop.
+    fn separated(&self, mut sent: Vec<Complex64>, faster_mps: f64) -> Vec<Complex64> {
+        if self.slot_phase == 0.0 || faster_mps == 0.0 {
+            return sent;
+        }
+        let transmitters = sent.len();
+        let slots = if self.signs.is_empty() { transmitters } else { self.signs.len() / transmitters };
+        let turn = |slot: usize| {
+            Complex64::cis(self.slot_phase * faster_mps * (slot as f64 - 0.5 * (slots as f64 - 1.0)))
+        };
+        if self.signs.is_empty() {
+            sent.iter_mut().enumerate().for_each(|(slot, a)| *a *= turn(slot));
+            return sent;
+        }
+        let mut out = vec![Complex64::ZERO; transmitters];
+        for (slot, signs) in self.signs.chunks(transmitters).enumerate() {
+            let heard: Complex64 = sent.iter().zip(signs).map(|(a, sign)| a * *sign).sum();
+            let turned = heard * turn(slot) / slots as f64;
+            out.iter_mut().zip(signs).for_each(|(a, sign)| *a += turned * *sign);
+        }
+        out
     }
 }
 
@@ -468,6 +504,8 @@ pub(super) struct PointResponse<'r> {
     /// Range of the point's column with the Doppler coupling in it, m.
     beat_m: f64,
     range_rate_mps: f64,
+    /// The range rate with which the point's range was found, m/s.
+    placed_mps: f64,
     towards: DVec3,
     /// Towards the point.
     steering: Steering,
@@ -523,7 +561,7 @@ impl PointResponse<'_> {
         let outside = own.iter().all(off);
         let grating_lobe = outside && share >= GRATING_LOBE;
         side_lobe |= if outside { share < GRATING_LOBE } else { share < MAIN_LOBE };
-        let faster = (echo.range[1] - self.range_rate_mps) / of.ambiguity_mps;
+        let faster = (echo.range[1] - self.placed_mps) / of.ambiguity_mps;
         Offset {
             side_lobe,
             aliased: is_beyond && of.beats,
@@ -632,42 +670,29 @@ impl PointResponse<'_> {
     }
 
     /// The factor of the array on an echo of unit amplitude: the beam towards the point, with the echo's departure at
-    /// the transmitters and its arrival at the receivers. With TDM the slots see the difference of the range rates
-    /// too. A point's rate may have been resolved after its direction was measured, so that the stronger of the two
-    /// responses, with the ambiguity intervals and without, counts.
+    /// the transmitters and its arrival at the receivers. Slots see the difference of the range rates too: with TDM each transmitter
+    /// in its own, with BPM each code in all.
     pub fn array(&self, echo: &EchoPath) -> Complex64 {
         self.array_towards(&self.steering, echo)
     }
 
     fn array_towards(&self, steering: &Steering, echo: &EchoPath) -> Complex64 {
         let of = self.of;
-        let faster = echo.range[1] - self.range_rate_mps;
-        let folded = of.ambiguity_mps * (faster / of.ambiguity_mps).round();
-        let with = self.beam(steering, echo, faster);
-        if folded == 0.0 || of.slot_phase == 0.0 {
-            return with;
-        }
-        let without = self.beam(steering, echo, faster - folded);
-        if without.norm_sqr() > with.norm_sqr() { without } else { with }
-    }
-
-    fn beam(&self, steering: &Steering, echo: &EchoPath, faster_mps: f64) -> Complex64 {
-        let of = self.of;
+        let faster_mps = echo.range[1] - self.range_rate_mps;
         let rx: Vec<Complex64> = of
             .rx_m
             .iter()
             .zip(&steering.rx)
             .map(|(p, steer)| steer * Complex64::cis(-of.wavenumber * echo.arrival.dot(*p)))
             .collect();
-        of.tx_m
+        let sent = of.tx_m.iter().map(|p| Complex64::cis(-of.wavenumber * echo.departure.dot(*p))).collect();
+        of.separated(sent, faster_mps)
             .iter()
             .zip(&steering.tx)
             .zip(of.weights.chunks(rx.len().max(1)))
-            .enumerate()
-            .map(|(tx, ((p, steer), weights))| {
-                let turn = of.slot_phase * faster_mps * of.slot(tx) - of.wavenumber * echo.departure.dot(*p);
+            .map(|((sent, steer), weights)| {
                 let received: Complex64 = rx.iter().zip(weights).map(|(r, w)| r * *w).sum();
-                steer * Complex64::cis(turn) * received
+                steer * sent * received
             })
             .sum()
     }
@@ -679,22 +704,20 @@ impl PointResponse<'_> {
             return Complex64::ZERO;
         }
         let Steering { tx, rx } = &self.steering;
-        let steer = tx.iter().flat_map(|t| rx.iter().map(move |r| t * r));
-        let slots = (0..tx.len()).flat_map(|i| std::iter::repeat_n(of.slot(i), rx.len()));
-        spill
-            .channels
-            .iter()
-            .zip(&of.weights)
-            .zip(steer.zip(slots))
-            .map(|(((a, delay_s), weight), (steer, slot))| {
-                let still = Complex64::cis(-of.slot_phase * self.range_rate_mps * slot);
-                let tone = a.conj() * Complex64::cis(TAU * of.centre_hz * delay_s) * gain(*delay_s);
-                tone * *weight
-                    * steer
-                    * still
-                    * self.cell(&of.path([C0 * delay_s, 0.0, 0.0, 0.0], DVec3::X, DVec3::X))
-            })
-            .sum()
+        let receivers = rx.len();
+        let at_rest = |a: Complex64, delay_s: f64| {
+            let tone = a.conj() * Complex64::cis(TAU * of.centre_hz * delay_s) * gain(delay_s);
+            tone * self.cell(&of.path([C0 * delay_s, 0.0, 0.0, 0.0], DVec3::X, DVec3::X))
+        };
+        let seen: Vec<Complex64> = spill.channels.iter().map(|(a, delay_s)| at_rest(*a, *delay_s)).collect();
+        let mut sum = Complex64::ZERO;
+        for (r, steer) in rx.iter().enumerate() {
+            let sent = seen.iter().skip(r).step_by(receivers).copied().collect();
+            let own = of.separated(sent, -self.range_rate_mps);
+            let weights = of.weights.iter().skip(r).step_by(receivers);
+            sum += own.iter().zip(tx).zip(weights).map(|((a, t), w)| a * t * *w).sum::<Complex64>() * steer;
+        }
+        sum
     }
 }
 
@@ -753,6 +776,7 @@ mod tests {
                     of: &response,
                     beat_m: column_m,
                     range_rate_mps: point_rate,
+                    placed_mps: point_rate,
                     towards: DVec3::X,
                     steering: response.steering(DVec3::X),
                 };

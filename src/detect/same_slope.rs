@@ -151,6 +151,8 @@ fn mean(radar: &Radar, seen: &[Detected]) -> Detected {
         angle_std_rad: (known.len() == seen.len()).then(|| [std(0), std(1)]),
         looks: seen.iter().map(|d| d.looks).sum(),
         at_search_edge: seen.iter().any(|d| d.at_search_edge),
+        // A fold that is known in one ramp is known.
+        by_folds: best.by_folds,
     }
 }
 
@@ -177,6 +179,7 @@ mod tests {
             angle_std_rad: None,
             looks: 1,
             at_search_edge: false,
+            by_folds: Default::default(),
         }
     }
 

@@ -69,7 +69,7 @@ fn of_map(
     }
     let folds = fold_test(radar)?;
     let standing = velocity_mps.map(|velocity_mps| Standing::seen_by(radar, velocity_mps));
-    let Decoded { snapshots, noise, rates } =
+    let Decoded { snapshots, noise, rates, .. } =
         decoded(radar, found, &rates, folds.as_ref(), standing.as_ref(), known);
     let angle = &radar.processing.angle;
     let values = if angle.method == AngleMethod::Bartlett && angle.calibration.is_none() {

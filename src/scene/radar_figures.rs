@@ -50,7 +50,7 @@ impl RadarFigures {
         let parts: Vec<Radar> = (0..radar.waveform.parts()).map(|i| radar.part(i)).collect();
         let max_speed_mps = match radar.multiplex {
             _ if radar.waveform.is_in_bursts() => FASTEST_MPS.min(0.5 * common_fold_mps(parts.iter())),
-            Multiplex::Tdm if is_one_ramp => quarter_mps(radar.chirp_period_s()),
+            Multiplex::Tdm | Multiplex::Bpm if is_one_ramp => quarter_mps(radar.chirp_period_s()),
             Multiplex::Ddm { bands } if bands > radar.tx.len() => quarter_mps(radar.loop_period_s()),
             _ => radar.max_velocity_mps(),
         };

@@ -8,7 +8,7 @@ use catseye::base::control::Control;
 use catseye::base::frames::{Pose, direction_from_angles};
 use catseye::base::rng::philox4x32_10;
 use catseye::base::units::{C0, power_from_db, wavenumber};
-use catseye::detect::ambiguity::TdmFolds;
+use catseye::detect::ambiguity::SlotFolds;
 use catseye::detect::points::peaks;
 use catseye::detect::{Point, locate};
 use catseye::dsp::RangeDoppler;
@@ -132,8 +132,10 @@ fn points_err_as_much_as_they_say() {
             let noise_db = 8.69 / (2.0 * power_from_db(snr) * channels).sqrt();
             let share = if window == Window::Rectangle { 2.0 } else { 1.3 };
             assert!(level < share * noise_db, "{window:?} at {snr} dB: {level} for {noise_db}");
+            // At 58 dB the place between cells, a bound of which is stated, outweighs the noise.
+            let least = if dbsm > 40.0 { 0.75 } else { 0.8 };
             for r in ratio {
-                assert!(r > 0.8 && r < 1.2, "{window:?} at {snr} dB: {ratio:?}");
+                assert!(r > least && r < 1.2, "{window:?} at {snr} dB: {ratio:?}");
             }
         }
     }
@@ -150,7 +152,7 @@ fn the_array_finds_the_fold() {
         grid.azimuth_rad.iter().flat_map(|a| grid.elevation_rad.iter().map(|e| (*a, *e))).collect();
     let k = wavenumber(radar.sample_centre_hz());
     let periods_s = [radar.chirp_period_s(), radar.loop_period_s()];
-    let folds = TdmFolds::new(&channels, radar.tx.len(), k, periods_s, &directions).unwrap();
+    let folds = SlotFolds::new(&channels, radar.tx.len(), k, periods_s, &directions).unwrap();
     let ambiguity = folds.ambiguity_mps();
     assert!((ambiguity - 2.0 * radar.max_velocity_mps()).abs() < 1e-9);
     println!("folds are {:.2} dB apart", folds.separation_db());

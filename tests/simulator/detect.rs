@@ -237,6 +237,7 @@ fn labels_follow_range_rate_and_azimuth() {
             angle_std_rad: None,
             looks: 1,
             at_search_edge: false,
+            by_folds: Default::default(),
         };
         labeller.label(&points::point(&radar, &d, &locate::accuracy(&radar).unwrap())).object_id
     };
@@ -306,6 +307,8 @@ fn sample_point() -> Point {
         angle_ambiguity: None,
         other_angles_rad: vec![],
         at_search_edge: true,
+        others_std_rad: [0.0; 2],
+        cell: None,
         std: PointStd { range_m: 0.01, range_rate_mps: 0.02, azimuth_rad: Some(0.03), elevation_rad: None },
         beat_std_cells: 0.1,
         ambiguity: Ambiguity::Resolved,

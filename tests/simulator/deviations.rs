@@ -3,11 +3,13 @@
 
 use crate::owners::{framed, point, radars};
 use catseye::base::rng::Draws;
+use catseye::base::units::C0;
 use catseye::detect::Point;
 use catseye::engine::{Engine, Precision};
 use catseye::road::Library;
 use catseye::scene::radar::{Processing, Radar};
 use catseye::scene::radar_toml;
+use catseye::scene::waveform::Waveform;
 use catseye::simulate::simulate;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -171,5 +173,42 @@ fn rates_and_angles_refer_to_the_middle_of_the_samples() {
             "{name}: {}",
             p.azimuth_rad.to_degrees()
         );
+    }
+}
+
+/// A ramp comes back at the frequency that was sent 2R/c before: at 60 m and 70 MHz/µs the wavelength is 0.036 % longer than that of what
+/// is sent (CONVENTIONS eq. 16a). Rates and angles without it would be off by as much.
+#[test]
+fn far_targets_of_steep_ramps_are_seen_at_their_own_wavelength() {
+    let base = radars().into_iter().find(|r| r.0 == "tdm").unwrap().1;
+    for (name, bandwidth_hz) in [("rising", 1.4e9), ("falling", -1e9)] {
+        let mut radar = Radar { sample_rate_hz: 32e6, samples: 512, thermal_noise: false, ..base.clone() };
+        radar.adc_start_s = 2e-6;
+        radar.processing.range_fft = 1024;
+        if let Waveform::Fmcw(s) = &mut radar.waveform {
+            s.ramps[0].bandwidth_hz = bandwidth_hz;
+        }
+        let azimuth = 30f64.to_radians();
+        let u = DVec3::new(azimuth.cos(), azimuth.sin(), 0.0);
+        for (range, rate) in [(60.0, -18.0), (60.0, 18.0), (8.0, -18.0)] {
+            let mount = radar.mounting.translation_m;
+            let mut s =
+                framed(&point((range * u + mount).to_array(), (rate * u).to_array(), 20.0), &radar, false);
+            s.ego.speed_mps = 0.0;
+            let scene = s.build(&Library).unwrap();
+            let frame = simulate(&Engine::Cpu(Precision::F64), &s, &scene, 0).unwrap();
+            let p = frame.points.iter().max_by(|a, b| a.power_dbm.total_cmp(&b.power_dbm)).unwrap();
+            let later = radar.slope_hz_per_s() * 2.0 * range / C0 / radar.sample_centre_hz();
+            let (off_mps, off_deg) = (p.range_rate_mps - rate, p.azimuth_rad.to_degrees() - 30.0);
+            println!(
+                "{name} at {range} m, {rate:+} m/s: rate {off_mps:+.5} of {:.5} m/s, azimuth {off_deg:+.4} of {:.4} deg",
+                rate * later,
+                (azimuth.tan() * later).to_degrees()
+            );
+            let share = if range > 50.0 { 0.2 } else { 1.0 };
+            assert!(off_mps.abs() < share * (rate * later).abs(), "{name}: {off_mps}");
+            // The beam between the grid's directions errs by up to 0.003 degrees.
+            assert!(off_deg.abs() < 4e-3, "{name}: {off_deg}");
+        }
     }
 }

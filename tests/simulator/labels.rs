@@ -345,6 +345,8 @@ fn seen(place: DVec3, chain: &[u32], with_elevation: bool) -> (Point, Echo) {
         angle_ambiguity: None,
         other_angles_rad: vec![],
         at_search_edge: false,
+        others_std_rad: [0.0; 2],
+        cell: None,
         std: PointStd {
             range_m: 0.01,
             range_rate_mps: 0.02,

@@ -1,4 +1,4 @@
-//! Every strong cell has an owner: ten unlike scenes, five unlike radars. What stands over the thermal noise in a map without noise
+//! Every strong cell has an owner: ten unlike scenes, seven unlike radars. What stands over the thermal noise in a map without noise
 //! is a point of an object, and points of vehicles and people that no flag calls out of place are on their bodies.
 
 use catseye::base::frames::Pose;
@@ -15,8 +15,9 @@ use catseye::simulate::thermal_floor::thermal_floor_w;
 use glam::DVec3;
 use std::path::Path;
 
-/// Five radars: TDM with I and Q; staggered bursts; real samples behind a filter that lets aliases through; a phase code whose
-/// period ends at 80 m; empty Doppler bands. All of few samples, so that fifty frames take seconds.
+/// Seven radars: TDM with I and Q; TDM with a falling ramp; real samples behind a filter that lets aliases through; a phase code whose
+/// period ends at 80 m; empty Doppler bands; four slopes; transmitters that send at once in slow loops. All of few samples, so that
+/// seventy frames take seconds.
 pub fn radars() -> Vec<(&'static str, Radar)> {
     let array = "[[tx]]\nposition_half_wavelengths = [0, 0, 0]\n[[tx]]\nposition_half_wavelengths = [0, 4, 0]\n\
                  [[rx]]\nposition_half_wavelengths = [0, 0, 0]\n[[rx]]\nposition_half_wavelengths = [0, 1, 0]\n\
@@ -61,6 +62,27 @@ pub fn radars() -> Vec<(&'static str, Radar)> {
             "[waveform]\ncarrier_hz = 77e9\nbandwidth_hz = 300e6\nramp_time_s = 18e-6\nchirp_period_s = 20e-6\n\
              chirps = 192\nmultiplex = \"ddm\"\nempty_bands = 1\n[receiver]\nsampling = \"iq\"\nsample_rate_hz = 12e6\n\
              samples = 192\nadc_start_s = 1.5e-6\nnoise_figure_db = 12",
+        ),
+        {
+            let ramp = |bandwidth: &str| {
+                format!(
+                    "[[waveform.ramp]]\nbandwidth_hz = {bandwidth}\nramp_time_s = 40e-6\nchirp_period_s = 45e-6\n"
+                )
+            };
+            let ramps = ["400e6", "-400e6", "250e6", "-120e6"].map(ramp).concat();
+            made(
+                "four slopes",
+                &format!(
+                    "[waveform]\ncarrier_hz = 77e9\nchirps = 64\n{ramps}[receiver]\nsampling = \"iq\"\n\
+                     sample_rate_hz = 5e6\nsamples = 180\nadc_start_s = 3e-6\nnoise_figure_db = 12"
+                ),
+            )
+        },
+        made(
+            "bpm",
+            "[waveform]\ncarrier_hz = 76.5e9\nbandwidth_hz = -500e6\nramp_time_s = 24e-6\nchirp_period_s = 30e-6\n\
+             chirps = 96\nmultiplex = \"bpm\"\n[receiver]\nsampling = \"iq\"\nsample_rate_hz = 12e6\n\
+             samples = 192\nadc_start_s = 4e-6\nnoise_figure_db = 12",
         ),
     ]
 }
@@ -151,6 +173,30 @@ pub fn framed(text: &str, radar: &Radar, noise: bool) -> SitedScenario {
     s.radars[0] = radar.clone();
     s.radars[0].thermal_noise = noise;
     s
+}
+
+/// A car at 80 degrees, where the search ends at 60: a direction at the edge is a bound, and the point is not on the car.
+#[test]
+fn a_point_at_the_edge_of_the_search_is_not_on_an_object_beyond_it() {
+    let radar = radars().remove(0).1;
+    for (angle_deg, is_beyond) in [(80f64, true), (30.0, false)] {
+        let (sin, cos) = angle_deg.to_radians().sin_cos();
+        let at = [3.6 + 25.0 * cos, 25.0 * sin, 0.0];
+        let text =
+            format!("[[object]]\nvehicle = \"sedan\"\nposition_m = {at:?}\nyaw_deg = {}\n", angle_deg - 90.0);
+        let mut s = framed(&text, &radar, false);
+        s.ego.speed_mps = 0.0;
+        let scene = s.build(&Library).unwrap();
+        let frame = simulate(&Engine::Cpu(Precision::F32), &s, &scene, 0).unwrap();
+        let of_car = || frame.points.iter().filter(|p| base_class(&p.class) == "car");
+        assert!(
+            of_car().any(|p| p.at_search_edge == is_beyond),
+            "{angle_deg} degrees: {} points",
+            of_car().count()
+        );
+        let on_car = of_car().filter(|p| p.is_in_place()).count();
+        assert_eq!(on_car == 0, is_beyond, "{angle_deg} degrees: {on_car} on the car");
+    }
 }
 
 /// A point of an approaching car whose Doppler ambiguity is wrong is before or behind it, but no ghost: its echo is a single reflection.
@@ -281,7 +327,8 @@ fn noise_keeps_its_share_of_false_alarms() {
         let far = |a: f64, b: f64| (a - b).abs() > 5.0 * (a + b).sqrt() + 0.03 * b;
         assert!(!far(some, none), "{name}: {some} and {none}");
         // Cells nearer than half a range cell are none, cells at the edges have fewer neighbours: 10 %.
-        let want = PFA * cells;
-        assert!((none - want).abs() < 5.0 * want.sqrt() + 0.1 * want, "{name}: {none} of {want}");
+        // Noise of three slopes at once makes no pair.
+        let want = if radar.waveform.parts() > 1 { 0.0 } else { PFA * cells };
+        assert!((none - want).abs() <= 5.0 * want.sqrt() + 0.1 * want, "{name}: {none} of {want}");
     }
 }

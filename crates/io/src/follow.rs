@@ -340,11 +340,11 @@ fn radials(radar: &Radar, points: &[SensorPoint], number: usize, speed_mps: f64)
         .collect()
 }
 
-/// The ego's speed as its bus reports it, in axes that the vehicle's are turned to by `direction_rad`.
-fn bus(scenario: &SitedScenario, index: u32, direction_rad: f64) -> KnownSpeed {
+/// The ego's speed as its bus reports it, in axes that the vehicle's are turned to by `direction_rad`, at a place of the vehicle.
+fn bus(scenario: &SitedScenario, index: u32, direction_rad: f64, arm_m: DVec2) -> KnownSpeed {
     let now = scenario.ego.at(scenario.frames.time_s(index));
     let speed_mps = now.velocity_mps.dot(now.rotation * DVec3::X);
-    KnownSpeed { speed_mps, direction_rad, tolerance_mps: BUS_MPS + BUS_SHARE * speed_mps.abs() }
+    KnownSpeed::of_car(speed_mps, direction_rad, BUS_MPS + BUS_SHARE * speed_mps.abs(), arm_m)
 }
 
 /// Number of points without a measured direction, for a reason.
@@ -356,7 +356,7 @@ fn without_direction(points: &[SensorPoint]) -> String {
 /// The velocity of a radar from its points, in the vehicle's axes. The yaw rate is that of a car whose rear axle does not slip.
 fn own_motion(scenario: &SitedScenario, radar: &Radar, points: &[SensorPoint], index: u32) -> EgoRow {
     let mount = mount(radar, scenario.frames.time_s(index));
-    let speed = bus(scenario, index, -mount.yaw_rad);
+    let speed = bus(scenario, index, -mount.yaw_rad, mount.position_m);
     let settings =
         EgoSettings { seed: scenario.seed, frame: index, speed: Some(speed), ..EgoSettings::default() };
     let count = points.len() as u32;
@@ -387,7 +387,7 @@ fn own_motion(scenario: &SitedScenario, radar: &Radar, points: &[SensorPoint], i
 
 /// The motion of the vehicle's origin from the points of several radars.
 fn motion_of_all(scenario: &SitedScenario, scans: &[(&Radar, Vec<SensorPoint>)], index: u32) -> EgoRow {
-    let (speed, time_s) = (bus(scenario, index, 0.0), scenario.frames.time_s(index));
+    let (speed, time_s) = (bus(scenario, index, 0.0, DVec2::ZERO), scenario.frames.time_s(index));
     let settings =
         EgoSettings { seed: scenario.seed, frame: index, speed: Some(speed), ..EgoSettings::default() };
     let numbered = scans.iter().enumerate();

@@ -292,6 +292,7 @@ impl Imager {
                 angle_std_rad: Some([azimuth_std, 0.0]),
                 looks: 1,
                 at_search_edge: false,
+                by_folds: Default::default(),
             };
             let mut p = point(radar, &d, &accuracies[0]);
             p.rcs_dbsm += db_from_power((range_m / p.range_m).abs().powi(4));
