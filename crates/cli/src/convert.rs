@@ -1,7 +1,7 @@
 //! `catseye convert`: a cube from one file format to another.
 
 use super::bar::Kept;
-use super::cube_args::CubeArgs;
+use super::cube_args::{CubeArgs, OpenedCube};
 use super::global::{Global, print, print_json};
 use catseye::base::error::Result;
 use catseye::formats::stage;
@@ -41,7 +41,8 @@ impl Convert {
         let radar_file = self.radar.as_deref().map(Path::new);
         let inputs: Vec<&Path> = std::iter::once(self.cube.as_path()).chain(radar_file).collect();
         stage::distinct(&[&self.output], &inputs)?;
-        let (mut source, radar) = self.input.open(&self.cube, self.radar.as_deref())?;
+        let OpenedCube { mut source, radar, assumed } = self.input.open(&self.cube, self.radar.as_deref())?;
+        assumed.iter().for_each(|line| global.say(line));
         let is_bin = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("bin"));
         let ti_radar = match (is_bin, source.ti_radar()) {
             (false, _) => None,

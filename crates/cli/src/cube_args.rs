@@ -7,7 +7,7 @@ use catseye::scene::radar_toml;
 use catseye_io::cube::{CubeOptions, Source, open_cube};
 use catseye_io::cube_layout::axes_from;
 use catseye_io::ti_bin::BinOptions;
-use catseye_io::ti_cfg::{Board, IqOrder};
+use catseye_io::ti_cfg::{BOARDS, Board, IqOrder, TiRadar};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -35,12 +35,41 @@ pub struct CubeArgs {
     /// A .bin with one lane for each receiver, as of xWR14xx
     #[arg(long)]
     pub four_lanes: bool,
+    /// Board of a .bin, which says where the antennas of its .cfg are (default: awr1843, below 70 GHz iwr6843)
+    #[arg(long, value_name = "NAME", value_parser = choice(&BOARDS), conflicts_with = "radar")]
+    pub board: Option<Board>,
+}
+
+/// A cube that is open, its radar, and what was assumed of it, one line each.
+pub struct OpenedCube {
+    pub source: Source,
+    pub radar: Radar,
+    pub assumed: Vec<String>,
+}
+
+/// The radar of a recording's .cfg, with what was assumed.
+pub fn radar_of_cfg(
+    ti: &TiRadar,
+    cfg: &Path,
+    name: &str,
+    board: Option<Board>,
+) -> Result<(Radar, Vec<String>)> {
+    let mut assumed = Vec::new();
+    let board = board.unwrap_or_else(|| {
+        let board = Board::assumed(ti);
+        assumed.push(format!(
+            "assumed: antennas where the board {} has them, for a .cfg does not name the board (--board NAME, or --radar FILE)",
+            board.name()
+        ));
+        board
+    });
+    Ok((radar_toml::parse(cfg, &ti.to_radar_toml(name, board)?)?, assumed))
 }
 
 impl CubeArgs {
-    /// The cube and its radar: the one that is named, or what the .cfg of a recording says. Errors: those of either; a cube of
-    /// another shape; real samples for a radar with I and Q.
-    pub fn open(&self, path: &Path, radar: Option<&str>) -> Result<(Source, Radar)> {
+    /// The cube and its radar: the one that is named, or what the .cfg of a recording says. Errors: those of either; a radar that the
+    /// .cfg contradicts; a cube of another shape; real samples for a radar with I and Q.
+    pub fn open(&self, path: &Path, radar: Option<&str>) -> Result<OpenedCube> {
         let options = CubeOptions {
             axes: self.axes.as_deref().map(axes_from).transpose()?,
             cfg: self.cfg.clone(),
@@ -54,12 +83,16 @@ impl CubeArgs {
         let named = radar.map(|r| radar_toml::load(r, Path::new("."))).transpose()?;
         let shape = named.as_ref().map(|r| [r.rows(), r.channels(), r.samples]);
         let source = open_cube(path, &options, shape)?;
-        let radar = match (named, source.ti_radar()) {
-            (Some(r), _) => r,
+        let cfg = self.cfg.clone().unwrap_or_else(|| path.with_extension("cfg"));
+        let (radar, assumed) = match (named, source.ti_radar()) {
+            (Some(r), Some(ti)) => {
+                ti.check_agrees(&cfg, &r)?;
+                (r, Vec::new())
+            }
+            (Some(r), None) => (r, Vec::new()),
             (None, Some(ti)) => {
-                let cfg = self.cfg.clone().unwrap_or_else(|| path.with_extension("cfg"));
                 let name = path.file_stem().map_or_else(|| "ti".into(), |n| n.to_string_lossy().into_owned());
-                radar_toml::parse(&cfg, &ti.to_radar_toml(&name, Board::Line)?)?
+                radar_of_cfg(ti, &cfg, &name, self.board)?
             }
             (None, None) => {
                 return Err(BadInput::new("the cube does not say which radar it is of")
@@ -83,6 +116,6 @@ impl CubeArgs {
                 .remedy("set receiver.sampling = \"real\" in the radar file")
                 .into());
         }
-        Ok((source, radar))
+        Ok(OpenedCube { source, radar, assumed })
     }
 }

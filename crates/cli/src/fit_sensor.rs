@@ -1,6 +1,7 @@
 //! `catseye fit-sensor`: a front end like that of a measured cube, and how alike it is.
 
 use super::bar::Kept;
+use super::cube_args::radar_of_cfg;
 use super::global::{Global, choice};
 use catseye::adc::Cube;
 use catseye::base::error::{BadInput, Error, Result};
@@ -14,7 +15,6 @@ use catseye_io::sensor_fit::compare::{
 };
 use catseye_io::sensor_fit::estimate::{Fit, FitOptions, check, fit};
 use catseye_io::sensor_fit::words;
-use catseye_io::ti_cfg::Board;
 use catseye_plot::{Curve, Panel, study_picture};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -104,7 +104,9 @@ impl FitSensor {
             (Some(r), _) => r,
             (None, Some(ti)) => {
                 let cfg = self.cube.with_extension("cfg");
-                radar_toml::parse(&cfg, &ti.to_radar_toml("ti", Board::Line)?)?
+                let (radar, assumed) = radar_of_cfg(ti, &cfg, "ti", None)?;
+                assumed.iter().for_each(|line| global.say(line));
+                radar
             }
             (None, None) => radar_toml::parse(&self.cube, &assumed_radar_toml(shape))?,
         };

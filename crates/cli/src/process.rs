@@ -1,7 +1,7 @@
 //! `catseye process`: a cube, from wherever, to range-Doppler map, detections and points.
 
 use super::bar::Kept;
-use super::cube_args::CubeArgs;
+use super::cube_args::{CubeArgs, OpenedCube};
 use super::frames::draw_map;
 use super::global::Global;
 use catseye::adc::Cube;
@@ -44,6 +44,8 @@ struct Report {
     folder: PathBuf,
     /// Whether levels are those at the receiver's input; counts of a converter have none.
     absolute_levels: bool,
+    /// What was assumed of the recording, one line each.
+    assumed: Vec<String>,
     /// Whether directions are found with a calibration of the array (`processing.angle.calibration_file`).
     calibrated: bool,
     /// Read by blocks of channels, because the cube is large.
@@ -59,7 +61,8 @@ const STREAMED: usize = 1 << 25;
 impl Process {
     pub fn run(&self, global: &Global) -> Result<()> {
         stage::distinct(&[&self.output], &[&self.cube])?;
-        let (mut source, radar) = self.input.open(&self.cube, self.radar.as_deref())?;
+        let OpenedCube { mut source, radar, assumed } = self.input.open(&self.cube, self.radar.as_deref())?;
+        assumed.iter().for_each(|line| global.say(line));
         let own = self.velocity_mps(&radar)?;
         let staged = StagedDir::new(&self.output, global.force, "process")?;
         let (engine, rule) = global.engine_for(Purpose::Cubes)?;
@@ -103,12 +106,13 @@ impl Process {
             radar: keep_radars(staged.path(), std::slice::from_ref(&radar))?,
             axes: PerRadar::One(Axes::of(&radar)),
             import: None,
-            remarks: Vec::new(),
+            remarks: assumed.clone(),
             frames: Vec::new(),
         }
         .write(staged.path())?;
         let report = Report {
             absolute_levels,
+            assumed,
             calibrated: radar.processing.angle.calibration.is_some(),
             streamed,
             cells_over_threshold: maps.iter().map(|m| m.detection.mask.iter().filter(|m| **m).count()).sum(),

@@ -345,8 +345,8 @@ pub struct Manifest {
     /// Report on an imported file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub import: Option<ImportReport>,
-    /// Properties of the scene's meshes that may show in the frames, one line each
-    /// ([`catseye::simulate::Prepared::remarks`]).
+    /// Properties of the scene's meshes that may show in the frames ([`catseye::simulate::Prepared::remarks`]), or what was assumed of a
+    /// cube that was recorded elsewhere; one line each.
     pub remarks: Vec<String>,
     /// Records of the frames.
     pub frames: Vec<FrameRecord>,

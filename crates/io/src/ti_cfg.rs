@@ -11,6 +11,7 @@
 //! `lvdsStreamCfg subframe header format software`.
 
 use catseye::base::error::{BadInput, Error, Result};
+use catseye::scene::radar::Radar;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -200,11 +201,49 @@ impl TiRadar {
         Ok(())
     }
 
+    /// Checks that a radar that was named for the recording is the one that the `.cfg` describes.
+    ///
+    /// # Errors
+    /// Returns `BadInput` with both values for a slope, sample rate, chirp period, start frequency or delay of the samples that differ.
+    pub fn check_agrees(&self, cfg: &Path, radar: &Radar) -> Result<()> {
+        let compared = [
+            ("slope", self.slope_hz_per_s, radar.slope_hz_per_s(), 1e-3, 1e-12, "MHz/us"),
+            ("sample rate", self.sample_rate_hz, radar.sample_rate_hz, 1e-3, 1e-3, "ksps"),
+            ("chirp period", self.chirp_period_s(), radar.chirp_period_s(), 1e-3, 1e6, "us"),
+            ("start frequency", self.start_hz, radar.start_hz(), 1e-3, 1e-9, "GHz"),
+        ];
+        for (what, own, named, share, scale, unit) in compared {
+            if (own - named).abs() > share * own.abs() {
+                return Err(BadInput::new(format!(
+                    "the radar that was named has another {what} than the .cfg"
+                ))
+                .file(cfg)
+                .key(format!("profileCfg {what}"))
+                .value(format!("{} {unit} of --radar", named * scale))
+                .allowed(format!("{} {unit}, as in the .cfg", own * scale))
+                .remedy("leave --radar out, or correct it")
+                .into());
+            }
+        }
+        // Range bins count from the first sample: a microsecond is some range cells of a moving target's coupling.
+        let late_s = radar.adc_start_s - self.adc_start_s;
+        if late_s.abs() > 1e-6 + 0.1 * self.adc_start_s {
+            return Err(BadInput::new("the radar that was named samples at another time than the .cfg")
+                .file(cfg)
+                .key("profileCfg adc_start")
+                .value(format!("{} us of --radar", radar.adc_start_s * 1e6))
+                .allowed(format!("{} us, as in the .cfg", self.adc_start_s * 1e6))
+                .remedy("leave --radar out, or correct it")
+                .into());
+        }
+        Ok(())
+    }
+
     /// Text of a catseye radar, whose `carrier_hz` is the centre of the ramp.
     ///
     /// # Errors
-    /// Returns `BadInput` for a falling ramp, and for transmitters that send together: those need a radar
-    /// TOML of their own.
+    /// Returns `BadInput` for a falling ramp, for transmitters that send together, which need a radar TOML of their own, and for an
+    /// antenna that the board does not have.
     pub fn to_radar_toml(&self, name: &str, board: Board) -> Result<String> {
         let bad = |key: &str, value: String, problem: &str| {
             Error::from(
@@ -253,7 +292,7 @@ impl TiRadar {
             self.samples,
             number(self.adc_start_s),
         );
-        for (table, places) in [("tx", board.tx(&tx, self)), ("rx", board.rx(self))] {
+        for (table, places) in ["tx", "rx"].into_iter().zip(board.antennas(&tx, self)?) {
             for [x, y, z] in places {
                 let _ = write!(out, "\n[[{table}]]\nposition_half_wavelengths = [{x:?}, {y:?}, {z:?}]\n");
             }
@@ -268,55 +307,100 @@ const POWER_DBM: f64 = 12.0;
 /// Noise figure as TI's engineers calculate it for the AWR1243, dB (E2E 870322: 14 dB, −160 dBm/Hz).
 const NOISE_FIGURE_DB: f64 = 14.0;
 
-/// Arrangement of the antennas.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Board of a device, which says where the antennas are. Transmitters and receivers that a `.cfg` switches off are left out, and the
+/// others stand where they are on the board, in the order in which they send.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Board {
     /// Receivers half a wavelength apart; transmitters, in their order of sending, spaced by the length of
     /// all receivers together, so that the virtual array is a filled line.
-    #[default]
     Line,
-    /// Receivers D = λ/2 apart; TX2 is 2D to the side of TX1 and D above, TX3 2D further in TX1's row; λ at
-    /// 62 GHz (TI SWRU585, IWR6843L EVM, section 4.1).
+    /// Two transmitters four half wavelengths apart in the receivers' row (TI SWRU508, "PCB Antennas").
+    Awr1642,
+    /// TX3 four half wavelengths beside TX1, TX2 halfway between them and one half wavelength higher (TI SPRUIM4, "PCB Antennas").
+    Awr1843,
+    /// The same places for λ at 62 GHz (TI SWRU585, IWR6843L EVM, section 4.1).
     Iwr6843,
+    /// Antennas on the package, in two dimensions (TI SWRS237; `gAntDef_IWR6843AOP` of the mmWave SDK 3).
+    Iwr6843Aop,
 }
 
+/// Boards by name.
+pub const BOARDS: [(&str, Board); 5] = [
+    ("awr1642", Board::Awr1642),
+    ("awr1843", Board::Awr1843),
+    ("iwr6843", Board::Iwr6843),
+    ("iwr6843aop", Board::Iwr6843Aop),
+    ("line", Board::Line),
+];
+
+/// Place of an antenna, left and up, in half wavelengths.
+type Places = &'static [[f64; 2]];
+
 impl Board {
-    /// Frequency whose half wavelength is the board's spacing, Hz.
+    /// Frequency whose half wavelength is the spacing of [`Board::Iwr6843`], Hz.
     const IWR6843_DESIGN_HZ: f64 = 62e9;
+    /// Carriers below this are of the 60 GHz devices, Hz.
+    const LOW_BAND_HZ: f64 = 70e9;
+
+    /// The board that is assumed where none is named: the commonest one of the band.
+    pub fn assumed(radar: &TiRadar) -> Board {
+        if radar.carrier_hz() < Board::LOW_BAND_HZ { Board::Iwr6843 } else { Board::Awr1843 }
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        BOARDS.iter().find(|(_, b)| *b == self).map_or("line", |(name, _)| name)
+    }
 
     fn note(self) -> &'static str {
         match self {
-            Board::Line => {
-                "a filled half-wavelength line in the order of sending, an assumption: a .cfg says nothing of it"
-            }
+            Board::Line => "a filled half-wavelength line in the order of sending",
+            Board::Awr1642 => "AWR1642BOOST (TI SWRU508)",
+            Board::Awr1843 => "AWR1843BOOST (TI SPRUIM4)",
             Board::Iwr6843 => "IWR6843 evaluation module (TI SWRU585, section 4.1), spacings for 62 GHz",
+            Board::Iwr6843Aop => "IWR6843AOP (TI SWRS237)",
         }
     }
 
-    /// Positions of the receivers `[forward, left, up]` in half wavelengths of the carrier, the first one
-    /// furthest to the right.
-    fn rx(self, radar: &TiRadar) -> Vec<[f64; 3]> {
+    /// Transmitters TX1, TX2, ... and receivers RX1, RX2, ... of the board; None for a line, which has as many as are on.
+    fn places(self) -> Option<(Places, Places)> {
+        const ROW: Places = &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]];
         match self {
-            Board::Line => (0..radar.rx.len()).map(|i| [0.0, i as f64, 0.0]).collect(),
-            Board::Iwr6843 => {
-                radar.rx.iter().map(|r| [0.0, f64::from(*r) * self.scale(radar), 0.0]).collect()
-            }
+            Board::Line => None,
+            Board::Awr1642 => Some((&[[0.0, 0.0], [4.0, 0.0]], ROW)),
+            Board::Awr1843 | Board::Iwr6843 => Some((&[[0.0, 0.0], [2.0, 1.0], [4.0, 0.0]], ROW)),
+            Board::Iwr6843Aop => Some((
+                &[[-1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]],
+                &[[0.5, -0.5], [0.5, 0.5], [-0.5, -0.5], [-0.5, 0.5]],
+            )),
         }
     }
 
-    /// Positions of the transmitters, in their order of sending, in the same form.
-    fn tx(self, order: &[u32], radar: &TiRadar) -> Vec<[f64; 3]> {
-        match self {
-            Board::Line => (0..order.len()).map(|i| [0.0, (i * radar.rx.len()) as f64, 0.0]).collect(),
-            Board::Iwr6843 => {
-                let k = self.scale(radar);
-                order.iter().map(|t| [0.0, 2.0 * f64::from(*t) * k, if *t == 1 { k } else { 0.0 }]).collect()
-            }
-        }
-    }
-
-    fn scale(self, radar: &TiRadar) -> f64 {
-        radar.carrier_hz() / Self::IWR6843_DESIGN_HZ
+    /// Positions of the transmitters in their `order` of sending, and of the receivers, `[forward, left, up]` in half wavelengths of the
+    /// carrier.
+    fn antennas(self, order: &[u32], radar: &TiRadar) -> Result<[Vec<[f64; 3]>; 2]> {
+        let Some((tx, rx)) = self.places() else {
+            let line = |n: usize, step: usize| (0..n).map(|i| [0.0, (i * step) as f64, 0.0]).collect();
+            return Ok([line(order.len(), radar.rx.len()), line(radar.rx.len(), 1)]);
+        };
+        let scale = match self {
+            Board::Iwr6843 => radar.carrier_hz() / Board::IWR6843_DESIGN_HZ,
+            _ => 1.0,
+        };
+        let chosen = |what: &str, key: &str, list: &[u32], places: Places| {
+            let place = |i: &u32| {
+                let p = places.get(*i as usize).ok_or_else(|| {
+                    BadInput::new(format!("the board {} has no {what}{}", self.name(), i + 1))
+                        .key(key)
+                        .value(format!("{what}{}", i + 1))
+                        .allowed(format!("{what}1 to {what}{}", places.len()))
+                        .remedy("name the board of the recording with --board")
+                })?;
+                Ok([0.0, p[0] * scale, p[1] * scale])
+            };
+            list.iter().map(place).collect::<Result<Vec<_>>>()
+        };
+        Ok([chosen("TX", "chirpCfg tx_mask", order, tx)?, chosen("RX", "channelCfg rx_mask", &radar.rx, rx)?])
     }
 }
 

@@ -98,6 +98,56 @@ fn cubes_go_round() {
     refused(d, &["convert", cube, "--radar", "r.toml", "-o", "t.bin"], &["one linear ramp"], "t.bin");
 }
 
+/// A `.cfg` names the transmitters and not where they are: the board does, the one that is assumed or the one that is named.
+#[test]
+fn a_recording_has_the_antennas_of_its_board() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let awr1843 =
+        include_str!("../../../../scenes/presets/awr1843.toml").replace("chirps = 256", "chirps = 32");
+    scenario(d, &awr1843, "");
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let cube = "run/frame_000000/adc.npy";
+    done(d, &["convert", cube, "--radar", "r.toml", "-o", "c.bin"]);
+    let azimuths = |folder: &str| {
+        let table = Table::read(d.join(folder).join("points.csv")).unwrap();
+        table.numbers("azimuth_deg").unwrap()
+    };
+    let own = done(d, &["process", cube, "--radar", "r.toml", "-o", "own"]);
+    assert_eq!(own["assumed"], serde_json::json!([]));
+    let assumed = done(d, &["process", "c.bin", "-o", "assumed"]);
+    assert!(assumed["assumed"][0].as_str().unwrap().contains("the board awr1843"), "{assumed}");
+    let manifest = std::fs::read_to_string(d.join("assumed/manifest.json")).unwrap();
+    assert!(manifest.contains("assumed: antennas where the board awr1843"), "{manifest}");
+    let named = done(d, &["process", "c.bin", "--board", "awr1843", "-o", "named"]);
+    assert_eq!(named["assumed"], serde_json::json!([]));
+    for folder in ["assumed", "named"] {
+        let pairs = azimuths("own").into_iter().zip(azimuths(folder));
+        let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 0.3, "{folder}: {off} degrees off");
+    }
+    done(d, &["process", "c.bin", "--board", "line", "-o", "line"]);
+    assert!((azimuths("own")[0] - azimuths("line")[0]).abs() > 2.0);
+    refused(
+        d,
+        &["process", "c.bin", "--board", "awr1642", "-o", "no"],
+        &["awr1642 has no TX3", "--board"],
+        "no",
+    );
+    // The line on stderr.
+    let out = catseye(d, &["process", "c.bin", "-o", "told", "--device", "cpu"]);
+    assert!(text(&out.stderr).contains("assumed: antennas"), "{}", text(&out.stderr));
+    // Another slope than the recording's.
+    std::fs::write(d.join("other.toml"), awr1843.replace("bandwidth_hz = 176e6", "bandwidth_hz = 352e6"))
+        .unwrap();
+    refused(
+        d,
+        &["process", "c.bin", "--radar", "other.toml", "-o", "no"],
+        &["c.cfg", "another slope", "40 MHz/us", "20 MHz/us, as in the .cfg"],
+        "no",
+    );
+}
+
 /// Slopes up and down: both bodies with range and speed from the pair of their peaks.
 #[test]
 fn slopes_give_range_and_speed() {

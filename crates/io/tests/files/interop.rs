@@ -60,6 +60,33 @@ fn a_configuration_becomes_a_radar() {
         assert!(a.distance(glam::DVec3::from(b)) < 1e-12, "{a}");
     }
 
+    // Other boards: two transmitters in a row, antennas on the package, and one that is not there.
+    let places = |cfg: &str, board: Board| {
+        let ti = TiRadar::parse("a.cfg", cfg).unwrap();
+        let r = radar_toml::parse(Path::new("a.toml"), &ti.to_radar_toml("x", board)?).unwrap();
+        let half = 0.5 * r.wavelength_m();
+        let of = |list: &[catseye::scene::radar::Antenna]| -> Vec<[i32; 2]> {
+            let at = |a: &catseye::scene::radar::Antenna| (a.position_m - list[0].position_m) / half;
+            list.iter().map(|a| [at(a).y.round() as i32, at(a).z.round() as i32]).collect()
+        };
+        Ok::<_, catseye::base::error::Error>([of(&r.tx), of(&r.rx)])
+    };
+    let second = |tx: u32| {
+        CFG.replace("channelCfg 15 5", "channelCfg 15 7").replace("0 0 0 0 0 4", &format!("0 0 0 0 0 {tx}"))
+    };
+    let row = vec![[0, 0], [1, 0], [2, 0], [3, 0]];
+    assert_eq!(places(CFG, Board::Awr1843).unwrap(), [vec![[0, 0], [4, 0]], row.clone()]);
+    assert_eq!(places(&second(2), Board::Awr1843).unwrap(), [vec![[0, 0], [2, 1]], row.clone()]);
+    assert_eq!(places(&second(2), Board::Awr1642).unwrap(), [vec![[0, 0], [4, 0]], row.clone()]);
+    // RX2 and RX4 alone, TX2 before TX1.
+    let masked =
+        second(1).replace("channelCfg 15", "channelCfg 10").replacen("0 0 0 0 0 1", "0 0 0 0 0 2", 1);
+    assert_eq!(places(&masked, Board::Awr1843).unwrap(), [vec![[0, 0], [-2, -1]], vec![[0, 0], [2, 0]]]);
+    let package = places(&second(4), Board::Iwr6843Aop).unwrap();
+    assert_eq!(package, [vec![[0, 0], [0, -2]], vec![[0, 0], [0, 1], [-1, 0], [-1, 1]]]);
+    let e = places(CFG, Board::Awr1642).unwrap_err();
+    assert!(e.to_string().contains("has no TX3") && e.exit_code() == 2, "{e}");
+
     // What the TOML has no words for is refused.
     let falling = TiRadar { slope_hz_per_s: -60e12, ..ti.clone() };
     let together = TiRadar { multiplex: Multiplex::Together, ..ti };
@@ -146,4 +173,33 @@ fn what_h5py_writes_is_read() {
     }
     let e = open_cube(&path, &CubeOptions::default(), None).err().unwrap().to_string();
     assert!(e.contains("which of its 5 datasets is the cube?") && e.contains("complex64"), "{e}");
+}
+
+/// A radar that is named for a recording must be the one of its `.cfg`: a slope of twice the value would put 12 m at 6 m.
+#[test]
+fn a_radar_that_the_configuration_contradicts_is_refused() {
+    let ti = TiRadar::parse("a.cfg", CFG).unwrap();
+    let own = ti.to_radar_toml("own", Board::Awr1843).unwrap();
+    let check = |text: &str| {
+        let radar = radar_toml::parse(Path::new("b.toml"), text).unwrap();
+        ti.check_agrees(Path::new("a.cfg"), &radar)
+    };
+    check(&own).unwrap();
+    for (key, value, expect) in [
+        ("bandwidth_hz", "1.74e9", "another slope"),
+        ("sample_rate_hz", "10e6", "another sample rate"),
+        ("chirp_period_s", "90e-6", "another chirp period"),
+        ("carrier_hz", "79e9", "another start frequency"),
+        ("adc_start_s", "1e-6", "at another time"),
+    ] {
+        let line = |l: &str| if l.starts_with(key) { format!("{key} = {value}") } else { l.to_string() };
+        let changed: Vec<String> = own.lines().map(line).collect();
+        let e = check(&changed.join("\n")).unwrap_err();
+        let text = e.to_string();
+        assert!(
+            text.contains(expect) && text.contains("--radar") && text.contains("as in the .cfg"),
+            "{text}"
+        );
+        assert_eq!((e.exit_code(), text.lines().count()), (2, 1));
+    }
 }
