@@ -498,7 +498,7 @@ fn check(points: &[Radial], model: &EgoModel, s: &EgoSettings) -> Result<()> {
         for (key, value) in
             [("speed.lateral_mps", k.lateral_mps), ("speed.yaw_rate_rad_per_s", k.yaw_rate_rad_per_s)]
         {
-            if !(value >= 0.0) {
+            if value.is_nan() || value < 0.0 {
                 return bad(key, &value, "0 or more");
             }
         }

@@ -448,7 +448,7 @@ pub(super) fn decoded(
     let noise: Vec<f64> = found.noise.iter().map(|w| w * share).collect();
     let fold_mps = 2.0 * radar.max_velocity_mps();
     let is_ddm = matches!(radar.multiplex, Multiplex::Ddm { .. });
-    let is_certain = |rate: f64| radar.doppler_rows() > 1 && !is_ddm && is_alone(rate, fold_mps);
+    let is_certain = radar.doppler_rows() > 1 && !is_ddm && fold_mps > 2.0 * FASTEST_MPS;
     let cells: Vec<(Vec<Complex64>, (f64, Ambiguity, f64), ByFolds)> = rates
         .par_iter()
         .zip(found.snapshots.data.par_chunks(channels))
@@ -463,7 +463,7 @@ pub(super) fn decoded(
                 // What bursts agree on needs no array, which then sees the body where it is.
                 (Some(k), _) if k.state == Ambiguity::Resolved => as_known(k),
                 // An interval so wide that nothing folds needs no test.
-                (None, _) if is_certain(*rate) => (*rate, Ambiguity::Unambiguous, fold_mps),
+                (None, _) if is_certain => (*rate, Ambiguity::Unambiguous, fold_mps),
                 (_, Some(test)) => {
                     let t = test.test(snapshot, *rate, *noise, MODEL_ERROR, standing);
                     // In doubt the rate stays as it was measured.
