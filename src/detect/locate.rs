@@ -416,14 +416,17 @@ fn looked_at_all(engine: &Engine, searches: &[&Search]) -> Vec<Result<Looked>> {
     out
 }
 
+/// Range rate, m/s, what is known of its folds, and what it is known modulo, m/s.
+type Rate = (f64, Ambiguity, f64);
+
 /// The cells of a map with their transmitters told apart.
 pub(super) struct Decoded {
     /// Snapshots over the virtual channels, without the turns between transmitters.
     pub snapshots: Snapshots<f64>,
     /// Noise of a decoded channel, W, of each cell.
     pub noise: Vec<f64>,
-    /// Range rate, m/s, what is known of its folds, and what it is known modulo, m/s, of each cell.
-    pub rates: Vec<(f64, Ambiguity, f64)>,
+    /// Of each cell.
+    pub rates: Vec<Rate>,
     /// Directions that each cell has by other folds of its range rate that are not ruled out.
     pub by_folds: Vec<ByFolds>,
 }
@@ -449,7 +452,7 @@ pub(super) fn decoded(
     let fold_mps = 2.0 * radar.max_velocity_mps();
     let is_ddm = matches!(radar.multiplex, Multiplex::Ddm { .. });
     let is_certain = radar.doppler_rows() > 1 && !is_ddm && fold_mps > 2.0 * FASTEST_MPS;
-    let cells: Vec<(Vec<Complex64>, (f64, Ambiguity, f64), ByFolds)> = rates
+    let cells: Vec<(Vec<Complex64>, Rate, ByFolds)> = rates
         .par_iter()
         .zip(found.snapshots.data.par_chunks(channels))
         .zip(&noise)

@@ -3,7 +3,7 @@
 use super::ambiguity::Standing;
 use super::bursts::Known;
 use super::locate::{Decoded, accuracy, decoded, fold_test, known_of, manifold, options};
-use super::points::{peaks, range_m};
+use super::points::{peaks, range_m, wavelength_at};
 use crate::base::error::Result;
 use crate::dsp::RangeDoppler;
 use crate::dsp::doa_beamform::{Beamformer, Grid};
@@ -83,11 +83,14 @@ fn of_map(
         .iter()
         .zip(&found.cells)
         .zip(&rates)
-        .map(|((top, cell), (range_rate_mps, ..))| SpectrumCell {
-            range_bin: cell.range,
-            doppler_row: cell.doppler,
-            range_m: range_m(radar, top.range, *range_rate_mps, accuracy.coupling_s),
-            range_rate_mps: *range_rate_mps,
+        .map(|((top, cell), (range_rate_mps, ..))| {
+            let range_m = range_m(radar, top.range, *range_rate_mps, accuracy.coupling_s);
+            SpectrumCell {
+                range_bin: cell.range,
+                doppler_row: cell.doppler,
+                range_m,
+                range_rate_mps: *range_rate_mps * wavelength_at(radar, range_m.max(0.0)),
+            }
         })
         .collect();
     Ok(AngleSpectra { grid, cells, values })
