@@ -124,7 +124,7 @@ class Opened:
 
 
 # Columns of points.csv that are words.
-WORDS = ("class", "ambiguity", "angle_ambiguity")
+WORDS = ("class", "ambiguity", "angle_ambiguity", "other_angles_deg")
 
 
 def like(name, picture):
@@ -159,7 +159,7 @@ def a_run(browser, room):
                 "[...document.querySelectorAll('.columns dt')].map((t) => [t.textContent, t.nextSibling.textContent])"))
             for name, cell in row.items():
                 told = shown[name].split(" ")[0]
-                same = told == "–" if cell == "" else shown[name] == cell if name in WORDS else float(told) == float(cell)
+                same = told == "–" if cell == "" else shown[name].removesuffix(" °") == cell if name in WORDS else float(told) == float(cell)
                 if not same:
                     wrong.append((i, name, cell, shown[name]))
         check(f"frame {index}: numbers are those of points.csv", not wrong, wrong[:3])
