@@ -100,10 +100,14 @@ impl FitSensor {
         let named = self.radar.as_deref().map(|r| radar_toml::load(r, Path::new("."))).transpose()?;
         let options = FitOptions { is_boresight: self.boresight, knows_antennas: named.is_some() };
         let is_assumed = named.is_none() && source.ti_radar().is_none();
+        let cfg = self.cube.with_extension("cfg");
         let radar = match (named, source.ti_radar()) {
-            (Some(r), _) => r,
+            (Some(r), Some(ti)) => {
+                ti.check_agrees(&cfg, &r)?;
+                r
+            }
+            (Some(r), None) => r,
             (None, Some(ti)) => {
-                let cfg = self.cube.with_extension("cfg");
                 let (radar, assumed) = radar_of_cfg(ti, &cfg, "ti", None)?;
                 assumed.iter().for_each(|line| global.say(line));
                 radar

@@ -206,6 +206,8 @@ impl TiRadar {
     /// # Errors
     /// Returns `BadInput` with both values for a slope, sample rate, chirp period, start frequency or delay of the samples that differ.
     pub fn check_agrees(&self, cfg: &Path, radar: &Radar) -> Result<()> {
+        // Without the rounding errors of products.
+        let short = |x: f64| (x * 1e6).round() / 1e6;
         let compared = [
             ("slope", self.slope_hz_per_s, radar.slope_hz_per_s(), 1e-3, 1e-12, "MHz/us"),
             ("sample rate", self.sample_rate_hz, radar.sample_rate_hz, 1e-3, 1e-3, "ksps"),
@@ -219,20 +221,20 @@ impl TiRadar {
                 ))
                 .file(cfg)
                 .key(format!("profileCfg {what}"))
-                .value(format!("{} {unit} of --radar", named * scale))
-                .allowed(format!("{} {unit}, as in the .cfg", own * scale))
+                .value(format!("{} {unit} of --radar", short(named * scale)))
+                .allowed(format!("{} {unit}, as in the .cfg", short(own * scale)))
                 .remedy("leave --radar out, or correct it")
                 .into());
             }
         }
-        // Range bins count from the first sample: a microsecond is some range cells of a moving target's coupling.
-        let late_s = radar.adc_start_s - self.adc_start_s;
-        if late_s.abs() > 1e-6 + 0.1 * self.adc_start_s {
+        // Range rates and angles go by the frequency at the samples: it may differ by as much as the start frequency.
+        let off_hz = self.slope_hz_per_s * (radar.adc_start_s - self.adc_start_s);
+        if off_hz.abs() > 1e-3 * self.start_hz {
             return Err(BadInput::new("the radar that was named samples at another time than the .cfg")
                 .file(cfg)
                 .key("profileCfg adc_start")
-                .value(format!("{} us of --radar", radar.adc_start_s * 1e6))
-                .allowed(format!("{} us, as in the .cfg", self.adc_start_s * 1e6))
+                .value(format!("{} us of --radar", short(radar.adc_start_s * 1e6)))
+                .allowed(format!("{} us, as in the .cfg", short(self.adc_start_s * 1e6)))
                 .remedy("leave --radar out, or correct it")
                 .into());
         }
@@ -314,8 +316,6 @@ pub enum Board {
     /// Receivers half a wavelength apart; transmitters, in their order of sending, spaced by the length of
     /// all receivers together, so that the virtual array is a filled line.
     Line,
-    /// Two transmitters four half wavelengths apart in the receivers' row (TI SWRU508, "PCB Antennas").
-    Awr1642,
     /// TX3 four half wavelengths beside TX1, TX2 halfway between them and one half wavelength higher (TI SPRUIM4, "PCB Antennas").
     Awr1843,
     /// The same places for λ at 62 GHz (TI SWRU585, IWR6843L EVM, section 4.1).
@@ -325,8 +325,7 @@ pub enum Board {
 }
 
 /// Boards by name.
-pub const BOARDS: [(&str, Board); 5] = [
-    ("awr1642", Board::Awr1642),
+pub const BOARDS: [(&str, Board); 4] = [
     ("awr1843", Board::Awr1843),
     ("iwr6843", Board::Iwr6843),
     ("iwr6843aop", Board::Iwr6843Aop),
@@ -342,7 +341,7 @@ impl Board {
     /// Carriers below this are of the 60 GHz devices, Hz.
     const LOW_BAND_HZ: f64 = 70e9;
 
-    /// The board that is assumed where none is named: the commonest one of the band.
+    /// The board that is assumed where none is named: one for each band.
     pub fn assumed(radar: &TiRadar) -> Board {
         if radar.carrier_hz() < Board::LOW_BAND_HZ { Board::Iwr6843 } else { Board::Awr1843 }
     }
@@ -355,7 +354,6 @@ impl Board {
     fn note(self) -> &'static str {
         match self {
             Board::Line => "a filled half-wavelength line in the order of sending",
-            Board::Awr1642 => "AWR1642BOOST (TI SWRU508)",
             Board::Awr1843 => "AWR1843BOOST (TI SPRUIM4)",
             Board::Iwr6843 => "IWR6843 evaluation module (TI SWRU585, section 4.1), spacings for 62 GHz",
             Board::Iwr6843Aop => "IWR6843AOP (TI SWRS237)",
@@ -367,7 +365,6 @@ impl Board {
         const ROW: Places = &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]];
         match self {
             Board::Line => None,
-            Board::Awr1642 => Some((&[[0.0, 0.0], [4.0, 0.0]], ROW)),
             Board::Awr1843 | Board::Iwr6843 => Some((&[[0.0, 0.0], [2.0, 1.0], [4.0, 0.0]], ROW)),
             Board::Iwr6843Aop => Some((
                 &[[-1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]],
