@@ -151,7 +151,8 @@ const SURE_OF_ANOTHER: f64 = 0.999_99;
 const RULED_OUT: f64 = 1e-3;
 
 /// The test of folds of a radar whose transmitters send in slots T_c apart, in turn (TDM) or all in each with signs of a code (BPM), in
-/// loops of T_loop (as many T_c as there are slots with one ramp, more where other ramps follow). Between slots a body that is q ambiguities λ/(2T_loop) faster has turned by q T_c/T_loop more, so that
+/// loops of T_loop (as many T_c as there are slots with one ramp, more where other ramps follow). Between slots a body that is q
+/// ambiguities λ/(2T_loop) faster has turned by q T_c/T_loop more, so that
 /// only the right fold, taken out by eq. 19, leaves a plane wave on the array. Rates λ/(2T_c) apart look alike: the folds within
 /// ±λ/(4T_c) are tried.
 #[derive(Debug, Clone, PartialEq)]

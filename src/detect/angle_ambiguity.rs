@@ -110,7 +110,6 @@ impl AngleLobes {
     pub fn resolve(&self, angles_rad: [f64; 2], power_w: f64, noise_w: f64) -> Resolved {
         let [azimuth, elevation] = angles_rad;
         let u = direction_from_angles(azimuth, elevation);
-        let in_sector = |a: &[f64; 2]| a.iter().zip(self.fov_rad).all(|(a, fov)| a.abs() <= fov + 1e-9);
         let lobes: Vec<([f64; 2], f64)> = self
             .lobes
             .iter()
@@ -119,7 +118,7 @@ impl AngleLobes {
                 let x = 1.0 - y * y - z * z;
                 let (a, e) = (x > 0.0).then(|| angles_from_direction(DVec3::new(x.sqrt(), y, z)))?;
                 let elevation = if self.fov_rad[1] > 0.0 { e } else { elevation };
-                Some(([a, elevation], lobe.power)).filter(|(a, _)| in_sector(a))
+                Some(([a, elevation], lobe.power)).filter(|(a, _)| self.has_in_view(a))
             })
             .collect();
         if lobes.is_empty() {

@@ -81,8 +81,9 @@ pub struct KnownSpeed {
 }
 
 impl KnownSpeed {
-    /// What a car can do whose bus reports this speed, where a radar stands at `arm_m` from its rear axle: its tyres hold 10 m/s² across, its
-    /// smallest turn takes 1.7 rad/s, and its rear wheels slip by up to 0.1 rad and 1 m/s (a drift, or a bank). `tolerance_mps` is the bus's own.
+    /// What a car can do whose bus reports this speed, where a radar stands at `arm_m` from its rear axle: its tyres hold 10 m/s² across,
+    /// its smallest turn takes 1.7 rad/s, and its rear wheels slip by up to 0.1 rad and 1 m/s (a drift, or a bank). These are generous
+    /// assumptions. `tolerance_mps` is the bus's own.
     pub fn of_car(speed_mps: f64, direction_rad: f64, tolerance_mps: f64, arm_m: DVec2) -> KnownSpeed {
         let speed = speed_mps.abs();
         let yaw_rate_rad_per_s = MAX_YAW_RATE_RAD_PER_S.min(MAX_LATERAL_MPS2 / speed.max(1e-3));

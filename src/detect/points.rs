@@ -143,7 +143,7 @@ pub fn range_m(radar: &Radar, range_bin: f64, range_rate_mps: f64, coupling_s: f
 
 /// What a range rate of eq. 16, and the sine of an angle, are multiplied with at a range. A ramp of slope S comes back by 2R/c later, at a
 /// frequency that is S 2R/c lower than what is sent then (eq. 16a): the wavelength is that much longer than the radar's own.
-pub(super) fn wavelength_at(radar: &Radar, range_m: f64) -> f64 {
+pub(super) fn wavelength_ratio(radar: &Radar, range_m: f64) -> f64 {
     let later_hz = match radar.waveform {
         Waveform::Fmcw(_) => radar.slope_hz_per_s() * 2.0 * range_m / C0,
         _ => 0.0,
@@ -196,7 +196,7 @@ pub(super) fn from_origin(
 pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
     let rate = range_rate_mps(radar, d.doppler_row) + d.unfolded_mps;
     let range = range_m(radar, d.range_bin, rate, accuracy.coupling_s);
-    let longer = wavelength_at(radar, range.max(0.0));
+    let longer = wavelength_ratio(radar, range.max(0.0));
     let rate = rate * longer;
     let mut resolved = accuracy.angle_lobes.resolve([d.azimuth_rad, d.elevation_rad], d.power_w, d.noise_w);
     let seen = resolved.angles_rad;

@@ -1,6 +1,6 @@
 //! The response of a radar's windows and array to one echo in the cell and direction of a point (CONVENTIONS eq. 160).
 
-use super::points::{Point, wavelength_at};
+use super::points::{Point, wavelength_ratio};
 use crate::adc::front_end::spill::Spill;
 use crate::adc::shaping::{self, Shaping};
 use crate::adc::{Cube, cpu};
@@ -370,7 +370,7 @@ impl Response {
             wavenumber: wavenumber(radar.sample_centre_hz()),
             centre_hz: radar.sample_centre_hz(),
             slot_phase,
-            shorter_per_m: 1.0 - 1.0 / wavelength_at(radar, 1.0),
+            shorter_per_m: 1.0 - 1.0 / wavelength_ratio(radar, 1.0),
             signs,
         })
     }
@@ -478,8 +478,8 @@ impl Response {
         }
         let mut out = vec![Complex64::ZERO; transmitters];
         for (slot, signs) in self.signs.chunks(transmitters).enumerate() {
-            let heard: Complex64 = sent.iter().zip(signs).map(|(a, sign)| a * *sign).sum();
-            let turned = heard * turn(slot) / slots as f64;
+            let received: Complex64 = sent.iter().zip(signs).map(|(a, sign)| a * *sign).sum();
+            let turned = received * turn(slot) / slots as f64;
             out.iter_mut().zip(signs).for_each(|(a, sign)| *a += turned * *sign);
         }
         out

@@ -3,7 +3,7 @@
 use super::ambiguity::Standing;
 use super::bursts::Known;
 use super::locate::{Decoded, accuracy, decoded, fold_test, known_of, manifold, options};
-use super::points::{peaks, range_m, wavelength_at};
+use super::points::{peaks, range_m, wavelength_ratio};
 use crate::base::error::Result;
 use crate::dsp::RangeDoppler;
 use crate::dsp::doa_beamform::{Beamformer, Grid};
@@ -89,7 +89,7 @@ fn of_map(
                 range_bin: cell.range,
                 doppler_row: cell.doppler,
                 range_m,
-                range_rate_mps: *range_rate_mps * wavelength_at(radar, range_m.max(0.0)),
+                range_rate_mps: *range_rate_mps * wavelength_ratio(radar, range_m.max(0.0)),
             }
         })
         .collect();
