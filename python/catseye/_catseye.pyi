@@ -436,13 +436,14 @@ def dsp_separate(
     radar: Radar | _Path,
     ramp: int = 0,
     velocity_mps: Sequence[float] | None = None,
-) -> tuple[NDArray[np.complex128], _Floats, _Floats, list[str]]: ...
+) -> tuple[NDArray[np.complex128], _Floats, _Floats, list[str], _Floats]: ...
 def dsp_directions(
     snapshots: ArrayLike | None,
     covariance: ArrayLike | None,
     noise_w: ArrayLike | None,
     radar: Radar | _Path,
     engine: _Engine | None = None,
+    range_m: ArrayLike | None = None,
 ) -> NDArray[np.void]: ...
 def dsp_angle_spectrum(
     snapshots: ArrayLike | None,

@@ -190,6 +190,8 @@ class Separated(NamedTuple):
     range_rate_mps: NDArray[np.float64]
     #: Of each cell: "unambiguous", "resolved", "ego_speed", "ambiguous" or "unresolved".
     ambiguity: list[str]
+    #: float64 [cell]: range of the peak from the middle of the array, m.
+    range_m: NDArray[np.float64]
 
 
 def separate(
@@ -241,6 +243,7 @@ def directions(
     noise_w: ArrayLike | None = None,
     method: str | None = None,
     sources: int | str | None = None,
+    range_m: ArrayLike | None = None,
     engine: _Engine | None = None,
     **processing: Any,
 ) -> NDArray[np.void]:
@@ -248,7 +251,8 @@ def directions(
 
     snapshots: complex [virtual channel], [cell, virtual channel] or [cell, look, virtual channel], as :func:`separate` gives them. covariance: in
     their place, the mean of x x^H over looks, [channel, channel] or [cell, channel, channel]. noise_w: [cell], noise power of a channel; needed where
-    the number of sources is found by it ("residual", the default of methods other than Bartlett's). method: "bartlett", "capon", "ml", "music",
+    the number of sources is found by it ("residual", the default of methods other than Bartlett's). range_m: [cell], as :func:`separate` gives it: with
+    it, angles are by the wavelength with which a ramp comes back from there, as those of points are; else by the radar's own. method: "bartlett", "capon", "ml", "music",
     "root-music", "esprit" or "bi-svd", default the radar's. sources: a number, "mdl", "aic" or "residual".
 
     Returns a structured array [source]: cell, azimuth_deg (positive left), elevation_deg (positive up), power_w, azimuth_std_deg, elevation_std_deg
@@ -256,7 +260,8 @@ def directions(
     """
     changed = _changed(radar, _angle(processing, method, sources))
     noise = None if noise_w is None else np.atleast_1d(np.asarray(noise_w))
-    return _c.dsp_directions(_looks(snapshots, 3), _covariance(covariance), noise, changed, engine)
+    ranges = None if range_m is None else np.atleast_1d(np.asarray(range_m, np.float64))
+    return _c.dsp_directions(_looks(snapshots, 3), _covariance(covariance), noise, changed, engine, ranges)
 
 
 def angle_spectrum(

@@ -385,9 +385,9 @@ fn cells_of(ob: &Bound<'_, PyAny>, [rows, columns]: [usize; 2]) -> PyResult<Vec<
 }
 
 /// Snapshots, noise, range rates and ambiguities of cells.
-type CellArrays = (Py<PyAny>, Py<PyAny>, Py<PyAny>, Vec<&'static str>);
+type CellArrays = (Py<PyAny>, Py<PyAny>, Py<PyAny>, Vec<&'static str>, Py<PyAny>);
 
-/// (snapshots complex128 [cell, virtual channel], noise_w [cell], range_rate_mps [cell], ambiguity list [cell]).
+/// (snapshots complex128 [cell, virtual channel], noise_w [cell], range_rate_mps [cell], ambiguity list [cell], range_m [cell]).
 #[pyfunction]
 #[pyo3(signature = (power, cells, noise_w, snapshots, radar, ramp = 0, velocity_mps = None))]
 #[allow(clippy::too_many_arguments)] // what the chain knows of a cell
@@ -429,6 +429,7 @@ pub fn dsp_separate(
         array(py, all.noise_w, &[count])?,
         array(py, all.range_rates_mps, &[count])?,
         all.ambiguity.into_iter().map(Ambiguity::name).collect(),
+        array(py, all.ranges_m, &[count])?,
     ))
 }
 
@@ -478,7 +479,7 @@ fn noise_of(noise_w: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Vec<f64>>> {
 
 /// Structured array [source]: cell, azimuth_deg, elevation_deg, power_w, azimuth_std_deg, elevation_std_deg, ambiguous.
 #[pyfunction]
-#[pyo3(signature = (snapshots, covariance, noise_w, radar, engine = None))]
+#[pyo3(signature = (snapshots, covariance, noise_w, radar, engine = None, range_m = None))]
 pub fn dsp_directions(
     py: Python<'_>,
     snapshots: Option<&Bound<'_, PyAny>>,
@@ -486,12 +487,14 @@ pub fn dsp_directions(
     noise_w: Option<&Bound<'_, PyAny>>,
     radar: &Bound<'_, PyAny>,
     engine: Option<&Bound<'_, PyAny>>,
+    range_m: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Py<PyAny>> {
     let (radar, engine) = (part(radar, 0)?, engine::resolve(py, engine, None)?);
+    let ranges = range_m.map(floats).transpose()?;
     let ((looks, data), noise) = (looks_of(py, &radar, snapshots, covariance)?, noise_of(noise_w)?);
     let found = work::run(py, None, move |_| {
         let cells = Cells { snapshots: looks, data: &data, noise_w: noise.as_deref() };
-        directions::directions(&engine, &radar, &cells)
+        directions::directions(&engine, &radar, &cells, ranges.as_deref())
     })?;
     let all: Vec<_> =
         found.iter().enumerate().flat_map(|(i, l)| l.iter().map(move |s| (i as i64, s))).collect();

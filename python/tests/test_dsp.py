@@ -76,12 +76,19 @@ def test_stages_give_what_the_chain_gives(scenario, radar, each):
     assert (above != found.mask).sum() <= 2
     cells = dsp.snapshots(spectrum, found.cells)
     split = dsp.separate(power, found.cells, found.noise_w, cells, radar=radar)
-    sources = dsp.directions(split.snapshots, radar=radar, engine=each)
+    sources = dsp.directions(split.snapshots, range_m=split.range_m, radar=radar, engine=each)
     order = np.argsort(-whole.points["power_dbm"], kind="stable")
     best = whole.points[order[0]]
     at = np.argmax(sources["power_w"])
-    assert sources["azimuth_deg"][at] == best["azimuth_deg"]
-    assert set(whole.points["azimuth_deg"]) <= set(sources["azimuth_deg"])
+    # Points are at the range of their own estimate of the beat, so that the wavelength differs by 1e-9.
+    assert sources["azimuth_deg"][at] == pytest.approx(best["azimuth_deg"], abs=1e-6)
+    assert all(np.abs(sources["azimuth_deg"] - a).min() < 1e-6 for a in whole.points["azimuth_deg"])
+    assert split.range_m[sources["cell"][at]] == pytest.approx(best["range_m"], abs=1e-6)
+    # Without a range they are by the carrier (CONVENTIONS eq. 16a).
+    carrier = dsp.directions(split.snapshots, radar=radar, engine=each)["azimuth_deg"][at]
+    assert 1e-4 < abs(carrier - best["azimuth_deg"]) < 1e-2
+    with pytest.raises(catseye.BadInput, match="range_m"):
+        dsp.directions(split.snapshots, range_m=[1.0, 2.0, 3.0, 4.0, 5.0] * 1000, radar=radar, engine=each)
     assert split.range_rate_mps[sources["cell"][at]] == pytest.approx(best["range_rate_mps"], abs=1e-9)
     assert split.ambiguity[sources["cell"][at]] in ("unambiguous", "resolved", "ambiguous", "unresolved")
 

@@ -2,12 +2,13 @@
 
 use super::ambiguity::{Ambiguity, Standing};
 use super::locate::{accuracy, decoded, fold_test, manifold, options};
-use super::points::peaks;
+use super::points::{peaks, range_m, stretched, wavelength_ratio};
 use crate::base::error::{BadInput, Result};
 use crate::dsp::doa_beamform::{Beamformer, Grid};
 use crate::dsp::doa_covariance::eigen;
 use crate::dsp::doa_estimate::{Cells, Estimator, Source, SourceNumber};
 use crate::dsp::doa_manifold::Matrix;
+use crate::dsp::peaks::Peak;
 use crate::dsp::{RangeDoppler, Snapshots};
 use crate::engine::Engine;
 use crate::scene::radar::{AngleMethod, Radar};
@@ -25,6 +26,8 @@ pub struct SeparatedCells {
     pub range_rates_mps: Vec<f64>,
     /// What is known of the folds of each range rate.
     pub ambiguity: Vec<Ambiguity>,
+    /// Range of each cell's peak from the middle of the array (CONVENTIONS eq. 15), m.
+    pub ranges_m: Vec<f64>,
 }
 
 /// Tells the transmitters of detected cells apart. `radar` is that of the map's ramp ([`Radar::part`]) and `velocity_mps` the radar's own in
@@ -38,17 +41,23 @@ pub fn separated(
     velocity_mps: Option<DVec3>,
 ) -> Result<SeparatedCells> {
     let mut taken = found.clone();
-    let (tops, rates) = peaks(radar, &taken, &accuracy(radar)?);
+    let accuracy = accuracy(radar)?;
+    let (tops, rates) = peaks(radar, &taken, &accuracy);
     taken.cells.truncate(tops.len());
     taken.noise.truncate(tops.len());
     taken.snapshots.data.truncate(tops.len() * taken.snapshots.channels);
     let folds = fold_test(radar)?;
     let standing = velocity_mps.map(|v| Standing::seen_by(radar, v));
     let all = decoded(radar, &taken, &rates, folds.as_ref(), standing.as_ref(), &[]);
+    let range = |(top, rate): (&Peak, f64)| range_m(radar, top.range, rate, accuracy.coupling_s);
+    let ranges_m: Vec<f64> = tops.iter().zip(all.rates.iter().map(|r| r.0)).map(range).collect();
+    // Eq. 16a, as points have their range rates.
+    let longer = |(rate, range): (f64, &f64)| rate * wavelength_ratio(radar, range.max(0.0));
     Ok(SeparatedCells {
         snapshots: all.snapshots,
         noise_w: all.noise,
-        range_rates_mps: all.rates.iter().map(|r| r.0).collect(),
+        range_rates_mps: all.rates.iter().map(|r| r.0).zip(&ranges_m).map(longer).collect(),
+        ranges_m,
         ambiguity: all.rates.iter().map(|r| r.1).collect(),
     })
 }
@@ -93,14 +102,50 @@ fn mean_powers(engine: &Engine, beam: &Beamformer, cells: &Cells<'_>) -> Result<
     Ok(powers.chunks_exact(grid * cells.snapshots).flat_map(cell).collect())
 }
 
+/// Angles of sources by the wavelength with which they come back from `ranges_m`, one for each cell (eq. 16a).
+fn by_range(radar: &Radar, ranges_m: &[f64], found: &mut [Vec<Source>]) -> Result<()> {
+    if ranges_m.len() != found.len() || ranges_m.iter().any(|r| !r.is_finite()) {
+        return Err(BadInput::new("each cell needs its range")
+            .key("range_m")
+            .value(format!("{} values", ranges_m.len()))
+            .allowed(format!("{} finite numbers, in metres", found.len()))
+            .remedy("give the ranges that the cells were separated with")
+            .into());
+    }
+    let std = accuracy(radar)?.std(1.0, 0.0, 0.0);
+    let measured = [std.azimuth_rad.is_some(), std.elevation_rad.is_some()];
+    for (sources, range_m) in found.iter_mut().zip(ranges_m) {
+        let longer = wavelength_ratio(radar, range_m.max(0.0));
+        for s in sources {
+            [s.azimuth_rad, s.elevation_rad] = stretched([s.azimuth_rad, s.elevation_rad], measured, longer);
+        }
+    }
+    Ok(())
+}
+
 /// The sources of each cell, strongest first, by the method of the radar's settings. With `bartlett` and no calibration that is the
 /// strongest peak of the beamformer with the angle window (CONVENTIONS eq. 19), whose standard deviations are not a number here, else what
-/// [`Estimator::estimate_cells`] finds.
+/// [`Estimator::estimate_cells`] finds. With `ranges_m`, one for each cell, angles are by the wavelength with which a ramp comes back from
+/// there (eq. 16a), as those of points are; without, by the radar's own.
 ///
 /// # Errors
 /// Returns an error for snapshots that are not of the radar's virtual channels or not finite, for an array that does not suit the method,
 /// without the noise where the number of sources is found by it, or if the engine fails.
-pub fn directions(engine: &Engine, radar: &Radar, cells: &Cells<'_>) -> Result<Vec<Vec<Source>>> {
+pub fn directions(
+    engine: &Engine,
+    radar: &Radar,
+    cells: &Cells<'_>,
+    ranges_m: Option<&[f64]>,
+) -> Result<Vec<Vec<Source>>> {
+    let mut found = by_carrier(engine, radar, cells)?;
+    if let Some(ranges) = ranges_m {
+        by_range(radar, ranges, &mut found)?;
+    }
+    Ok(found)
+}
+
+/// As [`directions`], by the radar's own wavelength.
+fn by_carrier(engine: &Engine, radar: &Radar, cells: &Cells<'_>) -> Result<Vec<Vec<Source>>> {
     let count = check(cells, radar.virtual_channels())?;
     if !is_beamformer(radar) {
         let estimator =
@@ -213,7 +258,7 @@ mod tests {
             let radar = radar(method);
             let x = manifold(&radar).unwrap().steering(azimuth, 0.0);
             let cells = Cells { snapshots: 1, data: &x, noise_w: None };
-            let found = directions(&engine, &radar, &cells).unwrap();
+            let found = directions(&engine, &radar, &cells, None).unwrap();
             let off = found[0][0].azimuth_rad - azimuth;
             // Between the beamformer's directions a parabola stands for the window's own response.
             assert!(off.abs() < if method == "bartlett" { 2e-3 } else { 1e-4 }, "{method}: {off}");
@@ -223,7 +268,7 @@ mod tests {
             let r: Vec<Complex64> = (0..n * n).map(|i| x[i / n] * x[i % n].conj()).collect();
             let looks = snapshots_of_covariance(&radar, &r).unwrap();
             let cells = Cells { snapshots: n, data: &looks, noise_w: None };
-            let again = directions(&engine, &radar, &cells).unwrap();
+            let again = directions(&engine, &radar, &cells, None).unwrap();
             assert!((again[0][0].azimuth_rad - azimuth).abs() < 2e-3, "{method} by covariance");
         }
     }

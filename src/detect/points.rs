@@ -223,7 +223,8 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
     let [by_azimuth, by_elevation] = resolved.variance.map(f64::sqrt);
     std.azimuth_rad = std.azimuth_rad.map(|s| s.hypot(by_azimuth));
     std.elevation_rad = std.elevation_rad.map(|s| s.hypot(by_elevation));
-    let [azimuth_rad, elevation_rad] = stretched(resolved.angles_rad, &std, longer);
+    let measured = [std.azimuth_rad.is_some(), std.elevation_rad.is_some()];
+    let [azimuth_rad, elevation_rad] = stretched(resolved.angles_rad, measured, longer);
     let (range_m, azimuth_rad, elevation_rad) =
         from_origin(range, [azimuth_rad, elevation_rad], &std, accuracy.centre_m);
     Point {
@@ -255,17 +256,15 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
     }
 }
 
-/// Angles by a wavelength that is longer by a factor near 1: the array measures the sines of those that have a deviation.
-fn stretched([azimuth, elevation]: [f64; 2], std: &PointStd, longer: f64) -> [f64; 2] {
+/// Angles (azimuth, elevation) by a wavelength that is longer by a factor near 1: the array measures the sines of those that are `measured`.
+pub(super) fn stretched([azimuth, elevation]: [f64; 2], measured: [bool; 2], longer: f64) -> [f64; 2] {
     let sine = |angle: f64| (angle.sin() * longer).clamp(-1.0, 1.0).asin();
-    let up = if std.elevation_rad.is_some() { sine(elevation) } else { elevation };
-    match std.azimuth_rad {
-        Some(_) if azimuth.abs() < FRAC_PI_2 => {
-            let y = azimuth.sin() * elevation.cos() * longer / up.cos().max(f64::MIN_POSITIVE);
-            [y.clamp(-1.0, 1.0).asin(), up]
-        }
-        _ => [azimuth, up],
+    let up = if measured[1] { sine(elevation) } else { elevation };
+    if !measured[0] || azimuth.abs() >= FRAC_PI_2 {
+        return [azimuth, up];
     }
+    let y = azimuth.sin() * elevation.cos() * longer / up.cos().max(f64::MIN_POSITIVE);
+    [y.clamp(-1.0, 1.0).asin(), up]
 }
 
 /// The nearest range at which something can be told from the radar itself: half a resolution cell. What the map shows
