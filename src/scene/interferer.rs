@@ -228,7 +228,7 @@ velocity_mps = [-20, 0, 0]
 
     fn read(text: &str) -> Result<Interferer> {
         let doc = Document::parse("i.toml", text)?;
-        build(&mut PlaceReader::new(&doc), "interferer[0]", &doc.read()?)
+        build(&mut PlaceReader::new(&doc, 0.0), "interferer[0]", &doc.read()?)
     }
 
     #[test]

@@ -24,6 +24,7 @@ pub mod toml_file;
 mod toml_value;
 pub mod trajectory;
 pub mod turn;
+pub mod unusual;
 pub mod waveform;
 pub mod waveform_toml;
 pub mod weather;

@@ -2,7 +2,7 @@
 
 use super::toml_file::{At, Document};
 use super::trajectory::{self, Outside, Trajectory, TrajectoryTable};
-use crate::base::error::Result;
+use crate::base::error::{BadInput, Result};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -32,9 +32,17 @@ impl Lasting {
     }
 }
 
+/// Farthest from the origin that anything may come, m along each axis: what is traced in f32 is right to a fraction of a millimetre near
+/// the radar only, and nothing that a radar sees is so far.
+const FAR_M: f64 = 1e6;
+/// By so long waypoints may miss the run where what happens outside of them is said to be standing still, s: as long as a trajectory may last.
+const STAY_S: f64 = 2e5;
+
 /// Reads where things are and how they go, and remembers how long trajectories last.
 pub(super) struct PlaceReader<'a, 'b> {
     pub(super) doc: &'a Document<'b>,
+    /// Time of the last frame, s.
+    last_s: f64,
     pub(super) lasting: Vec<Lasting>,
 }
 
@@ -42,15 +50,64 @@ pub(super) struct PlaceReader<'a, 'b> {
 pub(super) type PlaceKeys<'t> = (&'t Option<At<[f64; 3]>>, &'t At<[f64; 3]>, &'t Option<TrajectoryTable>);
 
 impl<'a, 'b> PlaceReader<'a, 'b> {
-    pub(super) fn new(doc: &'a Document<'b>) -> PlaceReader<'a, 'b> {
-        PlaceReader { doc, lasting: Vec::new() }
+    /// `last_s` is the time of the last frame.
+    pub(super) fn new(doc: &'a Document<'b>, last_s: f64) -> PlaceReader<'a, 'b> {
+        PlaceReader { doc, last_s, lasting: Vec::new() }
     }
 
     /// The trajectory of what has that name.
     pub(super) fn along(&mut self, key: &str, name: &str, t: &TrajectoryTable) -> Result<Trajectory> {
         let made = trajectory::build(self.doc, key, t)?;
+        self.check_times(key, t, &made)?;
+        for time_s in [0.0, self.last_s] {
+            let place_m = made.motion.at(time_s).translation_m;
+            self.check_place(BadInput::new("").file(self.doc.file()).key(key), place_m, time_s)?;
+        }
         self.lasting.push(Lasting { name: name.into(), span_s: made.span_s, outside: t.outside });
         Ok(made)
+    }
+
+    /// Whether the waypoints reach the run: of times that are another clock's nothing but straight extrapolation would be seen.
+    fn check_times(&self, key: &str, t: &TrajectoryTable, made: &Trajectory) -> Result<()> {
+        let (from, to) = made.span_s;
+        let slack_s = match t.outside {
+            Outside::GoOn => trajectory::LEAD_S,
+            Outside::Stay => STAY_S,
+        };
+        let missed_s = (from - self.last_s).max(-to);
+        if missed_s <= slack_s {
+            return Ok(());
+        }
+        let start_s = t.start_s.value;
+        let problem = if from > self.last_s {
+            "the waypoints begin after the last frame"
+        } else {
+            "the waypoints end before frame 0"
+        };
+        let clock = |s: f64| s + start_s;
+        Err(BadInput::new(problem)
+            .file(self.doc.file())
+            .key(key)
+            .value(format!("{} to {} s", clock(from), clock(to)))
+            .allowed(format!("times that meet the frames, {} to {} s", clock(0.0), clock(self.last_s)))
+            .remedy(format!(
+                "set start_s to the waypoints' time at which frame 0 is, as in start_s = {}",
+                clock(from)
+            ))
+            .into())
+    }
+
+    /// Whether a place that something has at a time of the run is near enough; `at` is where the file says how it moves.
+    pub(super) fn check_place(&self, at: BadInput, place_m: DVec3, time_s: f64) -> Result<()> {
+        if place_m.abs().max_element() <= FAR_M {
+            return Ok(());
+        }
+        let problem = "it comes too far from the origin while the frames last".to_string();
+        Err(BadInput { problem, ..at }
+            .value(format!("[{:.3e}, {:.3e}, {:.3e}] m at {time_s} s", place_m.x, place_m.y, place_m.z))
+            .allowed("-1e6..=1e6 m each")
+            .remedy("give fewer frames, a shorter interval_s, a lower speed, or waypoints for the whole run")
+            .into())
     }
 
     /// Position, velocity and trajectory; `span` is a value of the table to which they belong.
@@ -63,7 +120,12 @@ impl<'a, 'b> PlaceReader<'a, 'b> {
     ) -> Result<(DVec3, DVec3, Option<Trajectory>)> {
         let doc = self.doc;
         match (position, trajectory) {
-            (Some(p), None) => Ok((doc.vector(p)?, speed(doc, velocity)?, None)),
+            (Some(p), None) => {
+                let (place_m, velocity_mps) = (doc.vector(p)?, speed(doc, velocity)?);
+                let end_m = place_m + velocity_mps * self.last_s;
+                self.check_place(doc.bad(&velocity.span, ""), end_m, self.last_s)?;
+                Ok((place_m, velocity_mps, None))
+            }
             (None, Some(t)) if velocity.value == [0.0; 3] => {
                 let made = self.along(&format!("{key}.trajectory"), name, t)?;
                 Ok((DVec3::ZERO, DVec3::ZERO, Some(made)))
@@ -91,4 +153,94 @@ fn speed(doc: &Document<'_>, at: &At<[f64; 3]>) -> Result<DVec3> {
         return Ok(v);
     }
     Err(doc.bad(&at.span, "is too fast").allowed("below 1e5 m/s").remedy("give metres per second").into())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::scenario::parse;
+    use crate::scene::unusual::of_scenario;
+    use std::path::Path;
+
+    fn scenario(more: &str) -> String {
+        format!(
+            "name = \"t\"\nradar = \"demo77\"\n{more}\n[[point]]\nposition_m = [30, 0, 0.5]\nrcs_dbsm = 10\n"
+        )
+    }
+
+    fn along(times_s: [f64; 3], more: &str) -> String {
+        let [a, b, c] = times_s;
+        scenario(&format!(
+            "frames = {{ count = 41, interval_s = 0.05 }}\n[ego.trajectory]\n{more}\nwaypoint = [\n\
+             {{ time_s = {a}, position_m = [0, 0, 0] }},\n{{ time_s = {b}, position_m = [10, 0, 0] }},\n\
+             {{ time_s = {c}, position_m = [20, 0, 0] }}]"
+        ))
+    }
+
+    #[test]
+    fn waypoints_of_another_clock_are_refused() {
+        let file = Path::new("a.toml");
+        let x = |text: &str| {
+            let scenario = parse(file, text).unwrap();
+            let crate::scene::scenario::EgoPlan::Free(ego) = scenario.ego else { panic!("no road here") };
+            ego.at(0.0).translation_m.x
+        };
+        assert_eq!(x(&along([0.0, 1.0, 2.0], "")), 0.0);
+        // Frames that last longer than the waypoints are noted, and go straight on.
+        assert!((x(&along([1.0, 2.0, 3.0], "")) + 10.0).abs() < 1e-9);
+        // Seconds since 1970, an hour late, an hour early.
+        for (times, start) in [
+            ([1_716_000_000.0, 1_716_000_001.0, 1_716_000_002.0], "start_s = 1716000000"),
+            ([3600.0, 3601.0, 3602.0], "start_s = 3600"),
+            ([-3602.0, -3601.0, -3600.0], "start_s = -3602"),
+            ([2.5, 3.5, 4.5], "start_s = 2.5"),
+        ] {
+            let e = parse(file, &along(times, "")).unwrap_err();
+            let text = e.to_string();
+            assert!(e.exit_code() == 2 && text.contains("ego.trajectory") && text.contains(start), "{text}");
+            // The remedy works.
+            assert_eq!(x(&along(times, start)), 0.0);
+        }
+        // Standing still outside of them is what was asked for, unless the clock is another one.
+        assert_eq!(x(&along([3600.0, 3601.0, 3602.0], "outside = \"stay\"")), 0.0);
+        let e = parse(file, &along([1.7e9, 1.7e9 + 1.0, 1.7e9 + 2.0], "outside = \"stay\"")).unwrap_err();
+        assert!(e.to_string().contains("start_s"), "{e}");
+    }
+
+    #[test]
+    fn nothing_leaves_the_world_while_the_frames_last() {
+        let file = Path::new("a.toml");
+        let long = "frames = { count = 100000, interval_s = 1 }\n";
+        for (more, key) in [
+            (format!("{long}ego = {{ speed_mps = 30 }}"), "ego.speed_mps"),
+            (
+                format!("{long}[[point]]\nposition_m = [5, 0, 0]\nvelocity_mps = [0, 50, 0]\nrcs_dbsm = 1"),
+                "point[0].velocity_mps",
+            ),
+            (
+                format!(
+                    "{long}[ego.trajectory]\nwaypoint = [{{ time_s = 0, position_m = [0, 0, 0] }}, \
+                     {{ time_s = 1, position_m = [20, 0, 0] }}]"
+                ),
+                "ego.trajectory",
+            ),
+        ] {
+            let e = parse(file, &scenario(&more)).unwrap_err();
+            let text = e.to_string();
+            assert!(e.exit_code() == 2 && text.contains(key) && text.contains("-1e6..=1e6"), "{text}");
+        }
+        parse(file, &scenario("frames = { count = 1000, interval_s = 1 }\nego = { speed_mps = 30 }"))
+            .unwrap();
+    }
+
+    #[test]
+    fn frames_that_overlap_are_said() {
+        let lines = |frames: &str| {
+            of_scenario(&parse(Path::new("a.toml"), &scenario(&format!("frames = {frames}"))).unwrap())
+        };
+        let none: [String; 0] = [];
+        assert_eq!(lines("{ count = 2, interval_s = 0.05 }"), none);
+        assert_eq!(lines("{ count = 1, interval_s = 0 }"), none);
+        let said = lines("{ count = 2, interval_s = 0.001 }");
+        assert!(said.len() == 1 && said[0].contains("frames.interval_s is 0.001 s"), "{said:?}");
+    }
 }

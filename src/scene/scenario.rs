@@ -1025,7 +1025,8 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
     let doc = Document::parse(file, text)?;
     let f: ScenarioFile = doc.read()?;
     let frames = frames(&doc, &f.frames)?;
-    let mut places = PlaceReader::new(&doc);
+    let last_s = frames.time_s(frames.count.saturating_sub(1));
+    let mut places = PlaceReader::new(&doc, last_s);
     let radars = radars(&mut places, &f)?;
     let options = |o: ImportTable<'_>, file: &At<String>| o.options_of(&doc, file);
     let given = [f.scene.builtin.as_ref().map(|b| &b.span), f.scene.road.as_ref().map(|r| &r.span)];
@@ -1183,12 +1184,20 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
                     Some(places.along("ego.trajectory", "ego", t)?.motion)
                 }
             };
-            EgoPlan::Free(Ego {
+            let ego = Ego {
                 position_m: doc.vector(&f.ego.position_m)?,
                 yaw_rad: angle(&f.ego.yaw_deg)?,
                 speed_mps: doc.in_range(&f.ego.speed_mps, -1000.0..=1000.0, "give metres per second")?,
                 motion,
-            })
+            };
+            if ego.motion.is_none() {
+                places.check_place(
+                    doc.bad(&f.ego.speed_mps.span, ""),
+                    ego.at(last_s).translation_m,
+                    last_s,
+                )?;
+            }
+            EgoPlan::Free(ego)
         }
     };
     let trajectories = places.lasting;

@@ -16,7 +16,7 @@ use std::sync::Arc;
 const KEY_S: f64 = 0.05;
 /// So long before its first and after its last waypoint a trajectory keeps to its curve, no longer than its first and last piece,
 /// before it goes straight on: frames about these times lie on one smooth curve.
-const LEAD_S: f64 = 0.1;
+pub(super) const LEAD_S: f64 = 0.1;
 /// What goes more slowly stands, m/s: it keeps its heading.
 pub const STANDING_MPS: f64 = 0.1;
 /// Most waypoints of a trajectory.

@@ -23,7 +23,7 @@ use crate::geom::{Facets, Geometry, RigidScene, curved, remarks as of_scene};
 use crate::scene::interferer::Interferer;
 use crate::scene::radar::Radar;
 use crate::scene::scenario::{Ego, SitedScenario};
-use crate::scene::{Object, Scene, Shape};
+use crate::scene::{Object, Scene, Shape, unusual};
 use crate::trace::air::Air;
 use crate::trace::{Echoes, TraceOptions};
 use glam::DVec3;
@@ -371,7 +371,7 @@ impl<'a> Prepared<'a> {
         frames(engine, &wanted.collect::<Vec<_>>(), control)
     }
 
-    /// What the scene's meshes have that may show in frames, as they stand in the first one: one line each, with the object's name,
+    /// What the scenario's radars and times have that is seldom meant, and what the scene's meshes have that may show in frames, as they stand in the first one: one line each, with the object's name,
     /// the number of places and a remedy. None for a scene that is clean.
     ///
     /// # Errors
@@ -380,7 +380,8 @@ impl<'a> Prepared<'a> {
         let Some(seen) = self.radars.first() else { return Ok(Vec::new()) };
         let radar = &self.scenario.radars[self.first];
         let time_s = self.scenario.frames.time_s(0);
-        let mut lines = of_scene::of_meshes(&self.scene, radar.carrier_hz)?;
+        let mut lines = unusual::of_scenario(&self.scenario);
+        lines.extend(of_scene::of_meshes(&self.scene, radar.carrier_hz)?);
         let (pose, _) = radar_pose(radar, &self.scenario.ego, time_s);
         lines.extend(seen.refined.at(time_s, 0.0)?.remarks(&self.scene, pose.translation_m));
         Ok(lines)
