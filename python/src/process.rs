@@ -6,11 +6,15 @@ use crate::{arrays, drawn, engine, radar, work};
 use catseye::adc::Cube;
 use catseye::base::error::BadInput;
 use catseye::detect::Bodies;
+use catseye::detect::conjugate::looks_conjugate;
+use catseye::dsp::lost_chirps::LostChirps;
 use catseye::engine::{AnyCube, Engine, Precision};
+use catseye::scene::unusual;
 use catseye::simulate::{Stages, detect};
 use catseye::trace::Echoes;
 use num_complex::{Complex32, Complex64};
 use numpy::{PyReadonlyArray3, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 
@@ -89,10 +93,18 @@ fn cube(adc: &Bound<'_, PyAny>, wide: bool, expected: [usize; 3]) -> PyResult<An
     })
 }
 
+/// Fills lost chirps, and gives a line for each thing of which the user has to know.
+fn repaired<T: catseye::dsp::Real>(shape: [usize; 3], data: &mut [num_complex::Complex<T>]) -> Vec<String> {
+    let lost = LostChirps::find(shape, data);
+    lost.fill(data);
+    lost.lines()
+}
+
 /// Range-Doppler map, detections and points of a cube.
 ///
 /// adc: array [chirp, rx_virtual, sample], complex or real, in sqrt(W) at the receiver's input (other units give relative
-/// levels). radar: a Radar, a preset or a path. engine: an Engine or the name of a device.
+/// levels). Chirps with runs of zeros, as lost packets leave them, are filled by prediction, with a UserWarning; a cube that looks like the
+/// conjugate of what the radar would have gets one too, and values of the radar that are seldom meant. radar: a Radar, a preset or a path. engine: an Engine or the name of a device.
 ///
 /// Raises BadInput for an array of another shape or with values that are not finite.
 #[pyfunction]
@@ -106,7 +118,8 @@ pub fn process(
     let radar = radar::resolve(radar)?;
     let engine = engine::resolve(py, engine, None)?;
     let wide = matches!(*engine, Engine::Cpu(Precision::F64));
-    let cube = cube(adc, wide, [radar.rows(), radar.channels(), radar.samples])?;
+    let shape = [radar.rows(), radar.channels(), radar.samples];
+    let mut cube = cube(adc, wide, shape)?;
     let finite = match &cube {
         AnyCube::F32(c) => c.data.iter().all(|z| z.is_finite()),
         AnyCube::F64(c) => c.data.iter().all(|z| z.is_finite()),
@@ -115,11 +128,20 @@ pub fn process(
         let e = BadInput::new("a sample is not a finite number").key("adc");
         return refuse(py, e.remedy("repair the recording"));
     }
+    let lost = match &mut cube {
+        AnyCube::F32(c) => repaired(shape, &mut c.data),
+        AnyCube::F64(c) => repaired(shape, &mut c.data),
+    };
     let described = radar.clone();
     let (found, cloud) = work::run(py, None, move |_| {
         let nothing = (&Echoes::default(), &Bodies::default());
         detect(&engine, &described, &cube, None, nothing, &mut Stages::default())
     })?;
+    let conjugate = looks_conjugate(&radar, &found[0].map).map(|line| line + " (numpy.conj)");
+    for line in unusual::of_radar(&radar).into_iter().chain(lost).chain(conjugate) {
+        let text = std::ffi::CString::new(line).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+    }
     let shape = [found[0].map.doppler_bins, found[0].map.range_bins];
     let mask = arrays::array(py, found[0].detection.mask.clone(), &shape)?;
     let maps = maps(py, found, wide)?;

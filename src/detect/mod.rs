@@ -50,6 +50,7 @@ pub mod bodies;
 mod bursts;
 pub mod cluster;
 pub mod columns;
+pub mod conjugate;
 pub mod directions;
 pub mod ego_motion;
 pub mod files;

@@ -44,6 +44,7 @@ pub mod fft_radix8;
 pub mod folds;
 pub mod integrate;
 pub mod keystone;
+pub mod lost_chirps;
 pub mod multiplex;
 pub mod peaks;
 pub mod power;

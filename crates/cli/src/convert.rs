@@ -4,6 +4,7 @@ use super::bar::Kept;
 use super::cube_args::{CubeArgs, OpenedCube};
 use super::global::{Global, print, print_json};
 use catseye::base::error::Result;
+use catseye::dsp::lost_chirps::LostChirps;
 use catseye::formats::stage;
 use catseye::scene::radar_toml;
 use catseye_io::cube::{CubeAbout, write_cube};
@@ -34,6 +35,8 @@ struct Report {
     files: Vec<String>,
     shape: [usize; 3],
     clipped_words: u64,
+    /// Number of chirps in which samples are lost.
+    lost_chirps: usize,
 }
 
 impl Convert {
@@ -58,9 +61,18 @@ impl Convert {
         let shape = source.shape();
         let bar = global.bar("converting", 0, Kept::Nothing);
         let data = source.frame::<f32>(self.input.frame)?;
+        // The file gets what was recorded: whoever processes it fills them.
+        let lost = LostChirps::find(shape, &data).chirps();
+        if lost > 0 {
+            let line = format!(
+                "warning: {lost} of {} chirps hold runs of zeros, as lost packets leave them; they stay",
+                shape[0]
+            );
+            bar.suspend(|| global.say(&line));
+        }
         let written = write_cube(&self.output, shape, &data, &about, global.force)?;
         let files = written.files.iter().map(|f| f.display().to_string()).collect();
-        let report = Report { files, shape, clipped_words: written.clipped_words };
+        let report = Report { files, shape, clipped_words: written.clipped_words, lost_chirps: lost };
         drop(bar);
         if global.json {
             return print_json(&report);

@@ -3,8 +3,8 @@
 use super::global::choice;
 use catseye::base::error::{BadInput, Result};
 use catseye::scene::radar::{Radar, Sampling};
-use catseye::scene::radar_toml;
-use catseye_io::cube::{CubeOptions, Source, open_cube};
+use catseye::scene::{radar_toml, unusual};
+use catseye_io::cube::{CubeOptions, Source, configuration_beside, open_cube};
 use catseye_io::cube_layout::axes_from;
 use catseye_io::ti_bin::BinOptions;
 use catseye_io::ti_cfg::{BOARDS, Board, IqOrder, TiRadar};
@@ -20,7 +20,7 @@ pub struct CubeArgs {
     /// Frame of a file that holds several
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub frame: usize,
-    /// TI configuration of a .bin (default: the .cfg of the same name)
+    /// TI configuration of a .bin: .cfg, .mmwave.json or .setup.json (default: the one of the same name)
     #[arg(long, value_name = "FILE")]
     pub cfg: Option<PathBuf>,
     /// Dataset of an .h5 file, or REAL,IMAGINARY
@@ -35,7 +35,10 @@ pub struct CubeArgs {
     /// A .bin with one lane for each receiver, as of xWR14xx
     #[arg(long)]
     pub four_lanes: bool,
-    /// Board of a .bin, which says where the antennas of its .cfg are (default: awr1843, below 70 GHz iwr6843)
+    /// Take the conjugate of every sample: for cubes whose phase has the other sign
+    #[arg(long)]
+    pub conjugate: bool,
+    /// Board of a .bin, which says where the antennas of its .cfg are (default: what the .cfg names, else awr1843, below 70 GHz iwr6843)
     #[arg(long, value_name = "NAME", value_parser = choice(&BOARDS), conflicts_with = "radar")]
     pub board: Option<Board>,
 }
@@ -54,16 +57,7 @@ pub fn radar_of_cfg(
     name: &str,
     board: Option<Board>,
 ) -> Result<(Radar, Vec<String>)> {
-    let mut assumed = Vec::new();
-    let board = board.unwrap_or_else(|| {
-        let board = Board::assumed(ti);
-        assumed.push(format!(
-            "assumed: antennas where the board {} has them, for a .cfg does not name the board (--board NAME, or --radar FILE)",
-            board.name()
-        ));
-        board
-    });
-    Ok((radar_toml::parse(cfg, &ti.to_radar_toml(name, board)?)?, assumed))
+    Ok((radar_toml::parse(cfg, &ti.to_radar_toml(name, board)?)?, ti.assumptions(board)))
 }
 
 impl CubeArgs {
@@ -79,12 +73,13 @@ impl CubeArgs {
                 full_scale_dbm: self.full_scale_dbm,
             },
             dataset: self.dataset.clone(),
+            conjugate: self.conjugate,
         };
         let named = radar.map(|r| radar_toml::load(r, Path::new("."))).transpose()?;
         let shape = named.as_ref().map(|r| [r.rows(), r.channels(), r.samples]);
         let source = open_cube(path, &options, shape)?;
-        let cfg = self.cfg.clone().unwrap_or_else(|| path.with_extension("cfg"));
-        let (radar, assumed) = match (named, source.ti_radar()) {
+        let cfg = self.cfg.clone().unwrap_or_else(|| configuration_beside(path));
+        let (radar, mut assumed) = match (named, source.ti_radar()) {
             (Some(r), Some(ti)) => {
                 ti.check_agrees(&cfg, &r)?;
                 (r, Vec::new())
@@ -102,6 +97,7 @@ impl CubeArgs {
                     .into());
             }
         };
+        assumed.extend(unusual::of_radar(&radar).into_iter().map(|line| format!("warning: {line}")));
         if self.frame >= source.frames() {
             return Err(BadInput::new("the file has no such frame")
                 .file(path)

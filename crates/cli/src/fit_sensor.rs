@@ -5,18 +5,21 @@ use super::cube_args::radar_of_cfg;
 use super::global::{Global, choice};
 use catseye::adc::Cube;
 use catseye::base::error::{BadInput, Error, Result};
+use catseye::dsp::lost_chirps::LostChirps;
 use catseye::formats::npy;
 use catseye::formats::stage::{StagedDir, distinct};
-use catseye::scene::radar_toml;
-use catseye_io::cube::{CubeOptions, Source, open_cube};
+use catseye::scene::{radar_toml, unusual};
+use catseye_io::cube::{CubeOptions, Source, configuration_beside, open_cube};
 use catseye_io::cube_layout::{Axis, axes_from};
 use catseye_io::sensor_fit::compare::{
     Beside, Both, Effect, Levels, assumed_radar_toml, beside, effects, fitted,
 };
 use catseye_io::sensor_fit::estimate::{Fit, FitOptions, check, fit};
 use catseye_io::sensor_fit::words;
+use catseye_io::ti_cfg::{BOARDS, Board};
 use catseye_plot::{Curve, Panel, study_picture};
 use clap::Args;
+use num_complex::Complex64;
 use std::path::{Path, PathBuf};
 
 /// Fit a front end to a measured cube, and compare a simulated cube with it
@@ -52,6 +55,9 @@ pub struct FitSensor {
     /// The strongest line that stands still is at the boresight: all its phases are the channels'
     #[arg(long)]
     pub boresight: bool,
+    /// Board of a .bin, which says where the antennas of its .cfg are (default: what the .cfg names, else one by its band)
+    #[arg(long, value_name = "NAME", value_parser = choice(&BOARDS), conflicts_with = "radar")]
+    pub board: Option<Board>,
 }
 
 #[derive(serde::Serialize)]
@@ -95,12 +101,21 @@ impl FitSensor {
         if self.words {
             words::from_unsigned16(&self.cube, &mut data)?;
         }
+        let lost = LostChirps::find(shape, &data);
+        let is_whole = |z: &Complex64| z.re.fract() == 0.0 && z.im.fract() == 0.0;
+        let are_counts = data.iter().all(is_whole);
+        lost.fill(&mut data);
+        if are_counts {
+            // The converter's steps are found in all samples.
+            data.iter_mut().for_each(|z| *z = Complex64::new(z.re.round(), z.im.round()));
+        }
+        lost.lines().iter().for_each(|line| global.say(&format!("warning: {line}")));
         let cube = Cube { chirps: shape[0], channels: shape[1], samples: shape[2], data };
         check(&self.cube, &cube)?;
         let named = self.radar.as_deref().map(|r| radar_toml::load(r, Path::new("."))).transpose()?;
         let options = FitOptions { is_boresight: self.boresight, knows_antennas: named.is_some() };
         let is_assumed = named.is_none() && source.ti_radar().is_none();
-        let cfg = self.cube.with_extension("cfg");
+        let cfg = configuration_beside(&self.cube);
         let radar = match (named, source.ti_radar()) {
             (Some(r), Some(ti)) => {
                 ti.check_agrees(&cfg, &r)?;
@@ -108,12 +123,13 @@ impl FitSensor {
             }
             (Some(r), None) => r,
             (None, Some(ti)) => {
-                let (radar, assumed) = radar_of_cfg(ti, &cfg, "ti", None)?;
+                let (radar, assumed) = radar_of_cfg(ti, &cfg, "ti", self.board)?;
                 assumed.iter().for_each(|line| global.say(line));
                 radar
             }
             (None, None) => radar_toml::parse(&self.cube, &assumed_radar_toml(shape))?,
         };
+        unusual::of_radar(&radar).iter().for_each(|line| global.say(&format!("warning: {line}")));
         let found = fit(&self.cube, &cube, &radar, options)?;
         // Whole counts are no powers, whatever type of number holds them.
         let is_counts = self.words || !source.has_levels() || found.quantiser.is_some_and(|q| q.step >= 1.0);

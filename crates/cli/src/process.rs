@@ -7,6 +7,8 @@ use super::global::Global;
 use catseye::adc::Cube;
 use catseye::base::error::{BadInput, Result};
 use catseye::detect::Bodies;
+use catseye::detect::conjugate::looks_conjugate;
+use catseye::dsp::lost_chirps::LostChirps;
 use catseye::engine::{AnyCube, Engine, Precision, Purpose};
 use catseye::formats::stage::{self, StagedDir};
 use catseye::scene::radar::Radar;
@@ -44,8 +46,10 @@ struct Report {
     folder: PathBuf,
     /// Whether levels are those at the receiver's input; counts of a converter have none.
     absolute_levels: bool,
-    /// What was assumed of the recording, one line each.
+    /// What was assumed of the recording and what looks wrong in it, one line each.
     assumed: Vec<String>,
+    /// Number of chirps in which samples are lost.
+    lost_chirps: usize,
     /// Whether directions are found with a calibration of the array (`processing.angle.calibration_file`).
     calibrated: bool,
     /// Read by blocks of channels, because the cube is large.
@@ -61,7 +65,8 @@ const STREAMED: usize = 1 << 25;
 impl Process {
     pub fn run(&self, global: &Global) -> Result<()> {
         stage::distinct(&[&self.output], &[&self.cube])?;
-        let OpenedCube { mut source, radar, assumed } = self.input.open(&self.cube, self.radar.as_deref())?;
+        let OpenedCube { mut source, radar, mut assumed } =
+            self.input.open(&self.cube, self.radar.as_deref())?;
         assumed.iter().for_each(|line| global.say(line));
         let own = self.velocity_mps(&radar)?;
         let staged = StagedDir::new(&self.output, global.force, "process")?;
@@ -81,15 +86,25 @@ impl Process {
         let size: usize = source.shape().iter().product();
         let streamed = size > STREAMED && Engine::can_stream(&radar) && !is_f64(&engine);
         let mut seconds = Stages::default();
+        let mut found_lost = LostChirps::default();
         let (maps, points) = match streamed {
-            true => self.by_blocks(&engine, &radar, own, &mut source, &mut seconds)?,
+            true => self.by_blocks(&engine, &radar, own, &mut source, &mut found_lost, &mut seconds)?,
             false => {
                 engine.check_memory(&radar, 0)?;
-                let cube = whole(&engine, &mut source, self.input.frame)?;
+                let (cube, lost) = whole(&engine, &mut source, self.input.frame)?;
+                found_lost = lost;
                 let nothing = (&Echoes::default(), &Bodies::default());
                 detect(&engine, &radar, &cube, own, nothing, &mut seconds)?
             }
         };
+        let about = found_lost
+            .lines()
+            .into_iter()
+            .chain(looks_conjugate(&radar, &maps[0].map).map(|l| l + " (--conjugate)"));
+        for line in about {
+            bar.suspend(|| global.say(&format!("warning: {line}")));
+            assumed.push(line);
+        }
         write_maps(staged.path(), &maps)?;
         write_point_file(staged.path(), &points)?;
         let title = self.cube.file_name().map_or("cube".into(), |n| n.to_string_lossy().into_owned());
@@ -112,6 +127,7 @@ impl Process {
         .write(staged.path())?;
         let report = Report {
             absolute_levels,
+            lost_chirps: found_lost.chirps(),
             assumed,
             calibrated: radar.processing.angle.calibration.is_some(),
             streamed,
@@ -139,12 +155,20 @@ impl Process {
         radar: &Radar,
         own: Option<DVec3>,
         source: &mut Source,
+        lost: &mut LostChirps,
         seconds: &mut Stages,
     ) -> Result<(Vec<catseye::dsp::RangeDoppler<f64>>, Vec<catseye::detect::Point>)> {
         let start = Instant::now();
         let frame = self.input.frame;
+        // Blocks may be read again: each counts once.
+        let mut seen = 0;
         let mut maps = vec![engine.range_doppler_streamed(radar, &mut |channels, out| {
-            out.copy_from_slice(&source.channels::<f32>(frame, channels)?);
+            let (data, found) = source.repaired::<f32>(frame, channels.clone())?;
+            out.copy_from_slice(&data);
+            if channels.start == seen {
+                lost.append(&found);
+                seen = channels.end;
+            }
             Ok(())
         })?];
         seconds.processing_s = start.elapsed().as_secs_f64();
@@ -168,11 +192,17 @@ fn is_f64(engine: &Engine) -> bool {
     matches!(engine, Engine::Cpu(Precision::F64))
 }
 
-/// All samples of one frame in the engine's precision.
-pub(super) fn whole(engine: &Engine, source: &mut Source, frame: usize) -> Result<AnyCube> {
+/// All samples of one frame in the engine's precision, with lost chirps filled.
+fn whole(engine: &Engine, source: &mut Source, frame: usize) -> Result<(AnyCube, LostChirps)> {
     let [chirps, channels, samples] = source.shape();
     Ok(match is_f64(engine) {
-        true => AnyCube::F64(Cube { chirps, channels, samples, data: source.frame::<f64>(frame)? }),
-        false => AnyCube::F32(Cube { chirps, channels, samples, data: source.frame::<f32>(frame)? }),
+        true => {
+            let (data, lost) = source.repaired::<f64>(frame, 0..channels)?;
+            (AnyCube::F64(Cube { chirps, channels, samples, data }), lost)
+        }
+        false => {
+            let (data, lost) = source.repaired::<f32>(frame, 0..channels)?;
+            (AnyCube::F32(Cube { chirps, channels, samples, data }), lost)
+        }
     })
 }

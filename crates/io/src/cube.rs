@@ -28,6 +28,8 @@ pub struct CubeOptions {
     pub bin: BinOptions,
     /// Name of the dataset in an HDF5 file, or two as `REAL,IMAGINARY`.
     pub dataset: Option<String>,
+    /// Whether each sample is replaced by its conjugate: for cubes whose phase has the other sign.
+    pub conjugate: bool,
 }
 
 fn extension(path: &Path) -> String {
@@ -72,7 +74,7 @@ pub fn open_cube(
     stray("axes", options.axes.is_some() && bin, ".npy and .h5")?;
     let h5 = matches!(extension.as_str(), "h5" | "hdf5");
     stray("dataset", options.dataset.is_some() && !h5, ".h5")?;
-    let source = match extension.as_str() {
+    let mut source = match extension.as_str() {
         "npy" => open_npy(path, options)?,
         "bin" => open_bin(path, options)?,
         #[cfg(feature = "hdf5")]
@@ -81,6 +83,14 @@ pub fn open_cube(
         "h5" | "hdf5" => return Err(no_hdf5(path)),
         _ => return Err(unknown_extension(path)),
     };
+    if options.conjugate && !source.is_complex() {
+        return Err(BadInput::new("real samples have no conjugate")
+            .file(path)
+            .key("conjugate")
+            .remedy("leave it out")
+            .into());
+    }
+    source.conjugate = options.conjugate;
     if let Some(want) = expected.filter(|w| *w != source.shape()) {
         return Err(BadInput::new("the array is not a cube of this radar")
             .file(path)
@@ -93,11 +103,20 @@ pub fn open_cube(
     Ok(source)
 }
 
+/// The configuration of the same name beside a recording: `.cfg`, else what mmWave Studio saves; where there is none, the name of the first.
+pub fn configuration_beside(bin: &Path) -> PathBuf {
+    let first = bin.with_extension("cfg");
+    if first.exists() {
+        return first;
+    }
+    ["setup.json", "mmwave.json"].iter().map(|e| bin.with_extension(e)).find(|p| p.exists()).unwrap_or(first)
+}
+
 fn open_bin(path: &Path, options: &CubeOptions) -> Result<Source> {
     open_file(path)?;
-    let cfg = options.cfg.clone().unwrap_or_else(|| path.with_extension("cfg"));
+    let cfg = options.cfg.clone().unwrap_or_else(|| configuration_beside(path));
     if options.cfg.is_none() && !cfg.exists() {
-        return Err(BadInput::new("a recording needs the .cfg with which it was made")
+        return Err(BadInput::new("a recording needs the .cfg or .mmwave.json with which it was made")
             .file(path)
             .allowed(format!("--cfg FILE, or {} beside it", cfg.display()))
             .into());

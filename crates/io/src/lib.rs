@@ -34,6 +34,7 @@ pub mod tally;
 pub mod ti_bin;
 pub mod ti_cfg;
 mod ti_commands;
+mod ti_studio;
 pub mod traffic;
 pub mod turntable;
 pub mod usage;

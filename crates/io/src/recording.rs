@@ -1,9 +1,17 @@
 //! Radars of this program as devices whose recordings other programs read.
 
-use crate::ti_cfg::{IqOrder, Multiplex as TiMultiplex, TiRadar};
+use crate::ti_cfg::{Antennas, IqOrder, Multiplex as TiMultiplex, TiRadar};
 use catseye::base::error::{BadInput, Error, Result};
-use catseye::scene::radar::{Radar, Sampling};
+use catseye::scene::radar::{Antenna, Radar, Sampling};
 use catseye::scene::waveform::{Multiplex, Waveform};
+
+/// Positions of antennas in half wavelengths of the carrier.
+fn places(radar: &Radar, list: &[Antenna]) -> Vec<[f64; 3]> {
+    let half_wavelength_m = 0.5 * radar.wavelength_m();
+    // Without the rounding errors of products.
+    let short = |x: f64| (x / half_wavelength_m * 1e9).round() / 1e9;
+    list.iter().map(|a| a.position_m.to_array().map(short)).collect()
+}
 
 /// The TI device equivalent to this radar: one ramp, transmitters in turn, up to three of them and four
 /// receivers.
@@ -65,5 +73,8 @@ pub fn ti_radar(radar: &Radar) -> Result<TiRadar> {
         high_pass: [0; 2],
         lvds: Some([0, 1, 0]),
         others: Vec::new(),
+        phase_shifter: 0,
+        device: None,
+        antennas: Some(Antennas { tx: places(radar, &radar.tx), rx: places(radar, &radar.rx) }),
     })
 }

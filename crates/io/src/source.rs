@@ -3,6 +3,7 @@
 use super::cube_layout::{CubeLayout, Real};
 use super::ti_cfg::TiRadar;
 use catseye::base::error::{Error, Result};
+use catseye::dsp::lost_chirps::LostChirps;
 use num_complex::Complex;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -19,11 +20,13 @@ pub struct Source {
     /// One array, or separate real and imaginary parts.
     arrays: Vec<(CubeLayout, Fetch)>,
     pub(super) ti_radar: Option<TiRadar>,
+    /// Whether samples are read as their conjugates.
+    pub(super) conjugate: bool,
 }
 
 impl Source {
     pub(super) fn new(path: &Path, arrays: Vec<(CubeLayout, Fetch)>) -> Source {
-        Source { path: path.to_path_buf(), arrays, ti_radar: None }
+        Source { path: path.to_path_buf(), arrays, ti_radar: None, conjugate: false }
     }
 
     /// Makes a source of a plain file whose numbers begin at byte `data_at`.
@@ -79,7 +82,27 @@ impl Source {
         for (layout, fetch) in &mut self.arrays {
             layout.read(&self.path, frame, channels.clone(), &mut out, fetch)?;
         }
+        if self.conjugate {
+            out.iter_mut().for_each(|z| z.im = T::from_f64(-z.im.to_f64()));
+        }
         Ok(out)
+    }
+
+    /// As [`Source::channels`], with lost chirps found and filled ([`LostChirps`]); channels of `lost` count from the range's first.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Source::channels`].
+    pub fn repaired<T: Real + catseye::dsp::Real>(
+        &mut self,
+        frame: usize,
+        channels: Range<usize>,
+    ) -> Result<(Vec<Complex<T>>, LostChirps)> {
+        let [chirps, _, samples] = self.shape();
+        let shape = [chirps, channels.len(), samples];
+        let mut data = self.channels::<T>(frame, channels)?;
+        let lost = LostChirps::find(shape, &data);
+        lost.fill(&mut data);
+        Ok((data, lost))
     }
 
     /// Reads all channels of one frame, `[chirp, rx_virtual, sample]`.

@@ -13,7 +13,7 @@
 
 use super::cube_layout::{Axis, CubeLayout, Dim, Number};
 use super::source::{Source, open_file};
-use super::ti_cfg::{IqOrder, TiRadar};
+use super::ti_cfg::{Antennas, IqOrder, TiRadar};
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::base::units::w_from_dbm;
 use catseye::formats::stage::StagedFile;
@@ -57,6 +57,9 @@ pub struct Sidecar {
     pub frames: usize,
     /// Number of words that were clipped to the largest or smallest count.
     pub clipped_words: u64,
+    /// Where the antennas are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub antennas: Option<Antennas>,
 }
 
 /// Path of the sidecar of a recording.
@@ -172,7 +175,9 @@ pub fn open(path: &Path, radar: &TiRadar, options: &BinOptions) -> Result<Source
         layout = layout.scaled(scale(dbm, radar.adc_bits)?);
     }
     let mut source = Source::plain(path, file, layout, 0);
-    source.ti_radar = Some(radar.clone());
+    let antennas = sidecar.and_then(|s| s.antennas);
+    source.ti_radar =
+        Some(TiRadar { antennas: antennas.or_else(|| radar.antennas.clone()), ..radar.clone() });
     Ok(source)
 }
 
@@ -220,6 +225,7 @@ impl Writer {
             iq_order: radar.iq_order,
             frames: 0,
             clipped_words: 0,
+            antennas: radar.antennas.clone(),
         };
         let bin = StagedFile::new(path, force)?;
         let sidecar = StagedFile::new(sidecar_path(path), force)?;

@@ -89,6 +89,22 @@ pub struct TiRadar {
     pub lvds: Option<[u32; 3]>,
     /// Commands that do not concern the samples, as they stood.
     pub others: Vec<String>,
+    /// Phase shifters of TX1, TX2, TX3 as in `profileCfg`: in each byte bits 2 to 7, in steps of 5.625 degrees.
+    pub phase_shifter: u32,
+    /// Platform or device, where the file names it, as in `xWR68xx_AOP`.
+    pub device: Option<String>,
+    /// Where the antennas are, where the recording's sidecar has it.
+    pub antennas: Option<Antennas>,
+}
+
+/// Positions `[forward, left, up]` of transmitters in the order of sending, and of receivers, in half wavelengths of the carrier.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Antennas {
+    /// Transmitters.
+    pub tx: Vec<[f64; 3]>,
+    /// Receivers.
+    pub rx: Vec<[f64; 3]>,
 }
 
 impl TiRadar {
@@ -140,12 +156,13 @@ impl TiRadar {
             u32::from(!self.interleaved),
         ));
         line(format_args!(
-            "profileCfg 0 {} {} {} {} {} 0 {} {} {} {} {} {} {}",
+            "profileCfg 0 {} {} {} {} {} {} {} {} {} {} {} {} {}",
             shifted(self.start_hz, -9),
             shifted(self.idle_s, 6),
             shifted(self.adc_start_s, 6),
             shifted(self.ramp_end_s, 6),
             u32::from_le_bytes([b0, b1, b2, 0]),
+            self.phase_shifter,
             shifted(self.slope_hz_per_s, -12),
             shifted(self.tx_start_s, 6),
             self.samples,
@@ -241,12 +258,47 @@ impl TiRadar {
         Ok(())
     }
 
-    /// Text of a catseye radar, whose `carrier_hz` is the centre of the ramp.
+    /// What its radar rests on beside the file's commands, one line each; `board` is the one that the user names.
+    pub fn assumptions(&self, board: Option<Board>) -> Vec<String> {
+        let mut lines = Vec::new();
+        if board.is_none() && self.antennas.is_none() {
+            let board = Board::assumed(self);
+            let place = match board {
+                Board::Line => "on a filled line in the order of sending".to_string(),
+                _ => format!("where the board {} has them", board.name()),
+            };
+            let reason = match &self.device {
+                Some(device) if board == Board::Line => {
+                    format!("the board of the platform '{device}' is not known")
+                }
+                Some(device) => format!("the file names the platform '{device}'"),
+                None => "the .cfg does not name the board".into(),
+            };
+            lines.push(format!("assumed: antennas {place}, for {reason} (--board NAME, or --radar FILE)"));
+        }
+        if self.phase_shifter != 0 {
+            lines.push(format!(
+                "not used: phase shifters of the transmitters (profileCfg phase_shifter {}); directions are right with a calibration only",
+                self.phase_shifter
+            ));
+        }
+        let compensation = self.others.iter().find(|o| name_of(o) == "compRangeBiasAndRxChanPhase");
+        if let Some(line) = compensation.filter(|l| compensates(l)) {
+            lines.push(format!(
+                "not used: {}; ranges and directions are without this compensation",
+                line.chars().take(100).collect::<String>()
+            ));
+        }
+        lines
+    }
+
+    /// Text of a catseye radar, whose `carrier_hz` is the centre of the ramp. Antennas are those of `board`, else those of the recording's
+    /// sidecar, else those of [`Board::assumed`].
     ///
     /// # Errors
     /// Returns `BadInput` for a falling ramp, for transmitters that send together, which need a radar TOML of their own, and for an
     /// antenna that the board does not have.
-    pub fn to_radar_toml(&self, name: &str, board: Board) -> Result<String> {
+    pub fn to_radar_toml(&self, name: &str, board: Option<Board>) -> Result<String> {
         let bad = |key: &str, value: String, problem: &str| {
             Error::from(
                 BadInput::new(problem)
@@ -270,6 +322,24 @@ impl TiRadar {
             - tx.iter()
                 .map(|t| f64::from(*self.power_backoff_db.get(*t as usize).unwrap_or(&0)))
                 .fold(f64::INFINITY, f64::min);
+        let (note, places) = match (board, &self.antennas) {
+            (None, Some(own)) => {
+                let counts = [own.tx.len(), own.rx.len()];
+                if counts != [tx.len(), self.rx.len()] {
+                    return Err(BadInput::new("the recording's sidecar has other antennas than its .cfg")
+                        .key("antennas")
+                        .value(format!("{} tx, {} rx", counts[0], counts[1]))
+                        .allowed(format!("{} tx, {} rx", tx.len(), self.rx.len()))
+                        .remedy("name the board of the recording with --board")
+                        .into());
+                }
+                ("as the recording's sidecar has them", [own.tx.clone(), own.rx.clone()])
+            }
+            (board, _) => {
+                let board = board.unwrap_or_else(|| Board::assumed(self));
+                (board.note(), board.antennas(&tx, self)?)
+            }
+        };
         let name = name.replace(['\\', '"'], "'").replace(char::is_control, " ");
         let mut out = String::new();
         // Writing to a string does not fail.
@@ -283,7 +353,7 @@ impl TiRadar {
              samples = {}\nadc_start_s = {}\n\
              noise_figure_db = {NOISE_FIGURE_DB:?} # of the AWR1243 at 76 to 77 GHz (TI)\n\n\
              [transmitter]\npower_dbm = {power:?}\n",
-            board.note(),
+            note,
             number(self.carrier_hz()),
             number(self.slope_hz_per_s * self.ramp_end_s),
             number(self.ramp_end_s),
@@ -294,7 +364,7 @@ impl TiRadar {
             self.samples,
             number(self.adc_start_s),
         );
-        for (table, places) in ["tx", "rx"].into_iter().zip(board.antennas(&tx, self)?) {
+        for (table, places) in ["tx", "rx"].into_iter().zip(places) {
             for [x, y, z] in places {
                 let _ = write!(out, "\n[[{table}]]\nposition_half_wavelengths = [{x:?}, {y:?}, {z:?}]\n");
             }
@@ -341,9 +411,21 @@ impl Board {
     /// Carriers below this are of the 60 GHz devices, Hz.
     const LOW_BAND_HZ: f64 = 70e9;
 
-    /// The board that is assumed where none is named: one for each band.
+    /// The board that is assumed where the user names none: that of the platform or device that the file names, a line where its board is not
+    /// known, else one for each band.
     pub fn assumed(radar: &TiRadar) -> Board {
-        if radar.carrier_hz() < Board::LOW_BAND_HZ { Board::Iwr6843 } else { Board::Awr1843 }
+        let Some(device) = &radar.device else {
+            return if radar.carrier_hz() < Board::LOW_BAND_HZ { Board::Iwr6843 } else { Board::Awr1843 };
+        };
+        let device = device.to_ascii_lowercase();
+        let is_aop = device.contains("aop");
+        let is = |families: [&str; 2]| families.iter().any(|f| device.contains(f));
+        match () {
+            () if is(["68xx", "6843"]) && is_aop => Board::Iwr6843Aop,
+            () if is(["68xx", "6843"]) => Board::Iwr6843,
+            () if is(["18xx", "1843"]) && !is_aop => Board::Awr1843,
+            () => Board::Line,
+        }
     }
 
     /// Its name.
@@ -439,6 +521,13 @@ const DEMO_DEFAULTS: [&str; 18] = [
     "calibData 0 0 0",
 ];
 
+/// Whether a line of `compRangeBiasAndRxChanPhase` changes anything: a bias that is not 0, or a factor that is not 1.
+fn compensates(line: &str) -> bool {
+    let numbers: Vec<f64> = line.split_whitespace().skip(1).filter_map(|w| w.parse().ok()).collect();
+    let Some((bias, factors)) = numbers.split_first() else { return false };
+    *bias != 0.0 || factors.chunks_exact(2).any(|f| f != [1.0, 0.0])
+}
+
 fn name_of(line: &str) -> &str {
     line.split_whitespace().next().unwrap_or("")
 }
@@ -513,6 +602,43 @@ mod tests {
         assert_eq!(r.shape(), [16, 12, 256]);
         // 77 GHz + 70 MHz/us * 57.14 us / 2 = 78.9999 GHz.
         assert!((r.carrier_hz() - 78.9999e9).abs() < 1.0);
+    }
+
+    /// Every number of the commands that concern samples changes the radar, or is refused, or has a reason here why it need not.
+    #[test]
+    fn no_number_is_passed_over() {
+        // xWR18 with values that can be raised and lowered.
+        let text = "channelCfg 7 7 0\nadcCfg 1 1\nadcbufCfg -1 0 1 1 1\n\
+            profileCfg 0 77 429 7 57.14 1 4 70 1 256 5209 1 1 30\n\
+            chirpCfg 0 0 0 10 0.5 1 0.5 1\nchirpCfg 1 1 0 10 0.5 1 0.5 4\n\
+            frameCfg 0 1 16 8 100 1 0\nbpmCfg -1 0 0 1\nlvdsStreamCfg -1 0 1 0\n";
+        let first = parsed(text);
+        let same = [
+            ("adcbufCfg", 1, "only one subframe is read, whichever its index"),
+            ("adcbufCfg", 5, "chirps that are buffered together: the order of the words is the same"),
+            ("frameCfg", 6, "what starts a frame"),
+            ("frameCfg", 7, "time from that to the first chirp"),
+            ("bpmCfg", 1, "the subframe"),
+            ("bpmCfg", 3, "BPM is off"),
+            ("bpmCfg", 4, "BPM is off"),
+            ("lvdsStreamCfg", 1, "the subframe"),
+        ];
+        for line in text.lines() {
+            let words: Vec<&str> = line.split(' ').collect();
+            for at in 1..words.len() {
+                let number: f64 = words[at].parse().unwrap();
+                let changed = [number + 1.0, (number - 1.0).abs(), number * 2.0];
+                let differs = changed.iter().filter(|x| **x != number).all(|x| {
+                    let mut other = words.clone();
+                    let x = x.to_string();
+                    other[at] = &x;
+                    let changed = text.replace(line, &other.join(" "));
+                    TiRadar::parse("a.cfg", &changed).map_or(true, |r| r != first)
+                });
+                let excused = same.iter().any(|(name, i, _)| *name == words[0] && *i == at);
+                assert_eq!(differs, !excused, "{line}: number {at}");
+            }
+        }
     }
 
     #[test]

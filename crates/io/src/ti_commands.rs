@@ -1,6 +1,7 @@
 //! The commands of a `.cfg`, read line by line and combined to a [`TiRadar`].
 
 use super::ti_cfg::{IqOrder, Multiplex, TiRadar, shifted};
+use super::ti_studio;
 use catseye::base::error::{BadInput, Error, Result};
 use std::path::{Path, PathBuf};
 
@@ -13,7 +14,7 @@ const MAX_CHIRPS: usize = 512;
 const MAX_ANTENNAS: u32 = 4;
 
 impl TiRadar {
-    /// Reads a `.cfg`.
+    /// Reads a `.cfg`, or what mmWave Studio saves as `.mmwave.json` or `.setup.json`.
     ///
     /// # Errors
     /// Returns `BadInput` with the line for a value that is no number or out of range, a chirp without its
@@ -21,8 +22,12 @@ impl TiRadar {
     pub fn read(path: impl AsRef<Path>) -> Result<TiRadar> {
         let path = path.as_ref();
         let bad = |problem: &str| Error::from(BadInput::new(problem).file(path));
-        let bytes = catseye::formats::input::read(path, "a .cfg file", MAX_BYTES)?;
-        TiRadar::parse(path, &String::from_utf8(bytes).map_err(|_| bad("is not UTF-8 text"))?)
+        let bytes = catseye::formats::input::read(path, "a .cfg file or a .mmwave.json", MAX_BYTES)?;
+        let text = String::from_utf8(bytes).map_err(|_| bad("is not UTF-8 text"))?;
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
+            return ti_studio::read(path, &text);
+        }
+        TiRadar::parse(path, &text)
     }
 
     /// Parses the radar of a text; `file` is named in errors.
@@ -30,8 +35,32 @@ impl TiRadar {
     /// # Errors
     /// Returns an error with the line for a command that is unknown, missing, or has other arguments.
     pub fn parse(file: impl AsRef<Path>, text: &str) -> Result<TiRadar> {
-        Commands::parse(file.as_ref(), text)?.radar()
+        let file = file.as_ref();
+        let lines: Vec<&str> = text.trim_start_matches('\u{feff}').lines().collect();
+        let mut radar = Commands::parse(file, lines.iter().enumerate().map(|(i, l)| (i + 1, *l)))?.radar()?;
+        radar.device = lines.iter().find_map(|l| platform(l));
+        Ok(radar)
     }
+}
+
+/// Commands that only the low-power devices have (TI, xWRL6432 and xWRL1432, mmWave low power SDK 5).
+const LOW_POWER_COMMANDS: [&str; 8] = [
+    "chirpComnCfg",
+    "chirpTimingCfg",
+    "sigProcChainCfg",
+    "factoryCalibCfg",
+    "adcDataSource",
+    "antGeometryCfg",
+    "lowPowerCfg",
+    "apllFreqShiftEn",
+];
+
+/// The platform that a comment of TI's visualizer names, as in `% Platform:xWR68xx_AOP`.
+fn platform(line: &str) -> Option<String> {
+    let comment = line.trim().strip_prefix(['%', '#'])?.trim_start_matches(['%', '#', ' ', '\t']);
+    let (key, value) = comment.split_once(':')?;
+    let value = value.split_whitespace().next()?;
+    ["platform", "device"].iter().any(|k| key.trim().eq_ignore_ascii_case(k)).then(|| value.to_string())
 }
 
 /// Words of one line.
@@ -109,6 +138,7 @@ struct Profile {
     radar: [f64; 7],
     samples: u32,
     backoff: u32,
+    phase_shifter: u32,
     high_pass: [u32; 2],
     rx_gain: u32,
 }
@@ -132,7 +162,7 @@ struct Frame {
 }
 
 /// A file's commands before they are combined.
-struct Commands {
+pub(super) struct Commands {
     file: PathBuf,
     channel: Option<(usize, u32, u32)>,
     adc: Option<(u32, u32)>,
@@ -161,9 +191,28 @@ impl Commands {
         }
     }
 
-    fn parse(file: &Path, text: &str) -> Result<Commands> {
+    /// Reads commands from lines with their numbers.
+    pub(super) fn parse<'a>(
+        file: &Path,
+        lines: impl Iterator<Item = (usize, &'a str)> + Clone,
+    ) -> Result<Commands> {
         let mut c = Commands::new(file);
-        for (i, raw) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        // Commands of one name differ between the families, so that this comes before any of them is read.
+        for (number, raw) in lines.clone() {
+            let name = raw.split_whitespace().next().unwrap_or("");
+            if LOW_POWER_COMMANDS.contains(&name) {
+                return Err(BadInput::new(
+                    "is a command of xWRL devices (xWRL1432, xWRL6432), whose recordings are not read",
+                )
+                .file(file)
+                .line(number)
+                .key(name)
+                .allowed("commands of the mmWave SDK 1 to 3: xWR14xx, xWR16xx, xWR18xx, xWR68xx")
+                .remedy("describe the radar in a TOML file and give its samples as .npy with --radar")
+                .into());
+            }
+        }
+        for (number, raw) in lines {
             let trimmed = raw.trim();
             if trimmed.is_empty() || trimmed.starts_with(['%', '#']) {
                 continue;
@@ -171,7 +220,7 @@ impl Commands {
             let said = trimmed.split(['%', '#']).next().unwrap_or("").trim();
             let mut words = said.split_whitespace();
             let name = words.next().unwrap_or("");
-            let line = Line { file, number: i + 1, name, words: words.collect() };
+            let line = Line { file, number, name, words: words.collect() };
             c.command(&line, said)?;
         }
         Ok(c)
@@ -197,6 +246,14 @@ impl Commands {
             }
             "channelCfg" => {
                 l.at_least(2, "rx_mask tx_mask cascading")?;
+                if l.words.len() > 2 && l.count(2, "cascading", 0, 2)? != 0 {
+                    return Err(l
+                        .bad("cascading: recordings of several devices together are not read")
+                        .value(clipped(l.words[2]))
+                        .allowed("0")
+                        .remedy("describe the radar in a TOML file and give its samples as .npy with --radar")
+                        .into());
+                }
                 self.channel =
                     Some((l.number, l.count(0, "rx_mask", 1, masks)?, l.count(1, "tx_mask", 1, masks)?));
             }
@@ -294,6 +351,7 @@ impl Commands {
             ],
             samples: l.count(9, "samples", 2, 65536)?,
             backoff: l.count(5, "power_backoff", 0, 0x00ff_ffff)?,
+            phase_shifter: l.count(6, "phase_shifter", 0, 0x00ff_ffff)?,
             high_pass: [l.count(11, "hpf1", 0, 255)?, l.count(12, "hpf2", 0, 255)?],
             rx_gain: l.count(13, "rx_gain", 0, 65535)?,
         });
@@ -312,7 +370,7 @@ impl Commands {
     }
 
     /// The radar that the commands describe together.
-    fn radar(self) -> Result<TiRadar> {
+    pub(super) fn radar(self) -> Result<TiRadar> {
         let (channel_line, rx_mask, tx_mask) = self.channel.ok_or_else(|| self.missing("channelCfg"))?;
         let (bits, format) = self.adc.ok_or_else(|| self.missing("adcCfg"))?;
         if self.profiles.iter().all(Option::is_none) {
@@ -368,6 +426,9 @@ impl Commands {
             high_pass: profile.high_pass,
             lvds: self.lvds,
             others: self.others.clone(),
+            phase_shifter: profile.phase_shifter,
+            device: None,
+            antennas: None,
         };
         self.timing(&radar, profile, frame)?;
         Ok(radar)

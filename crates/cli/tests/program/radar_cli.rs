@@ -115,13 +115,17 @@ fn a_recording_has_the_antennas_of_its_board() {
     };
     let own = done(d, &["process", cube, "--radar", "r.toml", "-o", "own"]);
     assert_eq!(own["assumed"], serde_json::json!([]));
+    // A recording of catseye's has them beside it; those of others do not.
+    let written = done(d, &["process", "c.bin", "-o", "written"]);
+    assert_eq!(written["assumed"], serde_json::json!([]));
+    std::fs::remove_file(d.join("c.bin.json")).unwrap();
     let assumed = done(d, &["process", "c.bin", "-o", "assumed"]);
     assert!(assumed["assumed"][0].as_str().unwrap().contains("the board awr1843"), "{assumed}");
     let manifest = std::fs::read_to_string(d.join("assumed/manifest.json")).unwrap();
     assert!(manifest.contains("assumed: antennas where the board awr1843"), "{manifest}");
     let named = done(d, &["process", "c.bin", "--board", "awr1843", "-o", "named"]);
     assert_eq!(named["assumed"], serde_json::json!([]));
-    for folder in ["assumed", "named"] {
+    for folder in ["written", "assumed", "named"] {
         let pairs = azimuths("own").into_iter().zip(azimuths(folder));
         let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(off < 0.3, "{folder}: {off} degrees off");
@@ -139,6 +143,114 @@ fn a_recording_has_the_antennas_of_its_board() {
         d,
         &["process", "c.bin", "--radar", "other.toml", "-o", "no"],
         &["c.cfg", "another slope", "40 MHz/us", "20 MHz/us, as in the .cfg"],
+        "no",
+    );
+}
+
+/// What TI's visualizer writes into a comment names the board, and what the samples have been through that is not undone is said.
+#[test]
+fn a_configuration_says_more_than_its_commands() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    let awr1843 =
+        include_str!("../../../../scenes/presets/awr1843.toml").replace("chirps = 256", "chirps = 8");
+    scenario(d, &awr1843, "");
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    done(d, &["convert", "run/frame_000000/adc.npy", "--radar", "r.toml", "-o", "c.bin"]);
+    std::fs::remove_file(d.join("c.bin.json")).unwrap();
+    let cfg = std::fs::read_to_string(d.join("c.cfg")).unwrap();
+    let said = |text: &str, folder: &str| {
+        std::fs::write(d.join("c.cfg"), text).unwrap();
+        done(d, &["process", "c.bin", "-o", folder])["assumed"].to_string()
+    };
+    let lines = said(&format!("% Platform:xWR18xx\n{cfg}"), "a");
+    assert!(
+        lines.contains("the board awr1843 has them, for the file names the platform 'xWR18xx'"),
+        "{lines}"
+    );
+    let lines = said(&format!("% Platform:xWR16xx\n{cfg}"), "b");
+    assert!(lines.contains("a filled line") && lines.contains("xWR16xx' is not known"), "{lines}");
+    let bias = "compRangeBiasAndRxChanPhase 0.0 1";
+    assert!(cfg.contains(bias));
+    let lines = said(&cfg.replace(bias, "compRangeBiasAndRxChanPhase 0.07 1"), "c");
+    assert!(lines.contains("not used: compRangeBiasAndRxChanPhase 0.07"), "{lines}");
+    let profile = cfg.lines().find(|l| l.starts_with("profileCfg")).unwrap();
+    let mut words: Vec<&str> = profile.split(' ').collect();
+    words[7] = "8192";
+    let lines = said(&cfg.replace(profile, &words.join(" ")), "d");
+    assert!(lines.contains("phase_shifter 8192"), "{lines}");
+    // The commands of the low-power family.
+    std::fs::write(d.join("c.cfg"), "channelCfg 7 3 0\nchirpComnCfg 10 0 0 128 4 28 0\n").unwrap();
+    refused(d, &["process", "c.bin", "-o", "no"], &["c.cfg", "line 2", "chirpComnCfg", "xWRL"], "no");
+}
+
+fn points(d: &Path, folder: &str) -> Vec<[f64; 3]> {
+    let table = Table::read(d.join(folder).join("points.csv")).unwrap();
+    let column = |name: &str| table.numbers(name).unwrap();
+    let (r, v, a) = (column("range_m"), column("range_rate_mps"), column("azimuth_deg"));
+    (0..r.len()).map(|i| [r[i], v[i], a[i]]).collect()
+}
+
+/// Packets that a capture card missed are zeros in the file: they are found and filled, and the points are those of the whole recording.
+#[test]
+fn lost_packets_are_said_and_filled() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    scenario(d, &demo().replace("chirps = 32", "chirps = 64"), "");
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let cube = "run/frame_000000/adc.npy";
+    done(d, &["convert", cube, "--radar", "r.toml", "-o", "c.bin"]);
+    let whole = done(d, &["process", "c.bin", "--radar", "r.toml", "-o", "whole"]);
+    assert_eq!(whole["lost_chirps"], 0);
+    let mut bytes = std::fs::read(d.join("c.bin")).unwrap();
+    // Payloads of 1456 bytes (TI SWRU546, "DCA1000EVM Data Capture Card", packet format).
+    for packet in [7, 200, 201, 410] {
+        bytes[packet * 1456..(packet + 1) * 1456].fill(0);
+    }
+    std::fs::write(d.join("c.bin"), bytes).unwrap();
+    let lost = done(d, &["process", "c.bin", "--radar", "r.toml", "-o", "lost"]);
+    assert!((3..=5).contains(&lost["lost_chirps"].as_u64().unwrap()), "{lost}");
+    assert!(lost["assumed"].to_string().contains("runs of zeros"), "{lost}");
+    let (a, b) = (points(d, "whole"), points(d, "lost"));
+    assert_eq!(a.len(), b.len(), "{a:?} {b:?}");
+    for (a, b) in a.iter().zip(&b) {
+        assert!(
+            (a[0] - b[0]).abs() < 0.01 && (a[1] - b[1]).abs() < 0.01 && (a[2] - b[2]).abs() < 0.2,
+            "{a:?} {b:?}"
+        );
+    }
+    let again = done(d, &["convert", "c.bin", "--radar", "r.toml", "-o", "again.npy"]);
+    assert_eq!(again["lost_chirps"], lost["lost_chirps"]);
+}
+
+/// A cube with the other sign of phase has its echoes at the far end: that is said, and the option puts it right.
+#[test]
+fn conjugate_cubes_are_said_and_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    scenario(d, &demo(), "");
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let cube = d.join("run/frame_000000/adc.npy");
+    let first = done(d, &["process", "run/frame_000000/adc.npy", "--radar", "r.toml", "-o", "first"]);
+    assert_eq!(first["assumed"], serde_json::json!([]));
+    let options = catseye_io::cube::CubeOptions { conjugate: true, ..Default::default() };
+    let mut source = catseye_io::cube::open_cube(&cube, &options, None).unwrap();
+    let (shape, data) = (source.shape(), source.frame::<f32>(0).unwrap());
+    catseye_io::cube::write_cube(d.join("conj.npy"), shape, &data, &Default::default(), false).unwrap();
+    let wrong = done(d, &["process", "conj.npy", "--radar", "r.toml", "-o", "wrong"]);
+    let line = wrong["assumed"].to_string();
+    assert!(line.contains("other sign of phase") && line.contains("--conjugate"), "{line}");
+    let right = done(d, &["process", "conj.npy", "--radar", "r.toml", "--conjugate", "-o", "right"]);
+    assert_eq!(right["assumed"], serde_json::json!([]));
+    assert_eq!(points(d, "right"), points(d, "first"));
+    let real = demo().replace("sampling = \"iq\"", "sampling = \"real\"");
+    scenario(d, &real, "");
+    done(d, &["simulate", "s.toml", "-o", "reals"]);
+    let reals = "reals/frame_000000/adc.npy";
+    refused(
+        d,
+        &["process", reals, "--radar", "r.toml", "--conjugate", "-o", "no"],
+        &["adc.npy", "no conjugate"],
         "no",
     );
 }

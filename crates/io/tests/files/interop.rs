@@ -23,7 +23,7 @@ lvdsStreamCfg -1 0 1 0
 #[test]
 fn a_configuration_becomes_a_radar() {
     let ti = TiRadar::parse("a.cfg", CFG).unwrap();
-    let text = ti.to_radar_toml("board \"a\"", Board::Line).unwrap();
+    let text = ti.to_radar_toml("board \"a\"", Some(Board::Line)).unwrap();
     let r = radar_toml::parse(Path::new("a.toml"), &text).unwrap();
     // 77 GHz + 60 MHz/us * 58 us / 2.
     assert_eq!((r.carrier_hz, r.bandwidth_hz()), (78.74e9, 3.48e9));
@@ -47,8 +47,8 @@ fn a_configuration_becomes_a_radar() {
         .replace("channelCfg 15 5", "channelCfg 15 7")
         .replace("frameCfg 0 1", "chirpCfg 2 2 0 0 0 0 0 2\nframeCfg 0 2");
     let ti = TiRadar::parse("a.cfg", &isk).unwrap();
-    let r =
-        radar_toml::parse(Path::new("a.toml"), &ti.to_radar_toml("isk", Board::Iwr6843).unwrap()).unwrap();
+    let r = radar_toml::parse(Path::new("a.toml"), &ti.to_radar_toml("isk", Some(Board::Iwr6843)).unwrap())
+        .unwrap();
     assert_eq!((r.sampling, r.tx_power_dbm), (Sampling::Real, 6.0));
     let d = 0.5 * 299_792_458.0 / 62e9;
     for (a, b) in [
@@ -63,7 +63,7 @@ fn a_configuration_becomes_a_radar() {
     // Other boards: masks, antennas on the package, and one that is not there.
     let places = |cfg: &str, board: Board| {
         let ti = TiRadar::parse("a.cfg", cfg).unwrap();
-        let r = radar_toml::parse(Path::new("a.toml"), &ti.to_radar_toml("x", board)?).unwrap();
+        let r = radar_toml::parse(Path::new("a.toml"), &ti.to_radar_toml("x", Some(board))?).unwrap();
         let half = 0.5 * r.wavelength_m();
         let of = |list: &[catseye::scene::radar::Antenna]| -> Vec<[i32; 2]> {
             let at = |a: &catseye::scene::radar::Antenna| (a.position_m - list[0].position_m) / half;
@@ -92,7 +92,7 @@ fn a_configuration_becomes_a_radar() {
     let falling = TiRadar { slope_hz_per_s: -60e12, ..ti.clone() };
     let together = TiRadar { multiplex: Multiplex::Together, ..ti };
     for (radar, expect) in [(falling, "the ramp falls"), (together, "send together")] {
-        let e = radar.to_radar_toml("x", Board::Line).unwrap_err();
+        let e = radar.to_radar_toml("x", Some(Board::Line)).unwrap_err();
         assert!(e.to_string().contains(expect) && e.exit_code() == 2, "{e}");
     }
 }
@@ -180,7 +180,7 @@ fn what_h5py_writes_is_read() {
 #[test]
 fn a_radar_that_the_configuration_contradicts_is_refused() {
     let ti = TiRadar::parse("a.cfg", CFG).unwrap();
-    let own = ti.to_radar_toml("own", Board::Awr1843).unwrap();
+    let own = ti.to_radar_toml("own", Some(Board::Awr1843)).unwrap();
     let check = |text: &str| {
         let radar = radar_toml::parse(Path::new("b.toml"), text).unwrap();
         ti.check_agrees(Path::new("a.cfg"), &radar)
