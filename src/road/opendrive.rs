@@ -34,7 +34,9 @@ const JOINT_M: f64 = 0.05;
 /// Shorter elements of the plan have no length, m.
 const SHORTEST_M: f64 = 1e-6;
 /// By how much the length of a curve may miss the stated one, as a part of it.
-const LENGTH_MISS: f64 = 0.01;
+const LENGTH_MISS: f64 = 0.05;
+/// By how much it may without a warning.
+const LENGTH_ROUNDING: f64 = 0.01;
 
 /// How far two statements of one position along a road may differ: files round their lengths.
 fn joint(s_m: f64) -> f64 {
@@ -888,7 +890,17 @@ fn p_end(xml: &Xml, shape: Node, (u, v): ([f64; 4], [f64; 4]), length_m: f64) ->
     let fits = |i: usize| ranges[i].3 <= LENGTH_MISS * length_m;
     let nearer = usize::from(ranges[1].3 < ranges[0].3);
     let chosen = match stated {
-        Some(i) if fits(i) => i,
+        Some(i) if fits(i) => {
+            let (name, _, long_m, miss_m) = ranges[i];
+            if miss_m > LENGTH_ROUNDING * length_m {
+                let text = format!(
+                    "is a curve of {long_m:.3} m as {name}, and the geometry is {length_m} m long; s is stretched \
+                     evenly along the curve"
+                );
+                xml.warn(shape, "stretched", text);
+            }
+            i
+        }
         Some(i) if fits(1 - i) => {
             let ((said, _, there_m, _), (name, ..)) = (ranges[i], ranges[1 - i]);
             let text = format!(
