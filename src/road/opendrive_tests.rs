@@ -285,6 +285,35 @@ fn crossfall_falls_away_from_the_axis() {
     assert!(e.contains("left, right, both"), "{e}");
 }
 
+/// The facets of a roof: no facet spans its ridge, also where the ridge is inside a lane.
+#[test]
+fn facets_of_a_roof_end_at_its_ridge() {
+    let lanes = section(0.0, &lane(1, "", &wide(3.5)), &lane(-1, "", &wide(3.5)));
+    let profile = "<lateralProfile><crossfall s=\"0\" a=\"0.02\" b=\"0\" c=\"0\" d=\"0\"/></lateralProfile>\
+                   <lanes><laneOffset s=\"0\" a=\"1\" b=\"-0.04\" c=\"0\" d=\"0\"/>";
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.xodr"), straight("", &lanes).replace("<lanes>", profile)).unwrap();
+    let text = "name = \"x\"\n[[road]]\nname = \"r\"\nopendrive = \"a.xodr\"\n";
+    let plan = scene_toml::parse(&folder.path().join("r.toml"), text).unwrap();
+    let (scene, _) = build::build(&plan).unwrap();
+    let mut area_m2 = 0.0;
+    for o in &scene.objects {
+        let crate::scene::Shape::Mesh(m) = o.shape else { continue };
+        let mesh = &scene.meshes[m];
+        for t in &mesh.triangles {
+            let corners = t.map(|v| o.pose.point(mesh.positions_m[v as usize]));
+            for p in corners {
+                assert!((p.z + 0.02 * p.y.abs()).abs() < 1e-5, "{p}");
+            }
+            let [a, b, c] = corners.map(|p| p.y);
+            assert!(a.min(b).min(c) * a.max(b).max(c) > -1e-5, "{corners:?}");
+            let [a, b, c] = corners.map(|p| p.truncate());
+            area_m2 += 0.5 * (b - a).perp_dot(c - a);
+        }
+    }
+    assert!((area_m2 - 60.0 * 7.0).abs() < 1e-3, "{area_m2}");
+}
+
 #[test]
 fn marks_are_painted_where_they_are() {
     let marked = |marks: &str| {
