@@ -962,14 +962,14 @@ fn axis(xml: &Xml, road: Node<'_, '_>, offset: &Offset) -> Result<RoadAxis> {
             (alone.at(0.0).position_m - before.at(before.length_m()).position_m).truncate()
         });
         let gap_m = jump.length();
+        if (given_m - s_m).abs() > joint(s_m).max(GAP_M) {
+            let e = xml.bad(g, "s is not where the geometry before it ends").value(given_m);
+            return Err(e.allowed(format!("s = {s_m}")).into());
+        }
         if gap_m > GAP_M {
             let e =
                 xml.bad(g, "does not begin where the one before it ends").value(format!("{gap_m:.3} m off"));
             return Err(e.allowed(format!("up to {GAP_M} m")).into());
-        }
-        if (given_m - s_m).abs() > joint(s_m).max(GAP_M) {
-            let e = xml.bad(g, "s is not where the geometry before it ends").value(given_m);
-            return Err(e.allowed(format!("s = {s_m}")).into());
         }
         let heading = ahead.as_ref().map_or(0.0, |before| before.at(before.length_m()).heading_rad);
         let onwards = jump.dot(DVec2::from_angle(heading));
