@@ -97,7 +97,7 @@ pub struct AxisPoint {
     pub grade: f64,
     /// Curvature of the plan, 1/m, positive to the left.
     pub curvature_per_m: f64,
-    /// Rise over run to the left.
+    /// Rise over run to the left, on the left of the axis.
     pub cross_slope: f64,
 }
 
@@ -118,6 +118,8 @@ pub struct RoadAxis {
     elements: Vec<Element>,
     height: Profile,
     cross_slope: Profile,
+    /// To the right of the axis, where it differs.
+    right_slope: Option<Profile>,
     length_m: f64,
     /// Seeds of the projection: s and place, close enough for one minimum between two.
     seeds: Vec<(f64, DVec2)>,
@@ -172,6 +174,7 @@ impl RoadAxis {
             elements: list,
             height,
             cross_slope: Profile::constant(0.0),
+            right_slope: None,
             length_m: s0_m,
             seeds: Vec::new(),
         };
@@ -236,7 +239,15 @@ impl RoadAxis {
 
     /// The axis with a cross slope along s: rise over run to the left, turned about the axis.
     pub fn with_cross_slope(mut self, slope: Profile) -> RoadAxis {
-        self.cross_slope = slope;
+        (self.cross_slope, self.right_slope) = (slope, None);
+        self
+    }
+
+    /// The axis with a cross slope to its left and another to its right, both rise over run to the left: a roof or a
+    /// valley whose ridge is the axis.
+    pub fn with_cross_slopes(mut self, left: Profile, right: Profile) -> RoadAxis {
+        self.right_slope = (left != right).then_some(right);
+        self.cross_slope = left;
         self
     }
 
@@ -250,9 +261,24 @@ impl RoadAxis {
         &self.height
     }
 
-    /// Cross slope over the length.
+    /// Cross slope over the length, to the left of the axis.
     pub fn cross_slope(&self) -> &Profile {
         &self.cross_slope
+    }
+
+    /// Cross slope to the right of the axis, where it is another.
+    pub fn right_slope(&self) -> Option<&Profile> {
+        self.right_slope.as_ref()
+    }
+
+    /// Cross slope on the side of a lateral distance.
+    fn slope_at(&self, t_m: f64) -> &Profile {
+        self.right_slope.as_ref().filter(|_| t_m < 0.0).unwrap_or(&self.cross_slope)
+    }
+
+    /// Cross slope at a point; beyond the ends of the axis that of the end.
+    fn cross_slope_at(&self, s_m: f64, t_m: f64) -> f64 {
+        self.slope_at(t_m).value(s_m.clamp(0.0, self.length_m))
     }
 
     /// (place, heading, curvature) in plan.
@@ -285,7 +311,7 @@ impl RoadAxis {
     pub fn world(&self, p: RoadPoint) -> DVec3 {
         let a = self.at(p.s_m);
         let left = DVec2::from_angle(a.heading_rad).perp();
-        a.position_m + (p.t_m * left).extend(p.t_m * a.cross_slope + p.h_m)
+        a.position_m + (p.t_m * left).extend(p.t_m * self.cross_slope_at(p.s_m, p.t_m) + p.h_m)
     }
 
     /// The pose of what stands on the road: x along the axis, turned by `yaw_rad` to the left; `lying` follows the
@@ -304,10 +330,10 @@ impl RoadAxis {
     pub fn normal(&self, s_m: f64, t_m: f64) -> DVec3 {
         let a = self.at(s_m);
         let ahead = DVec2::from_angle(a.heading_rad);
-        let twist = if (0.0..=self.length_m).contains(&s_m) { self.cross_slope.slope(s_m) } else { 0.0 };
+        let twist = if (0.0..=self.length_m).contains(&s_m) { self.slope_at(t_m).slope(s_m) } else { 0.0 };
         // d(world)/ds and d(world)/dt.
         let along = ((1.0 - a.curvature_per_m * t_m) * ahead).extend(a.grade + t_m * twist);
-        let across = ahead.perp().extend(a.cross_slope);
+        let across = ahead.perp().extend(self.cross_slope_at(s_m, t_m));
         along.cross(across).normalize_or(DVec3::Z)
     }
 
@@ -351,7 +377,7 @@ impl RoadAxis {
         let s_m = best.1;
         let a = self.at(s_m);
         let t_m = (q - a.position_m.truncate()).dot(DVec2::from_angle(a.heading_rad).perp());
-        RoadPoint { s_m, t_m, h_m: p.z - a.position_m.z - t_m * a.cross_slope }
+        RoadPoint { s_m, t_m, h_m: p.z - a.position_m.z - t_m * self.cross_slope_at(s_m, t_m) }
     }
 
     /// Where the perpendicular from `q` meets the axis between `a` and `b`: Newton's method within a bracket.
@@ -395,6 +421,7 @@ impl RoadAxis {
         let mut marks: Vec<f64> = (self.elements.iter().map(|e| e.s0_m))
             .chain(self.height.breaks_m())
             .chain(self.cross_slope.breaks_m())
+            .chain(self.right_slope.iter().flat_map(Profile::breaks_m))
             .chain([self.length_m])
             .filter(|s| *s > from_m + 1e-9 && *s < to_m - 1e-9)
             .chain([from_m, to_m])
@@ -414,12 +441,13 @@ impl RoadAxis {
         let i = self.elements.partition_point(|e| e.s0_m <= mid).saturating_sub(1);
         let e = &self.elements[i];
         let k = if inside { curvature_bound(&e.course, a - e.s0_m, b - e.s0_m) } else { 0.0 };
-        let bend = if inside { self.height.bend(a, b) + reach_m * self.cross_slope.bend(a, b) } else { 0.0 };
+        let slopes = || [Some(&self.cross_slope), self.right_slope.as_ref()].into_iter().flatten();
+        let steepest = |f: &dyn Fn(&Profile) -> f64| slopes().map(f).fold(0.0, f64::max);
+        let bend = if inside { self.height.bend(a, b) + reach_m * steepest(&|p| p.bend(a, b)) } else { 0.0 };
         let sideways = k * (1.0 + k * reach_m) / 8.0;
         // A line at a lateral distance of a curve in a grade bends with both.
         let upwards = bend / 8.0;
-        let twist =
-            if inside { (self.cross_slope.value(b - 1e-9) - self.cross_slope.value(a)).abs() } else { 0.0 };
+        let twist = if inside { steepest(&|p| (p.value(b - 1e-9) - p.value(a)).abs()) } else { 0.0 };
         let chords = (b - a) * (sideways.hypot(upwards) / sagitta_m).sqrt();
         // Two triangles are off a quadrangle with turned ends by up to a quarter of its warp.
         let n = chords.max(0.25 * twist * sheet_m / sagitta_m);
@@ -716,6 +744,21 @@ mod tests {
                 && (x.y.atan2(x.x) - 0.4).abs() < 1e-2
                 && x.dot(n).abs() < 1e-12
         );
+    }
+
+    #[test]
+    fn a_roof_falls_to_both_sides() {
+        let (left, right) = (Profile::constant(-0.02), Profile::constant(0.03));
+        let a = axis(&[straight(100.0)]).with_cross_slopes(left, right);
+        for (t_m, z) in [(4.0, -0.08), (0.0, 0.0), (-5.0, -0.15)] {
+            let p = RoadPoint { s_m: 40.0, t_m, h_m: 0.5 };
+            let world = a.world(p);
+            assert!((world - DVec3::new(40.0, t_m, z + 0.5)).length() < 1e-12, "{world}");
+            let back = a.project(world);
+            assert!((back.t_m - t_m).abs() < 1e-12 && (back.h_m - 0.5).abs() < 1e-12, "{back:?}");
+        }
+        assert!((a.normal(40.0, -1.0) - DVec3::new(0.0, -0.03, 1.0).normalize()).length() < 1e-12);
+        assert!((a.normal(40.0, 1.0) - DVec3::new(0.0, 0.02, 1.0).normalize()).length() < 1e-12);
     }
 
     #[test]

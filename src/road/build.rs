@@ -58,6 +58,7 @@ pub fn build(plan: &ScenePlan) -> Result<(Scene, RoadTruth)> {
         b.road(r)?;
     }
     b.scene.import.triangles = b.scene.triangle_count();
+    b.scene.warnings.clone_from(&plan.warnings);
     Ok((b.scene, b.truth))
 }
 
@@ -219,7 +220,8 @@ impl Builder<'_> {
         let lanes: Vec<(Side, usize, &Lane)> = road.lanes().collect();
         let mut cells = vec![Vec::new(); stations.len() - 1];
         // Where the cross slope changes no facet spans several lanes: what lies at their edges stays on them.
-        let whole = road.axis.cross_slope().is_constant();
+        let roof = road.axis.right_slope().is_some();
+        let whole = road.axis.cross_slope().is_constant() && !roof;
         let mut first = 0;
         let mut number = 0;
         while first < lanes.len() {
@@ -234,8 +236,14 @@ impl Builder<'_> {
                 } else {
                     (first..end).map(|i| i..i + 1).collect()
                 };
+                // Where the two sides slope in different ways, no facet spans the axis.
+                let halves: &[(f64, f64)] = match roof {
+                    true => &[(0.0, f64::INFINITY), (f64::NEG_INFINITY, 0.0)],
+                    false => &[(f64::NEG_INFINITY, f64::INFINITY)],
+                };
+                let columns = columns.into_iter().flat_map(|c| halves.iter().map(move |h| (c.clone(), *h)));
                 let mut mesh = Mesh::default();
-                for column in columns {
+                for (column, (low, high)) in columns {
                     let corner = |i: usize, left: bool, ends: bool| {
                         let s_m = stations[i];
                         let (side, k, _) = if left { lanes[column.start] } else { lanes[column.end - 1] };
@@ -243,7 +251,7 @@ impl Builder<'_> {
                             let (l, r) = road.lane_edges_t_m(side, k, s);
                             if left { l } else { r }
                         };
-                        let t_m = if ends { before(&t, s_m) } else { t(s_m) };
+                        let t_m = if ends { before(&t, s_m) } else { t(s_m) }.clamp(low, high);
                         road.axis.world(RoadPoint { s_m, t_m, h_m: 0.0 })
                     };
                     for (i, cell) in cells.iter_mut().enumerate() {
@@ -277,7 +285,14 @@ impl Builder<'_> {
         if let (true, Some(under)) = (road.centre_line != LineKind::None, inner) {
             let lateral = Lateral { base: Base::Axis, offset: road.lane_offset.clone() };
             let paint = road.paint.clone();
-            let line = LinePlan { lateral, kind: road.centre_line, paint, under, span_m: all.clone() };
+            let line = LinePlan {
+                lateral,
+                kind: road.centre_line,
+                paint,
+                under,
+                span_m: all.clone(),
+                of_lane: None,
+            };
             lines.push((line, "centre line".into(), None));
         }
         for (side, i, lane) in road.lanes() {
@@ -285,11 +300,12 @@ impl Builder<'_> {
             let place = if side == Side::Left { InLane::Left } else { InLane::Right };
             let lateral = Lateral { base: Base::Lane(side, i, place), offset: offset.clone() };
             let paint = road.paint.clone();
-            let line = LinePlan { lateral, kind: lane.line, paint, under, span_m: all.clone() };
+            let line =
+                LinePlan { lateral, kind: lane.line, paint, under, span_m: all.clone(), of_lane: None };
             lines.push((line, format!("line of lane {}", lane.number), Some((side, i))));
         }
         for (i, l) in p.lines.iter().enumerate() {
-            lines.push((l.clone(), format!("line {}", i + 1), None));
+            lines.push((l.clone(), format!("line {}", i + 1), l.of_lane));
         }
         let mut labels = Vec::new();
         for (line, name, lane) in lines {

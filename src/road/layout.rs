@@ -195,11 +195,15 @@ impl Road {
                 .into());
         }
         let end = self.axis.length_m();
+        let right = self.axis.right_slope().map(|p| (p, "cross slope", 1.0, 1.0));
         for (profile, what, most, steepest) in [
             (self.axis.height(), "height", 1e5, 10.0),
             (self.axis.cross_slope(), "cross slope", 1.0, 1.0),
             (&self.lane_offset, "offset of the lanes", 1000.0, f64::INFINITY),
-        ] {
+        ]
+        .into_iter()
+        .chain(right)
+        {
             profile.check_gentle(end, most, steepest).map_err(|e| match e {
                 Error::Input(b) => Error::from((*b).key(format!("{what} of road '{}'", self.name))),
                 e => e,

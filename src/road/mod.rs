@@ -16,6 +16,9 @@ pub mod materials;
 pub mod near;
 pub mod objects;
 pub mod opendrive;
+pub mod opendrive_elements;
+#[cfg(test)]
+mod opendrive_tests;
 mod place;
 pub mod plan;
 pub mod profile;

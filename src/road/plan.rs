@@ -26,6 +26,8 @@ pub struct ScenePlan {
     pub materials: Vec<Material>,
     /// Its roads.
     pub roads: Vec<RoadPlan>,
+    /// What was assumed or left out of its files, one line each.
+    pub warnings: Vec<String>,
 }
 
 impl ScenePlan {
@@ -83,6 +85,9 @@ pub struct LinePlan {
     pub under: String,
     /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
+    /// Side and index of a lane whose outer edge it marks: there is no line where that lane is too narrow for it, and
+    /// at the edge of the pavement it is painted inside.
+    pub of_lane: Option<(Side, usize)>,
 }
 
 /// A sheet of ground beside the outermost lane that falls over its first metre and goes on level.

@@ -94,6 +94,28 @@ impl Profile {
         at(u - half).max(at(u + half))
     }
 
+    /// The coefficients of the cubic that holds just behind a place, counted from there.
+    pub fn from_here(&self, s_m: f64) -> [f64; 4] {
+        let (p, u) = self.piece(s_m);
+        let [a, b, c, d] = p.coefficients;
+        if s_m < p.s0_m {
+            return [a, 0.0, 0.0, 0.0];
+        }
+        [a + u * (b + u * (c + u * d)), b + u * (2.0 * c + 3.0 * u * d), c + 3.0 * u * d, d]
+    }
+
+    /// This profile plus `factor` times another.
+    pub fn plus(&self, other: &Profile, factor: f64) -> Profile {
+        let mut breaks: Vec<f64> = self.breaks_m().chain(other.breaks_m()).collect();
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup();
+        let sum = |s0_m: f64| {
+            let (a, b) = (self.from_here(s0_m), other.from_here(s0_m));
+            Piece { s0_m, coefficients: std::array::from_fn(|k| a[k] + factor * b[k]) }
+        };
+        Profile { pieces: breaks.into_iter().map(sum).collect() }
+    }
+
     /// Checks that amounts and slopes stay below their limits.
     ///
     /// # Errors
@@ -165,5 +187,18 @@ mod tests {
         // The second derivative 0.5 + 0.75 u.
         assert!((p.bend(0.5, 1.5) - 1.625).abs() < 1e-15);
         assert!(!p.is_constant() && Profile::constant(3.0).is_constant());
+    }
+
+    #[test]
+    fn sums_are_the_sums_of_the_values() {
+        let piece = |s0_m, coefficients| Piece { s0_m, coefficients };
+        let p = Profile::cubics(vec![piece(0.0, [1.0, 0.5, 0.25, 0.125]), piece(2.0, [7.0, 0.0, 0.0, 0.0])])
+            .unwrap();
+        let q = Profile::cubics(vec![piece(1.0, [0.5, -1.0, 0.0, 0.25]), piece(3.0, [0.0, 2.0, 0.0, 0.0])])
+            .unwrap();
+        let sum = p.plus(&q, -2.0);
+        for s in [-1.0, 0.0, 0.7, 1.0, 1.9, 2.0, 2.6, 3.0, 9.0] {
+            assert!((sum.value(s) - (p.value(s) - 2.0 * q.value(s))).abs() < 1e-12, "{s}");
+        }
     }
 }

@@ -5,7 +5,7 @@ use crate::base::error::{BadInput, Error, Result};
 use crate::road::axis::{Course, GradeChange, RoadAxis, RoadPoint};
 use crate::road::build::{MAX_ROW, places};
 use crate::road::layout::{Base, Driven, InLane, Lane, LaneKind, Lateral, LineKind, Paint, Road, Side};
-use crate::road::opendrive;
+use crate::road::opendrive::{self, ReadRoad};
 use crate::road::plan::{
     DEFAULT_DURATION_S, DEFAULT_SAGITTA_M, FencePlan, GantryPlan, LinePlan, RailPlan, RoadPlan, RowPlan,
     ScenePlan, Source, Spacing, ThingPlan, VergePlan, WallPlan,
@@ -55,15 +55,22 @@ pub fn parse(file: &Path, text: &str) -> Result<ScenePlan> {
     }
     let materials = own_materials(&doc, &f.material)?;
     let mut roads: Vec<RoadPlan> = Vec::new();
+    let mut warnings: Vec<String> = Vec::new();
     for t in &f.road {
-        let plan = Reader { doc: &doc, t, roads: &roads, materials: &materials }.road()?;
+        let (plan, of_road) = Reader { doc: &doc, t, roads: &roads, materials: &materials }.road()?;
         roads.push(plan);
+        // Two roads may come from one file.
+        for w in of_road {
+            if !warnings.contains(&w) {
+                warnings.push(w);
+            }
+        }
     }
     let duration_s = match &f.duration_s {
         Some(d) => doc.in_range(d, 0.0..=3600.0, "give seconds, as in 30")?,
         None => DEFAULT_DURATION_S,
     };
-    Ok(ScenePlan { name: f.name, sagitta_m, duration_s, materials, roads })
+    Ok(ScenePlan { name: f.name, sagitta_m, duration_s, materials, roads, warnings })
 }
 
 /// JSON schema of the file: (file name in `schema/`, text).
@@ -222,7 +229,7 @@ impl Reader<'_> {
     }
 
     /// The road of an OpenDRIVE file, when one is named.
-    fn opendrive(&self) -> Result<Option<Road>> {
+    fn opendrive(&self) -> Result<Option<ReadRoad>> {
         let t = self.t;
         let Some(name) = &t.opendrive else {
             if let Some(r) = &t.opendrive_road {
@@ -242,12 +249,15 @@ impl Reader<'_> {
             return self.refuse(span, "is given by the OpenDRIVE file as well", "take it out, or opendrive");
         }
         let path = self.beside(name)?;
-        let mut roads = opendrive::read(&path)?;
-        let Some(id) = &t.opendrive_road else { return Ok(Some(roads.swap_remove(0))) };
-        let ids: Vec<String> = roads.iter().map(|r| r.name.clone()).collect();
-        roads.into_iter().find(|r| r.name == id.value).map(Some).ok_or_else(|| {
-            self.doc.bad(&id.span, "is no road of the OpenDRIVE file").allowed(ids.join(", ")).into()
-        })
+        let id = t.opendrive_road.as_ref();
+        match (opendrive::read(&path, id.map(|i| i.value.as_str()))?, id) {
+            (Ok(read), _) => Ok(Some(read)),
+            (Err(ids), Some(id)) => {
+                let e = self.doc.bad(&id.span, "is no road of the OpenDRIVE file").allowed(ids.join(", "));
+                Err(e.into())
+            }
+            (Err(_), None) => self.refuse(&name.span, "has no road", "give another file"),
+        }
     }
 
     fn axis(&self) -> Result<RoadAxis> {
@@ -427,8 +437,8 @@ impl Reader<'_> {
         Ok(paint)
     }
 
-    /// The whole road.
-    fn road(&self) -> Result<RoadPlan> {
+    /// The whole road, and what was assumed or left out of its file.
+    fn road(&self) -> Result<(RoadPlan, Vec<String>)> {
         let t = self.t;
         if t.name.value.is_empty() || self.roads.iter().any(|r| r.road.name == t.name.value) {
             return self.refuse(
@@ -443,14 +453,18 @@ impl Reader<'_> {
         };
         let here = |e| self.at(&t.name.span, e);
         let paint = self.paint(&t.paint, surface.as_deref().unwrap_or("asphalt"), &t.name.span)?;
-        let given = self.opendrive()?;
+        let mut given = self.opendrive()?;
+        let warnings = given.as_mut().map_or_else(Vec::new, |g| std::mem::take(&mut g.warnings));
+        let mut marks = Vec::new();
         let (left, right) = (self.lanes(Side::Left, &surface)?, self.lanes(Side::Right, &surface)?);
         let road = match given {
-            Some(mut road) => {
+            Some(ReadRoad { mut road, marks: of_file, .. }) => {
                 if !(left.is_empty() && right.is_empty()) {
                     (road.left, road.right, road.centre_line) = (left, right, t.centre_line);
-                } else if t.surface.is_some() {
-                    for lane in road.left.iter_mut().chain(&mut road.right).filter(|l| l.kind.is_drivable()) {
+                } else {
+                    marks = of_file;
+                    let given = |l: &&mut Lane| t.surface.is_some() && l.kind.is_drivable();
+                    for lane in road.left.iter_mut().chain(&mut road.right).filter(given) {
                         lane.surface.clone_from(&surface);
                     }
                 }
@@ -487,7 +501,26 @@ impl Reader<'_> {
                 self.few(at, &span_m, paint.dash_m + paint.gap_m, "dashes")?;
             }
             let lateral = self.lateral(&plan.road, &l.lateral)?;
-            plan.lines.push(LinePlan { lateral, kind: l.kind, paint, under, span_m });
+            plan.lines.push(LinePlan { lateral, kind: l.kind, paint, under, span_m, of_lane: None });
+        }
+        // What the scene file states of its paint counts before what the road's file does.
+        let own = |at: &At<f64>| !at.span.is_empty();
+        for mut mark in marks {
+            if own(&t.paint.width_m) {
+                mark.width_m = None;
+            }
+            if own(&t.paint.thickness_m) {
+                mark.thickness_m = None;
+            }
+            if own(&t.paint.dash_m) || own(&t.paint.gap_m) {
+                mark.dash_gap_m = None;
+            }
+            let Some(line) = mark.line(&plan.road, &plan.road.paint) else { continue };
+            if line.kind == LineKind::Dashed {
+                let at = t.opendrive.as_ref().map_or(&t.name.span, |o| &o.span);
+                self.few(at, &line.span_m, line.paint.dash_m + line.paint.gap_m, "dashes")?;
+            }
+            plan.lines.push(line);
         }
         for v in &t.verge {
             plan.verges.push(VergePlan {
@@ -511,7 +544,7 @@ impl Reader<'_> {
             let thing = self.vehicle(&plan.road, v, i)?;
             plan.things.push(thing);
         }
-        Ok(plan)
+        Ok((plan, warnings))
     }
 
     fn barriers(&self, plan: &mut RoadPlan) -> Result<()> {

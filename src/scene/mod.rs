@@ -151,6 +151,8 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// What the importer dropped or assumed.
     pub import: ImportReport,
+    /// What was assumed or left out of its files, one line each.
+    pub warnings: Vec<String>,
 }
 
 /// What the importer had to drop or assume; printed by the command line and kept in the manifest.

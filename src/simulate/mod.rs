@@ -371,8 +371,9 @@ impl<'a> Prepared<'a> {
         frames(engine, &wanted.collect::<Vec<_>>(), control)
     }
 
-    /// What the scenario's radars and times have that is seldom meant, and what the scene's meshes have that may show in frames, as they stand in the first one: one line each, with the object's name,
-    /// the number of places and a remedy. None for a scene that is clean.
+    /// What was assumed or left out of the scene's files, what of the scenario's radars and times is seldom meant, and what the scene's meshes
+    /// have that may show in frames, as they stand in the first one: one line each, with the object's name, the number of places and a
+    /// remedy. None for a scene that is clean.
     ///
     /// # Errors
     /// Returns an error if a material or a mesh of the scene cannot be used at the frequency of the first radar.
@@ -380,7 +381,8 @@ impl<'a> Prepared<'a> {
         let Some(seen) = self.radars.first() else { return Ok(Vec::new()) };
         let radar = &self.scenario.radars[self.first];
         let time_s = self.scenario.frames.time_s(0);
-        let mut lines = unusual::of_scenario(&self.scenario);
+        let mut lines = self.scene.warnings.clone();
+        lines.extend(unusual::of_scenario(&self.scenario));
         lines.extend(of_scene::of_meshes(&self.scene, radar.carrier_hz)?);
         let (pose, _) = radar_pose(radar, &self.scenario.ego, time_s);
         lines.extend(seen.refined.at(time_s, 0.0)?.remarks(&self.scene, pose.translation_m));

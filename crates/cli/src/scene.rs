@@ -76,7 +76,7 @@ impl MakeScene {
             objects: scene.objects.len(),
             triangles: scene.triangle_count(),
             notes,
-            warnings: of_targets(&scene, DEFAULT_FREQUENCY_HZ)?,
+            warnings: [scene.warnings.clone(), of_targets(&scene, DEFAULT_FREQUENCY_HZ)?].concat(),
         };
         if global.json {
             return print_json(&checked);
@@ -112,7 +112,7 @@ impl MakeScene {
         stage::distinct(&[&output], &[&self.file])?;
         let plan = scene_toml::load(&self.file)?;
         let (scene, truth) = build::build(&plan)?;
-        let mut warnings = Vec::new();
+        let mut warnings = scene.warnings.clone();
         for (name, report) in check_scene(&scene, DEFAULT_FREQUENCY_HZ)? {
             warnings.extend(report.warnings().iter().map(|w| format!("{name}: {w}")));
         }
