@@ -3,7 +3,7 @@
 
 use super::toml_value::{SPANNED, Value, Wrong, take_span};
 use crate::base::error::{BadInput, Result, in_words, nearest, one_line};
-use crate::formats::input;
+pub use crate::formats::text::read as read_text_of;
 use serde::de::{DeserializeOwned, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt::Display;
@@ -12,6 +12,9 @@ use std::ops::{Range, RangeBounds};
 use std::path::{Component, Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+/// What a file of TOML is called in errors.
+const WHAT: &str = "a TOML file";
 
 /// Larger files are refused before they are read.
 const MAX_BYTES: u64 = 16 << 20;
@@ -91,20 +94,7 @@ pub struct Document<'a> {
 /// # Errors
 /// Returns an error if the path is no regular file, or if the file is larger than 16 MiB or not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
-    read_text_of(path, "a TOML file", MAX_BYTES)
-}
-
-/// Reads the text of a file of another kind, `what` in errors, of at most `most` bytes.
-///
-/// # Errors
-/// Returns an error if the path is no regular file, or if the file is larger than `most` bytes or not UTF-8.
-pub fn read_text_of(path: &Path, what: &str, most: u64) -> Result<String> {
-    let bad = |problem: &str| BadInput::new(problem).file(path);
-    let bytes = input::read(path, what, most)?;
-    String::from_utf8(bytes).map_err(|e| {
-        let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-        bad("is not UTF-8 text").line(line).remedy("save the file as UTF-8").into()
-    })
+    read_text_of(path, WHAT, MAX_BYTES)
 }
 
 /// Path and text of a file that `name` gives below the folder of the document.
