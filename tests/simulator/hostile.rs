@@ -555,7 +555,7 @@ fn obj_is_read_whole_or_refused() {
         ("vn 1 inf 0", "vn = inf: is not three finite numbers"),
         ("v 1 2", "v = 1 2: is not three finite numbers"),
         ("surf 0 1 0 1 1 2 3", "surf: freeform curves and surfaces are not read"),
-        ("root:x:0:0", "a.obj:8: root:x:0:0: is no line of an OBJ file"),
+        ("root:x:0:0", "a.obj:8: is no line of an OBJ file; allowed: v"),
         ("usemtl nonsense\nf 1 2 3", "usemtl = nonsense: no material is named"),
         ("f 1 2 3", "a surface has no material"),
         ("v 1e300 0 0\nusemtl steel\nf 1 2 5", "is not a finite position"),

@@ -66,6 +66,11 @@ pub(super) fn finite(word: &str) -> Option<f64> {
     word.parse().ok().filter(|x: &f64| x.is_finite())
 }
 
+/// A word that an error may repeat: a keyword, and not what a file of another kind holds, given by mistake or by somebody else.
+pub(super) fn keyword(word: &str) -> Option<&str> {
+    Some(word).filter(|w| w.len() <= 16 && w.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_'))
+}
+
 /// What to do about words that are not finite numbers.
 pub(super) fn hint(words: &[&str]) -> &'static str {
     words.iter().find_map(|w| number_hint(w)).unwrap_or("clean the mesh and export it again")

@@ -1,6 +1,6 @@
 //! Wavefront OBJ: vertices, normals, polygons, objects and names of materials.
 
-use super::contents::{Contents, NO_MATERIAL, check_counts, finite, hint, stem};
+use super::contents::{Contents, NO_MATERIAL, check_counts, finite, hint, keyword, stem};
 use crate::base::error::{BadInput, Result};
 use crate::formats::text::{of_other_kind, split_comment, with_names};
 use crate::scene::Mesh;
@@ -196,8 +196,8 @@ impl Reader<'_> {
             }
             "solid" if number == 1 => Err(bad("is ASCII STL").remedy("name it .stl").into()),
             w => {
-                let b =
-                    bad("is no line of an OBJ file").key(clip(w)).allowed("v, vn, vt, f, o, g, s, usemtl, …");
+                let b = bad("is no line of an OBJ file").allowed("v, vn, vt, f, o, g, s, usemtl, …");
+                let b = BadInput { key: keyword(w).map(Into::into), ..b };
                 Err(b.remedy("export the file again").into())
             }
         }

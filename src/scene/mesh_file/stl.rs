@@ -1,7 +1,7 @@
 //! STL, binary and ASCII. A file is binary if its length is that of the triangles that it counts, or if it is no text; ASCII is read by
 //! words, whatever the lines.
 
-use super::contents::{Contents, NO_MATERIAL, check_counts, finite, hint, stem};
+use super::contents::{Contents, NO_MATERIAL, check_counts, finite, hint, keyword, stem};
 use crate::base::error::{BadInput, Result};
 use crate::formats::text::{of_other_kind, with_names};
 use crate::scene::Mesh;
@@ -271,7 +271,10 @@ fn ascii(text: &str, file: &Path) -> Result<Contents> {
 fn misplaced(word: &str, line: usize, allowed: &str, file: &Path) -> BadInput {
     let bad = match word {
         "" => BadInput::new("is cut off within a facet"),
-        word => BadInput::new("is no word of an ASCII STL here").value(clip(word)),
+        word => {
+            let value = keyword(word).map(Into::into);
+            BadInput { value, ..BadInput::new("is no word of an ASCII STL here") }
+        }
     };
     bad.file(file).line(line).allowed(allowed).remedy(AGAIN)
 }
