@@ -1,5 +1,7 @@
-//! Comma-separated tables (RFC 4180) with one header line and comment lines that start with `#`.
+//! Comma-separated tables (RFC 4180) with one header line. Outside quotes a `#` at the beginning of a line or after white space begins
+//! a comment.
 
+use super::text;
 use crate::base::error::{BadInput, Result, nearest};
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -22,6 +24,8 @@ pub struct Table {
     text: String,
     /// Comment lines without their `#`.
     pub comments: Vec<String>,
+    /// Line of the header, from 1.
+    header_line: usize,
     /// Names of the columns.
     pub header: Vec<String>,
     /// Row-major, `header.len()` cells a row.
@@ -37,9 +41,7 @@ impl Table {
     /// that occurs twice.
     pub fn read(path: impl AsRef<Path>) -> Result<Table> {
         let path = path.as_ref();
-        let bytes = super::input::read(path, "a CSV table", super::input::LARGEST_TEXT)?;
-        let text = String::from_utf8(bytes).map_err(|_| BadInput::new("is not UTF-8 text").file(path))?;
-        Table::parse(path, text)
+        Table::parse(path, text::read(path, "a CSV table", super::input::LARGEST_TEXT)?)
     }
 
     /// Parses a table from a text; `path` is only named in errors.
@@ -52,24 +54,24 @@ impl Table {
             path: path.to_path_buf(),
             text: String::new(),
             comments: Vec::new(),
+            header_line: 1,
             header: Vec::new(),
             cells: Vec::new(),
             lines: Vec::new(),
         };
-        let mut at = text.strip_prefix('\u{feff}').map_or(0, |rest| text.len() - rest.len());
-        let mut line_number = 0;
+        let (mut at, mut line_number) = (0, 0);
         let mut row = Vec::new();
         while at < text.len() {
             line_number += 1;
             let first_line = line_number;
             let end = text[at..].find('\n').map_or(text.len(), |i| at + i);
-            let line = text[at..end].trim_end_matches('\r');
+            let line = text[at..end].trim();
             if let Some(comment) = line.strip_prefix('#') {
                 table.comments.push(comment.trim().to_string());
                 at = end + 1;
                 continue;
             }
-            if line.trim().is_empty() {
+            if line.is_empty() {
                 at = end + 1;
                 continue;
             }
@@ -79,6 +81,10 @@ impl Table {
             at = next;
             line_number += breaks;
             if table.header.is_empty() {
+                if let Some(b) = other_separator(&text[row[0].clone()]).filter(|_| row.len() == 1) {
+                    return Err(b.file(path).line(first_line).into());
+                }
+                table.header_line = first_line;
                 table.header = row.iter().map(|r| unquoted(&text[r.clone()]).trim().to_string()).collect();
                 if let Some(twice) =
                     table.header.iter().enumerate().find(|(i, n)| table.header[..*i].contains(n))
@@ -98,6 +104,10 @@ impl Table {
                     .line(first_line)
                     .value(row.len())
                     .allowed(format!("{}, as in the header", table.header.len()))
+                    .remedy(match row.len() > table.header.len() {
+                        true => "a comma separates columns: write decimals with a point, and text with commas in quotes",
+                        false => "complete the row: an empty value keeps its comma",
+                    })
                     .into());
             }
         }
@@ -135,21 +145,46 @@ impl Table {
 
     fn index(&self, column: &str) -> Result<usize> {
         self.header.iter().position(|h| h == column).ok_or_else(|| {
-            let known = self.header.iter().map(String::as_str);
-            let hint = nearest(column, known).map_or(String::new(), |n| format!(" (nearest: {n})"));
+            let known = || self.header.iter().map(String::as_str);
+            let hint = nearest(column, known()).map_or(String::new(), |n| format!(" (nearest: {n})"));
+            let quantity = |name: &str| name.rsplit_once('_').map(|(q, _)| q.to_ascii_lowercase());
             let b = BadInput::new("no such column").file(&self.path).key(column);
             // Another kind of file, given by mistake or by somebody else: its contents are not repeated.
-            match self.is_csv() {
+            let b = match self.is_csv() {
                 true => BadInput {
                     problem: format!("no such column{hint}; the header has {}", self.header.join(", ")),
                     ..b
                 }
-                .line(1)
-                .remedy("name a column so, and separate columns by commas"),
+                .line(self.header_line),
                 false => b,
+            };
+            let other_unit = known().find(|h| quantity(column).is_some() && quantity(h) == quantity(column));
+            match other_unit.filter(|_| self.is_csv()) {
+                Some(h) if h.eq_ignore_ascii_case(column) => {
+                    b.remedy(format!("name it {column}: case counts"))
+                }
+                Some(h) => b.remedy(format!("convert {h} and name it {column}")),
+                None => b.remedy("name a column so, and separate columns by commas"),
             }
             .into()
         })
+    }
+
+    /// Checks that there is no column that nothing reads.
+    ///
+    /// # Errors
+    /// Returns `BadInput` for a column besides `columns`.
+    pub fn only(&self, columns: &[&str]) -> Result<()> {
+        match self.header.iter().find(|h| !columns.contains(&h.as_str())) {
+            None => Ok(()),
+            Some(h) => Err(BadInput::new("has a column that is not read")
+                .file(&self.path)
+                .line(self.header_line)
+                .key(if self.is_csv() { h } else { "header" })
+                .allowed(columns.join(","))
+                .remedy("name the columns so, and take out the others")
+                .into()),
+        }
     }
 
     /// Cells of a column as text, without quotes.
@@ -174,15 +209,30 @@ impl Table {
                 "" => Ok(f64::NAN),
                 word => word.parse().map_err(|_| {
                     let b = BadInput::new("not a number").file(&self.path).line(*line).key(column);
-                    match self.is_csv() {
+                    let b = match self.is_csv() {
                         true => b.value(word.chars().take(40).collect::<String>()),
                         false => b,
+                    };
+                    match text::number_hint(word) {
+                        Some(hint) => b.remedy(hint),
+                        None => b,
                     }
                     .into()
                 }),
             })
             .collect()
     }
+}
+
+/// The error about a header of one cell that another mark than a comma divides.
+fn other_separator(cell: &str) -> Option<BadInput> {
+    let (_, name) =
+        [(';', "semicolons"), ('\t', "tabs")].into_iter().find(|(mark, _)| cell.contains(*mark))?;
+    Some(
+        BadInput::new(format!("the columns are separated by {name}"))
+            .allowed("commas")
+            .remedy("export it with commas between the columns and points in the numbers"),
+    )
 }
 
 /// Cuts one record that starts at `at` into cells; returns where the next begins and how many line
@@ -205,10 +255,15 @@ fn record(text: &str, mut at: usize, cells: &mut Vec<Range<usize>>) -> Option<(u
                 }
             }
         }
-        while at < bytes.len() && bytes[at] != b',' && bytes[at] != b'\n' {
+        let comment = |i: usize| bytes[i] == b'#' && i > start && matches!(bytes[i - 1], b' ' | b'\t');
+        while at < bytes.len() && bytes[at] != b',' && bytes[at] != b'\n' && !comment(at) {
             at += 1;
         }
         let mut end = at;
+        if bytes.get(at) == Some(&b'#') {
+            end = start + text[start..at].trim_end().len();
+            at = text[at..].find('\n').map_or(text.len(), |i| at + i);
+        }
         if end > start && bytes[end - 1] == b'\r' && bytes.get(at) != Some(&b',') {
             end -= 1;
         }
@@ -261,8 +316,8 @@ impl<W: Write> Writer<W> {
                 self.out.write_all(b",")?;
             }
             let text = cell.to_string();
-            // A first cell that starts with # would be read as a comment.
-            if text.contains([',', '"', '\n', '\r']) || (n == 0 && text.starts_with('#')) {
+            // A # would begin a comment.
+            if text.contains([',', '"', '\n', '\r', '#']) {
                 write!(self.out, "\"{}\"", text.replace('"', "\"\""))?;
             } else {
                 self.out.write_all(text.as_bytes())?;
@@ -352,10 +407,10 @@ mod tests {
     fn a_missing_column_is_told_beside_the_header() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("w.csv");
-        std::fs::write(&path, "time_ms;x_m\n1;2\n").unwrap();
+        std::fs::write(&path, "# drive\ntime_ms,x_m\n1,2\n").unwrap();
         let e = Table::read(&path).unwrap().numbers("time_s").unwrap_err().to_string();
-        assert!(e.contains("w.csv:1: time_s: no such column") && e.contains("time_ms;x_m"), "{e}");
-        assert!(e.contains("commas") && !e.contains("allowed"), "{e}");
+        assert!(e.contains("w.csv:2: time_s: no such column (nearest: time_ms)"), "{e}");
+        assert!(e.ends_with("the header has time_ms, x_m; convert time_ms and name it time_s"), "{e}");
     }
 
     #[test]
@@ -372,6 +427,79 @@ mod tests {
         assert!(message("a,a\n").contains("twice"));
         // A quoted line break moves the count of the lines after it.
         assert!(message("a,b\n\"x\ny\",2\n1\n").starts_with("a.csv:4:"));
+    }
+
+    /// One change of a table, and what it makes of the column x_m, or of the error.
+    #[test]
+    fn each_change_changes_the_result_or_is_reported() {
+        let plain = "time_s,x_m,name\n0,1.5,car\n1,2,bus\n";
+        let x = [1.5, 2.0];
+        let cases: [(&str, &str, &str, Result<&[f64], &str>); 22] = [
+            ("a value", "1.5", "15", Ok(&[15.0, 2.0])),
+            ("columns in another order", plain, "x_m,name,time_s\n1.5,car,0\n2,bus,1\n", Ok(&x)),
+            ("values in another order", "0,1.5,", "1.5,0,", Ok(&[0.0, 2.0])),
+            ("CRLF", "\n", "\r\n", Ok(&x)),
+            ("no last line end", "bus\n", "bus", Ok(&x)),
+            ("a comment line", "\n1", "\n# x\n \t# y\n1", Ok(&x)),
+            ("a comment in the header", "name", "name # class, free", Ok(&x)),
+            ("a comment behind text", "car", "car # c, d", Ok(&x)),
+            ("a comment behind quotes", "car", "\"car\"\t# c", Ok(&x)),
+            ("a # in a word", "car", "car#2", Ok(&x)),
+            ("a # in quotes", "car", "\"car #2, red\"", Ok(&x)),
+            ("spaces", "1.5", " 1.5 ", Ok(&x)),
+            ("an empty value", "1.5", "", Ok(&[f64::NAN, 2.0])),
+            (
+                "another unit",
+                "x_m",
+                "x_mm",
+                Err("(nearest: x_mm); the header has time_s, x_mm, name; convert x_mm and"),
+            ),
+            (
+                "another case",
+                "x_m",
+                "X_M",
+                Err(
+                    "1: x_m: no such column (nearest: X_M); the header has time_s, X_M, name; name it x_m: case counts",
+                ),
+            ),
+            (
+                "a decimal comma",
+                "1.5",
+                "1,5",
+                Err(
+                    "2: 4: the row has a wrong number of values; allowed: 3, as in the header; a comma separates",
+                ),
+            ),
+            (
+                "a quoted decimal comma",
+                "1.5",
+                "\"1,5\"",
+                Err("2: x_m = 1,5: not a number; write the decimal mark as a point"),
+            ),
+            ("a unit", "1.5", "1.5 m", Err("2: x_m = 1.5 m: not a number; leave the unit out")),
+            ("semicolons", ",", ";", Err("1: the columns are separated by semicolons; allowed: commas")),
+            ("tabs", ",", "\t", Err("1: the columns are separated by tabs")),
+            (
+                "a short row",
+                ",bus",
+                "",
+                Err("3: 2: the row has a wrong number of values; allowed: 3, as in the header; complete"),
+            ),
+            ("a name twice", "name", "x_m", Err("1: x_m: the column occurs twice")),
+        ];
+        for (name, from, to, want) in cases {
+            let got = Table::parse("a.csv", plain.replace(from, to)).and_then(|t| t.numbers("x_m"));
+            match (got, want) {
+                (Ok(got), Ok(want)) => assert_eq!(format!("{got:?}"), format!("{want:?}"), "{name}"),
+                (Err(e), Err(part)) => {
+                    let e = e.to_string();
+                    assert!(e.contains(&format!("a.csv:{part}")) || e.contains(part), "{name}: {e}");
+                }
+                (got, want) => panic!("{name}: {got:?}, not {want:?}"),
+            }
+        }
+        let names = Table::parse("a.csv", plain.replace("car", "car # red")).unwrap();
+        assert_eq!(names.text("name").unwrap(), ["car", "bus"]);
     }
 
     proptest! {

@@ -9,6 +9,7 @@ pub mod npy;
 pub mod parquet_table;
 pub mod rcs_csv;
 pub mod stage;
+pub mod text;
 
 use crate::base::error::{BadInput, Result};
 use std::path::Path;

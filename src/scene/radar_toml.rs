@@ -11,6 +11,7 @@ use super::waveform::{Multiplex, Waveform};
 use super::waveform_toml::{self, ReceiverTable, WaveformTable};
 use crate::base::error::{BadInput, Error, Result, nearest};
 use crate::base::frames::{Pose, Sensor, Vehicle};
+use crate::formats::csv::Table;
 use glam::{DVec3, EulerRot};
 use num_complex::Complex64;
 use schemars::JsonSchema;
@@ -986,47 +987,32 @@ fn table_file(doc: &Document<'_>, name: &At<String>) -> Result<(Pattern, f64)> {
     pattern_csv(&path, &text)
 }
 
-/// Reads `azimuth_deg,elevation_deg,gain_db` rows (in any order, `#` starts a comment) that fill a grid; returns the
-/// pattern relative to its peak and the peak.
+/// Reads a table of `azimuth_deg`, `elevation_deg` and `gain_db` whose rows, in any order, fill a grid; returns the pattern relative
+/// to its peak and the peak.
 ///
 /// # Errors
 /// Returns an error of one line with the line number if a row is wrong, missing or given twice.
 pub fn pattern_csv(file: &Path, text: &str) -> Result<(Pattern, f64)> {
-    const HEADER: &str = "azimuth_deg,elevation_deg,gain_db";
+    const COLUMNS: [&str; 3] = ["azimuth_deg", "elevation_deg", "gain_db"];
+    const LARGEST: [f64; 3] = [180.0, 90.0, 500.0];
     let bad = |line: usize, problem: &str| BadInput::new(problem).file(file).line(line);
-    let mut rows: Vec<([f64; 3], usize)> = Vec::new();
-    let mut header = false;
-    for (i, l) in text.lines().enumerate() {
-        let l = l.trim_start_matches('\u{feff}').trim();
-        if l.is_empty() || l.starts_with('#') {
-            continue;
-        }
-        let fields: Vec<&str> = l.split(',').map(str::trim).collect();
-        if !header {
-            if fields.join(",") != HEADER {
-                return Err(bad(i + 1, "is not the header of an antenna pattern")
-                    .value(clip(l))
-                    .allowed(HEADER)
-                    .remedy("make it the first line")
+    let table = Table::parse(file, text.into())?;
+    let mut rows = vec![([0.0; 3], 0); table.len()];
+    for (k, (name, largest)) in COLUMNS.iter().zip(LARGEST).enumerate() {
+        for (i, x) in table.numbers(name)?.into_iter().enumerate() {
+            rows[i].0[k] = x;
+            rows[i].1 = table.line(i);
+            if x.is_nan() || x.abs() > largest {
+                return Err(bad(table.line(i), "is out of range")
+                    .key(*name)
+                    .value(x)
+                    .allowed(format!("-{largest}..={largest}"))
+                    .remedy("give degrees and decibels")
                     .into());
             }
-            header = true;
-            continue;
         }
-        let v: Vec<f64> = fields.iter().filter_map(|f| f.parse().ok()).collect();
-        let [az, el, gain] = v[..] else {
-            return Err(bad(i + 1, "is not three numbers").value(clip(l)).allowed(HEADER).into());
-        };
-        let ok = az.abs() <= 180.0 && el.abs() <= 90.0 && gain.abs() <= 500.0;
-        if !ok || fields.len() != 3 {
-            return Err(bad(i + 1, "is out of range")
-                .value(clip(l))
-                .allowed("azimuth -180..=180, elevation -90..=90, gain -500..=500")
-                .remedy("give degrees and decibels")
-                .into());
-        }
-        rows.push(([az, el, gain], i + 1));
     }
+    table.only(&COLUMNS)?;
     let axis = |k: usize| {
         let mut a: Vec<f64> = rows.iter().map(|r| r.0[k]).collect();
         a.sort_by(f64::total_cmp);
@@ -1035,7 +1021,7 @@ pub fn pattern_csv(file: &Path, text: &str) -> Result<(Pattern, f64)> {
     };
     let (az, el) = (axis(0), axis(1));
     if rows.is_empty() {
-        return Err(BadInput::new("has no rows").file(file).allowed(HEADER).remedy("add the pattern").into());
+        return Err(BadInput::new("has no rows").file(file).remedy("add the pattern").into());
     }
     // A full grid has as many rows as points; a repeated point then leaves another one missing.
     let mut gain = vec![f64::NAN; if az.len() * el.len() == rows.len() { rows.len() } else { 0 }];
@@ -1394,14 +1380,25 @@ mod tests {
         for (from, to, expect) in [
             ("0,5,6\n", "", "do not fill a grid"),
             ("0,5,6", "0,0,6", "p.csv:6: 0,0: repeats a direction"),
-            ("0,5,6", "0,5,x", "p.csv:6: 0,5,x: is not three numbers"),
-            ("0,5,6", "0,95,6", "p.csv:6: 0,95,6: is out of range"),
-            ("azimuth_deg,", "azimuth,", "p.csv:2: azimuth,"),
+            ("0,5,6", "0,5,x", "p.csv:6: gain_db = x: not a number"),
+            ("0,5,6", "0,5,", "p.csv:6: gain_db = NaN: is out of range"),
+            ("0,5,6", "0,5,6,5", "p.csv:6: 4: the row has a wrong number of values"),
+            ("0,5,6", "0,95,6", "p.csv:6: elevation_deg = 95: is out of range; allowed: -90..=90"),
+            ("azimuth_deg,", "azimuth_rad,", "p.csv:2: azimuth_deg: no such column (nearest: azimuth_rad)"),
+            ("gain_db\n", "gain_db,phase_deg\n", "wrong number of values"),
         ] {
             let e = pattern_csv(Path::new("p.csv"), &csv.replacen(from, to, 1)).unwrap_err().to_string();
             assert!(e.contains(expect), "{e}");
         }
         assert!(pattern_csv(Path::new("p.csv"), "").is_err());
+        let wider = "azimuth_deg,elevation_deg,gain_db,phase_deg\n0,0,1,2\n";
+        let e = pattern_csv(Path::new("p.csv"), wider).unwrap_err().to_string();
+        assert!(e.starts_with("p.csv:1: phase_deg: has a column that is not read"), "{e}");
+        // The order of the columns and comments say nothing.
+        let turned = "gain_db,azimuth_deg,elevation_deg # horn\r\n8,-10,0 # left\r\n9,10,0\r\n11,0,0\r\n";
+        let flat = "azimuth_deg,elevation_deg,gain_db\n-10,0,8\n10,0,9\n0,0,11\n";
+        let [a, b] = [turned, flat].map(|t| pattern_csv(Path::new("p.csv"), t).unwrap());
+        assert_eq!(format!("{a:?}"), format!("{b:?}"));
 
         let dir = tempfile::tempdir().unwrap();
         std::fs::write(dir.path().join("horn.csv"), csv).unwrap();

@@ -3,7 +3,8 @@
 
 use super::toml_value::{SPANNED, Value, Wrong, take_span};
 use crate::base::error::{BadInput, Result, in_words, nearest, one_line};
-use crate::formats::input;
+use crate::formats::text::number_hint;
+pub use crate::formats::text::read as read_text_of;
 use serde::de::{DeserializeOwned, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt::Display;
@@ -12,6 +13,9 @@ use std::ops::{Range, RangeBounds};
 use std::path::{Component, Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+/// What a file of TOML is called in errors.
+const WHAT: &str = "a TOML file";
 
 /// Larger files are refused before they are read.
 const MAX_BYTES: u64 = 16 << 20;
@@ -91,20 +95,7 @@ pub struct Document<'a> {
 /// # Errors
 /// Returns an error if the path is no regular file, or if the file is larger than 16 MiB or not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
-    read_text_of(path, "a TOML file", MAX_BYTES)
-}
-
-/// Reads the text of a file of another kind, `what` in errors, of at most `most` bytes.
-///
-/// # Errors
-/// Returns an error if the path is no regular file, or if the file is larger than `most` bytes or not UTF-8.
-pub fn read_text_of(path: &Path, what: &str, most: u64) -> Result<String> {
-    let bad = |problem: &str| BadInput::new(problem).file(path);
-    let bytes = input::read(path, what, most)?;
-    String::from_utf8(bytes).map_err(|e| {
-        let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-        bad("is not UTF-8 text").line(line).remedy("save the file as UTF-8").into()
-    })
+    read_text_of(path, WHAT, MAX_BYTES)
 }
 
 /// Path and text of a file that `name` gives below the folder of the document.
@@ -152,14 +143,16 @@ impl<'a> Document<'a> {
                 let mut b = BadInput::new(format!("is not TOML: {}", one_line(e.message())));
                 // The line may be one of another kind of file, given by mistake or by somebody else: of its contents only a key
                 // is repeated.
-                let key =
-                    text.lines().nth(line - 1).and_then(|l| l.split_once('=')).map(|(key, _)| key.trim());
+                let said = text.lines().nth(line - 1).and_then(|l| l.split_once('='));
+                let key = said.map(|(key, _)| key.trim());
+                let word = said.and_then(|(_, value)| value.split_whitespace().next());
                 let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
                 match is_toml(&file) {
                     true => b.key = key.filter(|k| k.chars().all(plain)).map(clip),
                     false => b.problem = "is not TOML".into(),
                 }
-                Err(b.file(file).line(line).remedy("see https://toml.io for the syntax").into())
+                let hint = word.and_then(number_hint).unwrap_or("see https://toml.io for the syntax");
+                Err(b.file(file).line(line).remedy(hint).into())
             }
         }
     }
@@ -490,6 +483,11 @@ mod tests {
         );
         let e = complaint("samples = 1\nx = = 2\n");
         assert!(e.starts_with("a.toml:2: x: is not TOML"), "{e}");
+        let e = complaint("samples = 1\nx = 77,0e9 # Hz\n");
+        assert!(
+            e.starts_with("a.toml:2: x: is not TOML") && e.ends_with("write the decimal mark as a point"),
+            "{e}"
+        );
         let e = complaint("samples = 1\nsamples = 2\n");
         assert!(e.starts_with("a.toml:2: ") && e.contains("duplicate key"), "{e}");
     }
@@ -503,6 +501,15 @@ mod tests {
         let p = dir.path().join("latin.toml");
         std::fs::write(&p, b"a = 1\nname = \"\xe4\"\n").unwrap();
         assert!(read_text(&p).unwrap_err().to_string().contains("latin.toml:2: is not UTF-8"));
+        // A mark and the line ends say nothing.
+        for text in
+            ["\u{feff}samples = 4\npart = []\n", "samples = 4\r\npart = []\r\n", "samples = 4\rpart = []\r"]
+        {
+            std::fs::write(&p, text).unwrap();
+            let text = read_text(&p).unwrap();
+            let file: File = Document::parse(&p, &text).unwrap().read().unwrap();
+            assert_eq!((file.samples.value, file.samples.span.start), (4, 10));
+        }
     }
 
     proptest! {

@@ -4,6 +4,7 @@ use super::radar::Sampling;
 use super::toml_file::{Above, At, Document, read_beside};
 use super::waveform::{Multiplex, PulseShape, Ramp, RampOrder, Slopes, Waveform, m_sequence};
 use crate::base::error::{BadInput, Result};
+use crate::formats::csv::Table;
 use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -456,46 +457,34 @@ fn scaled(
     Ok(PulseShape::Samples { rate_hz, envelope, zero })
 }
 
-/// Reads `time_s,re,im` rows at equidistant, rising times; the one next to zero is time zero.
+/// Reads a table of `time_s`, `re` and `im` at equidistant, rising times; the one next to zero is time zero.
 ///
 /// # Errors
 /// Returns an error of one line with the line number if a row is wrong or the times are not equidistant.
 pub fn pulse_csv(file: &Path, text: &str) -> Result<PulseShape> {
-    const HEADER: &str = "time_s,re,im";
+    const COLUMNS: [&str; 3] = ["time_s", "re", "im"];
     let bad = |line: usize, problem: &str| BadInput::new(problem).file(file).line(line);
-    let mut rows: Vec<[f64; 3]> = Vec::new();
-    let mut header = false;
-    for (i, l) in text.lines().enumerate() {
-        let l = l.trim_start_matches('\u{feff}').trim();
-        if l.is_empty() || l.starts_with('#') {
-            continue;
+    let table = Table::parse(file, text.into())?;
+    let columns = COLUMNS.map(|c| table.numbers(c));
+    let [times, re, im] = columns;
+    let (times, re, im) = (times?, re?, im?);
+    table.only(&COLUMNS)?;
+    let mut rows: Vec<[f64; 3]> = Vec::with_capacity(table.len());
+    for (i, t) in times.into_iter().enumerate() {
+        let row = [t, re[i], im[i]];
+        if let Some(k) = row.iter().position(|x| !x.is_finite()) {
+            let e = bad(table.line(i), "is empty or not finite").key(COLUMNS[k]).value(row[k]);
+            return Err(e.remedy("give a number in each row").into());
         }
-        if !header {
-            if l.replace(' ', "") != HEADER {
-                return Err(bad(i + 1, "is not the header of a pulse")
-                    .value(super::toml_file::clip(l))
-                    .allowed(HEADER)
-                    .into());
-            }
-            header = true;
-            continue;
-        }
-        let v: Vec<f64> =
-            l.split(',').filter_map(|f| f.trim().parse().ok()).filter(|x: &f64| x.is_finite()).collect();
-        let [t, re, im] = v[..] else {
-            return Err(bad(i + 1, "is not three finite numbers")
-                .value(super::toml_file::clip(l))
-                .allowed(HEADER)
-                .into());
-        };
         if let Some(before) = rows.last() {
             let step = t - before[0];
             let first = rows.get(1).map_or(step, |r| r[0] - rows[0][0]);
             if step <= 0.0 || (step - first).abs() > 1e-3 * first {
-                return Err(bad(i + 1, "the times are not equidistant and rising").value(t).into());
+                let e = bad(table.line(i), "the times are not equidistant and rising").key("time_s").value(t);
+                return Err(e.remedy("sort and resample them").into());
             }
         }
-        rows.push([t, re, im]);
+        rows.push(row);
     }
     if rows.len() < 2 || rows.len() > 1 << 16 {
         return Err(BadInput::new(format!("{} samples of a pulse", rows.len()))

@@ -10,7 +10,7 @@ use catseye::base::units::dbm_from_w;
 use catseye::detect::columns::OUT_OF_PLACE;
 use catseye::formats::csv::Table;
 use catseye::formats::stage::MANIFEST;
-use catseye::formats::{input, npy};
+use catseye::formats::{input, npy, text};
 use catseye::road::layout::LaneKind;
 use catseye::road::mask::{self, CellClass, Grid};
 use catseye_io::files::frame_name;
@@ -165,8 +165,8 @@ fn read_json<T: DeserializeOwned>(path: &Path, missing: &str) -> Result<T> {
     if matches!(std::fs::metadata(path), Err(e) if e.kind() == std::io::ErrorKind::NotFound) {
         return Err(BadInput::new("no such file").file(path).remedy(missing).into());
     }
-    let bytes = input::read(path, "a JSON file", input::LARGEST_TEXT)?;
-    serde_json::from_slice(&bytes).map_err(|e| {
+    let text = text::read(path, "a JSON file", input::LARGEST_TEXT)?;
+    serde_json::from_str(&text).map_err(|e| {
         BadInput::new(format!("is not what catseye writes: {}", json_in_words(&e)))
             .file(path)
             .line(e.line())

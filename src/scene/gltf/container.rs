@@ -9,11 +9,10 @@ use std::path::{Component, Path, PathBuf};
 pub(super) fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
     const HEADER: usize = 12;
     if !bytes.starts_with(b"glTF") {
-        let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
         // A byte-order mark is allowed by some writers.
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        return match first {
-            Some(b'{') | Some(0xef) => Ok((text, None)),
+        return match text.trim_ascii_start().first() {
+            Some(b'{') => Ok((text, None)),
             _ => Err("is neither binary glTF (it does not begin with 'glTF') nor JSON".into()),
         };
     }
@@ -72,19 +71,25 @@ pub(super) fn beside(file: &Path, folder: Option<&Path>, key: &str, uri: &str) -
             .allowed("a relative path in or below that folder, or a data URI")
             .remedy("put it beside the file")
     };
-    let name = percent_decoded(uri)
-        .ok_or_else(|| bad("is not a valid URI".into()).remedy("export the file again"))?;
-    let relative = PathBuf::from(&name);
-    let inside = relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
-    if name.is_empty() || name.contains([':', '\\', '\0']) || !inside {
-        return Err(outside().into());
+    // Not all exporters escape a per cent: where there is no file of the decoded name, that of the name as it is.
+    let decoded = percent_decoded(uri).unwrap_or_else(|| uri.into());
+    let mut path = PathBuf::new();
+    for name in [&*decoded, uri] {
+        let relative = Path::new(name);
+        let inside = relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
+        if name.is_empty() || name.contains([':', '\\', '\0']) || !inside {
+            return Err(outside().into());
+        }
+        let Some(folder) = folder else {
+            return Err(bad("is a file, and there is no folder to look in".into())
+                .remedy("give a .glb file")
+                .into());
+        };
+        path = folder.join(relative);
+        if path.exists() {
+            break;
+        }
     }
-    let Some(folder) = folder else {
-        return Err(bad("is a file, and there is no folder to look in".into())
-            .remedy("give a .glb file")
-            .into());
-    };
-    let path = folder.join(&relative);
     let missing = |e: std::io::Error| -> Error {
         if e.kind() == std::io::ErrorKind::NotFound {
             let missing = bad("the file is missing".into()).remedy("put it beside the .gltf file");
@@ -100,6 +105,7 @@ pub(super) fn beside(file: &Path, folder: Option<&Path>, key: &str, uri: &str) -
     };
     // A link may lead anywhere: compare what the names resolve to.
     let real = path.canonicalize().map_err(missing)?;
+    let folder = folder.unwrap_or(Path::new(""));
     let real_folder = folder.canonicalize().map_err(|e| Error::io(folder, e))?;
     if !real.starts_with(&real_folder) {
         return Err(outside().into());
@@ -110,17 +116,23 @@ pub(super) fn beside(file: &Path, folder: Option<&Path>, key: &str, uri: &str) -
     Ok(real)
 }
 
+/// The text with each `%` and two hexadecimal digits replaced by their byte; any other `%` stays. None where that is not UTF-8.
 pub(super) fn percent_decoded(s: &str) -> Option<String> {
-    let mut out = Vec::with_capacity(s.len());
-    let mut bytes = s.bytes();
-    while let Some(b) = bytes.next() {
-        out.push(match b {
-            b'%' => {
-                let digit = |b: Option<u8>| (b? as char).to_digit(16);
-                (digit(bytes.next())? * 16 + digit(bytes.next())?) as u8
+    let bytes = s.as_bytes();
+    let digit = |i: usize| bytes.get(i).and_then(|b| char::from(*b).to_digit(16));
+    let mut out = Vec::with_capacity(bytes.len());
+    let mut at = 0;
+    while let Some(b) = bytes.get(at) {
+        match (digit(at + 1), digit(at + 2)) {
+            (Some(high), Some(low)) if *b == b'%' => {
+                out.push((high * 16 + low) as u8);
+                at += 3;
             }
-            b => b,
-        });
+            _ => {
+                out.push(*b);
+                at += 1;
+            }
+        }
     }
     String::from_utf8(out).ok()
 }
@@ -147,4 +159,50 @@ pub(super) fn base64(text: &str) -> Option<Vec<u8>> {
     }
     // A single character left over holds no whole byte.
     (held != 6).then_some(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_buffers_with_per_cents() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("m.gltf");
+        std::fs::create_dir(dir.path().join("sub")).unwrap();
+        for name in
+            ["a b.bin", "100%.bin", "50%25.bin", "c%20d.bin", "sub/%.bin", "%zz%", "both.bin", "bo%74h.bin"]
+        {
+            std::fs::write(dir.path().join(name), name).unwrap();
+        }
+        for (uri, name) in [
+            ("a%20b.bin", "a b.bin"),
+            ("a b.bin", "a b.bin"),
+            ("100%.bin", "100%.bin"),
+            ("100%25.bin", "100%.bin"),
+            ("50%2525.bin", "50%25.bin"),
+            ("50%25.bin", "50%25.bin"),
+            ("c%20d.bin", "c%20d.bin"),
+            ("sub/%.bin", "sub/%.bin"),
+            ("sub%2F%.bin", "sub/%.bin"),
+            ("%zz%", "%zz%"),
+            // The specification escapes names: the decoded one comes first.
+            ("bo%74h.bin", "both.bin"),
+        ] {
+            let found = load_uri(&file, Some(dir.path()), 0, uri).unwrap();
+            assert_eq!(String::from_utf8(found).unwrap(), name, "{uri}");
+        }
+        for (uri, part) in [
+            ("gone%.bin", "the file is missing"),
+            ("gone%20.bin", "the file is missing"),
+            ("%ff.bin", "the file is missing"),
+            ("%2e%2e/m.bin", "leaves the folder"),
+            ("..%/../m.bin", "leaves the folder"),
+            ("a%00", "leaves the folder"),
+            ("sub%", "the file is missing"),
+        ] {
+            let e = load_uri(&file, Some(dir.path()), 0, uri).unwrap_err();
+            assert!(e.to_string().contains(part) && e.exit_code() == 2, "{uri}: {e}");
+        }
+    }
 }

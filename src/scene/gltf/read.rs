@@ -5,6 +5,7 @@ use super::importer::Channels;
 use super::importer::{Ids, Importer, Inherited, NodeExtras, Precise};
 use super::options::{HARMLESS, ImportOptions};
 use crate::base::error::{BadInput, Error, Result, json_in_words};
+use crate::formats::text::of_other_kind;
 use crate::scene::Scene;
 use crate::scene::tidy::tidy;
 use crate::scene::toml_file::clip;
@@ -42,8 +43,10 @@ impl<'a> Importer<'a> {
         if bytes.is_empty() {
             return Err(bad("the file is empty".into()).remedy("give a .glb or .gltf file").into());
         }
-        let (text, blob) = split_glb(bytes)
-            .map_err(|problem| bad(problem).remedy("export the file again as binary glTF 2.0"))?;
+        let (text, blob) = split_glb(bytes).map_err(|problem| {
+            let other = of_other_kind(bytes, file, "glTF").filter(|_| !bytes.starts_with(b"glTF"));
+            other.unwrap_or_else(|| bad(problem).remedy("export the file again as binary glTF 2.0"))
+        })?;
         let not_json = |e: serde_json::Error| {
             let place = if e.line() > 0 {
                 format!("line {} column {}: ", e.line(), e.column())

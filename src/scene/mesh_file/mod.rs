@@ -2,7 +2,7 @@
 //!
 //! STL and OBJ state neither unit nor up axis, and STL no material: all of it has to be given. A file of either kind with y up has
 //! glTF's axes (+Z forward, +X left). An OBJ's `o` becomes an object, its `usemtl` the name of a material as in glTF, and its `vn` smooth
-//! normals; groups, texture coordinates and .mtl files are passed over. A mesh may also be given as arrays ([`from_arrays`]).
+//! normals; groups, texture coordinates and .mtl files are passed over. STL is read by words, OBJ by lines, as their formats are. A mesh may also be given as arrays ([`from_arrays`]).
 
 mod arrays;
 mod contents;
@@ -153,7 +153,8 @@ fn scene_of(contents: Contents, file: &Path, options: &ImportOptions) -> Result<
     gltf::check_material_map(file, &contents.materials, options)?;
     let axes = options.up.axes();
     let mut scene = Scene::default();
-    scene.import.notes = contents.notes;
+    scene.import.notes.extend(contents.contradiction(options));
+    scene.import.notes.extend(contents.notes);
     let mut known: HashMap<u32, u32> = HashMap::new();
     for (name, mut mesh) in contents.parts {
         for p in &mut mesh.positions_m {

@@ -1,7 +1,8 @@
 //! Wavefront OBJ: vertices, normals, polygons, objects and names of materials.
 
-use super::contents::{Contents, NO_MATERIAL, check_counts, stem, vector};
+use super::contents::{Contents, NO_MATERIAL, check_counts, finite, hint, keyword, stem};
 use crate::base::error::{BadInput, Result};
+use crate::formats::text::{of_other_kind, split_comment, with_names};
 use crate::scene::Mesh;
 use crate::scene::toml_file::clip;
 use glam::{DVec2, DVec3};
@@ -12,7 +13,7 @@ use std::path::Path;
 const MAX_CONCAVE: usize = 4096;
 
 /// What stands beside polygons and says nothing about them that is needed.
-const PASSED_OVER: [&str; 17] = [
+const PASSED_OVER: [&str; 15] = [
     "vt",
     "vp",
     "g",
@@ -27,10 +28,10 @@ const PASSED_OVER: [&str; 17] = [
     "lod",
     "shadow_obj",
     "trace_obj",
-    "#",
     "end",
-    "call",
 ];
+/// Commands that bring in what is in other files.
+const COMMANDS: [&str; 2] = ["call", "csh"];
 const LINES: [&str; 2] = ["l", "p"];
 const FREEFORM: [&str; 16] = [
     "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole", "scrv", "sp", "con",
@@ -64,7 +65,14 @@ struct Reader<'a> {
 /// Returns an error for lines that are not OBJ, freeform surfaces, numbers that are not finite, indices out of range,
 /// or polygons that cross themselves.
 pub(super) fn read(bytes: &[u8], file: &Path) -> Result<Contents> {
-    let text = String::from_utf8_lossy(bytes);
+    if let Some(other) = of_other_kind(bytes, file, "OBJ") {
+        return Err(other.into());
+    }
+    if bytes.contains(&0) {
+        let bad = BadInput::new("is no OBJ: it is binary").file(file);
+        return Err(bad.remedy("export it as OBJ, or name it by what it is, as .stl or .glb").into());
+    }
+    let text = with_names(bytes);
     let mut reader = Reader {
         file,
         points: Vec::new(),
@@ -78,39 +86,76 @@ pub(super) fn read(bytes: &[u8], file: &Path) -> Result<Contents> {
     };
     let mut lines = text.lines().enumerate();
     while let Some((i, line)) = lines.next() {
-        // A line that ends in a backslash goes on in the next.
-        match line.trim_end().strip_suffix('\\') {
-            None => reader.line(i + 1, line)?,
-            Some(begin) => {
-                let mut whole = begin.to_string();
-                for (_, more) in lines.by_ref() {
-                    whole.push(' ');
-                    match more.trim_end().strip_suffix('\\') {
-                        Some(part) => whole.push_str(part),
-                        None => {
-                            whole.push_str(more);
-                            break;
-                        }
-                    }
+        let (said, comment) = split_comment(line);
+        // A line that ends in a backslash goes on in the next; a comment, as of a folder, does not.
+        let Some(begin) = said.trim_end().strip_suffix('\\').filter(|_| comment.is_none()) else {
+            reader.line(i + 1, said, comment)?;
+            continue;
+        };
+        let mut whole = begin.to_string();
+        let mut last = None;
+        for (_, more) in lines.by_ref() {
+            let (said, comment) = split_comment(more);
+            whole.push(' ');
+            last = comment;
+            match said.trim_end().strip_suffix('\\').filter(|_| comment.is_none()) {
+                Some(part) => whole.push_str(part),
+                None => {
+                    whole.push_str(said);
+                    break;
                 }
-                reader.line(i + 1, &whole)?;
             }
         }
+        reader.line(i + 1, &whole, last)?;
     }
     reader.finish_part();
     Ok(reader.out)
 }
 
 impl Reader<'_> {
-    fn line(&mut self, number: usize, line: &str) -> Result<()> {
-        let bad = |problem: &str| BadInput::new(problem).file(self.file).line(number);
+    fn note(&mut self, note: &str) {
+        if !self.out.notes.iter().any(|n| n == note) {
+            self.out.notes.push(note.into());
+        }
+    }
+
+    /// Three numbers of a vertex or a normal. Behind those of a vertex there may be a weight or a colour.
+    fn vector(&mut self, number: usize, key: &str, words: &[&str]) -> Result<DVec3> {
+        let bad = |problem: &str| BadInput::new(problem).file(self.file).line(number).key(key);
+        let read: Vec<Option<f64>> = words.iter().map(|w| finite(w)).collect();
+        let (&[Some(x), Some(y), Some(z), ..], None) = (&read[..], read.iter().position(Option::is_none))
+        else {
+            let wrong = words.iter().zip(&read).find(|(_, x)| x.is_none()).map(|(w, _)| *w);
+            let b = bad("is not three finite numbers").value(clip(wrong.unwrap_or(&words.join(" "))));
+            return Err(b.remedy(hint(words)).into());
+        };
+        let allowed = if key == "v" { "x y z, x y z w, x y z r g b, or x y z w r g b" } else { "x y z" };
+        if !matches!((key, words.len()), (_, 3) | ("v", 4 | 6 | 7)) {
+            let b = bad("has another number of numbers").value(words.len()).allowed(allowed);
+            return Err(b.remedy("export the file again").into());
+        }
+        if matches!(read[3..], [Some(w)] | [Some(w), _, _, _] if w != 1.0) {
+            self.note("weights of vertices count for freeform surfaces alone and are left out");
+        }
+        Ok(DVec3::new(x, y, z))
+    }
+
+    fn line(&mut self, number: usize, line: &str, comment: Option<&str>) -> Result<()> {
+        let file = self.file;
+        let bad = |problem: &str| BadInput::new(problem).file(file).line(number);
         let mut words = line.split_whitespace();
-        let Some(word) = words.next() else { return Ok(()) };
+        let Some(word) = words.next() else {
+            // What a writer says about its file is at its beginning.
+            if let Some(comment) = comment.filter(|_| self.points.is_empty() && self.out.header.len() < 4096)
+            {
+                self.out.header.push_str(comment);
+                self.out.header.push('\n');
+            }
+            return Ok(());
+        };
         match word {
             "v" | "vn" => {
-                let p = vector(words).ok_or_else(|| {
-                    bad("is not three finite numbers").key(word).remedy("clean the mesh and export it again")
-                })?;
+                let p = self.vector(number, word, &words.collect::<Vec<_>>())?;
                 if word == "v" { &mut self.points } else { &mut self.normals }.push(p);
                 check_counts(self.file, 0, self.points.len().max(self.normals.len()))
             }
@@ -123,6 +168,10 @@ impl Reader<'_> {
             }
             "usemtl" => {
                 let name = words.collect::<Vec<_>>().join(" ");
+                if let Some(comment) = comment {
+                    let note = format!("usemtl {} #{}: the # begins a comment", clip(&name), clip(comment));
+                    self.note(&note);
+                }
                 self.material = match self.out.materials.iter().position(|m| *m == name) {
                     _ if name.is_empty() => NO_MATERIAL,
                     Some(i) => i as u32,
@@ -133,18 +182,24 @@ impl Reader<'_> {
                 };
                 Ok(())
             }
-            w if PASSED_OVER.contains(&w) || w.starts_with('#') => Ok(()),
+            w if PASSED_OVER.contains(&w) => Ok(()),
             w if LINES.contains(&w) => {
-                let note = "points and lines have no area and are left out";
-                if !self.out.notes.iter().any(|n| n == note) {
-                    self.out.notes.push(note.into());
-                }
+                self.note("points and lines have no area and are left out");
                 Ok(())
+            }
+            w if COMMANDS.contains(&w) => {
+                let b = bad("brings in another file, which is not read").key(w);
+                Err(b.remedy("export all in one file").into())
             }
             w if FREEFORM.contains(&w) => {
                 Err(bad("freeform curves and surfaces are not read").key(w).remedy("export polygons").into())
             }
-            _ => Err(bad("is no line of an OBJ file").remedy("export the file again").into()),
+            "solid" if number == 1 => Err(bad("is ASCII STL").remedy("name it .stl").into()),
+            w => {
+                let b = bad("is no line of an OBJ file").allowed("v, vn, vt, f, o, g, s, usemtl, …");
+                let b = BadInput { key: keyword(w).map(Into::into), ..b };
+                Err(b.remedy("export the file again").into())
+            }
         }
     }
 
@@ -181,7 +236,16 @@ impl Reader<'_> {
         for word in words {
             let mut parts = word.split('/');
             let vertex = index(parts.next().unwrap_or(""), points.len(), "vertex")?;
-            let normal = parts.nth(1).filter(|n| !n.is_empty());
+            // Textures are not read, but what is no index is a fault.
+            if let Some(t) = parts.next().filter(|t| !t.is_empty() && t.parse::<i64>().is_err()) {
+                let b = bad("is no index of a texture coordinate".into()).value(clip(t));
+                return Err(b.remedy("export the file again").into());
+            }
+            let normal = parts.next().filter(|n| !n.is_empty());
+            if parts.next().is_some() {
+                let b = bad("is no corner of a face".into()).value(clip(word));
+                return Err(b.allowed("v, v/vt, v//vn or v/vt/vn").remedy("export the file again").into());
+            }
             let normal = normal.map(|n| index(n, normals.len(), "normal")).transpose()?;
             let mesh = &mut self.part.mesh;
             corners.push(*self.part.index.entry((vertex, normal)).or_insert_with(|| {
@@ -283,5 +347,136 @@ mod tests {
         assert!((area(&polygon(&square)) - 4.0).abs() < 1e-12);
         let bow = polygon(&[[0.0, 0.0], [2.0, 3.0], [2.0, 0.0], [0.0, 2.0]]);
         assert!(triangles_of(&bow).is_err());
+    }
+
+    fn contents(bytes: &[u8]) -> Result<Contents, String> {
+        read(bytes, Path::new("a.obj")).map_err(|e| {
+            assert_eq!((e.exit_code(), e.to_string().lines().count()), (2, 1));
+            assert!(e.to_string().chars().count() <= crate::base::error::MAX_CHARS);
+            e.to_string()
+        })
+    }
+
+    /// Corners of all triangles with the names of their materials.
+    fn shape(c: &Contents) -> Vec<([DVec3; 3], &str)> {
+        let of = |m: &Mesh| -> Vec<([DVec3; 3], &str)> {
+            let corners = m.triangles.iter().map(|t| t.map(|v| m.positions_m[v as usize]));
+            let name = |m: &u32| c.materials.get(*m as usize).map_or("", String::as_str);
+            corners.zip(m.material.iter().map(name)).collect()
+        };
+        c.parts.iter().flat_map(|(_, m)| of(m)).collect()
+    }
+
+    /// What a change of the text makes of it.
+    enum Becomes {
+        Same,
+        Noted(&'static str),
+        Other,
+        Refused(&'static str),
+    }
+    use Becomes::*;
+
+    #[test]
+    fn each_change_changes_the_result_or_is_reported() {
+        const PLAIN: &str =
+            "# by hand\no wall\nv 0 0 0\nv 0 5 0\nv 0 5 5.5\nv 0 0 5\nvn 1 0 0\nusemtl steel\nf 1 2 3 4\n";
+        let with = |from: &str, to: &str| PLAIN.replacen(from, to, 1).into_bytes();
+        let cases: Vec<(&str, Vec<u8>, Becomes)> = vec![
+            ("CRLF", PLAIN.replace('\n', "\r\n").into(), Same),
+            ("CR alone", PLAIN.replace('\n', "\r").into(), Same),
+            ("tabs", PLAIN.replace(' ', "\t").into(), Same),
+            ("mark", format!("\u{feff}{PLAIN}").into(), Same),
+            (
+                "comments behind",
+                PLAIN.replace("steel", "steel").replace(" 5\n", " 5 # top\n").replace("3 4", "3 4\t#").into(),
+                Same,
+            ),
+            (
+                "a comment behind a material",
+                with("steel", "steel # paint"),
+                Noted("usemtl steel #paint: the # begins a comment"),
+            ),
+            ("a comment that ends in a backslash", with("# by hand", "# C:\\parts\\"), Same),
+            ("lines that go on", with("2 3", "2\\\n \\\n3"), Same),
+            ("a comment in a line that goes on", with("2 3 4", "2 \\\n3 4 # all"), Same),
+            ("weight of one", with("5.5", "5.5 1.0"), Same),
+            ("weight", with("5.5", "5.5 0.5"), Noted("weights of vertices")),
+            ("colour", with("5.5", "5.5 0.1 0.2 0.3"), Same),
+            ("weight and colour", with("5.5", "5.5 2 0.1 0.2 0.3"), Noted("weights of vertices")),
+            ("indices from the end", with("1 2 3 4", "-4 -3 -2 -1"), Same),
+            ("texture and normal", with("1 2 3 4", "1/1/1 2/7/1 3//1 4/"), Same),
+            ("a # in a name", with("steel", "steel#2"), Other),
+            ("scale", PLAIN.replace('5', "50").into(), Other),
+            ("columns in another order", PLAIN.replace("v 0 5 ", "v 5 0 ").into(), Other),
+            ("turned over", with("1 2 3 4", "4 3 2 1"), Other),
+            ("lines", with("f 1", "l 1 2\nf 1"), Noted("points and lines")),
+            (
+                "two coordinates",
+                with("5 5.5", "5.5"),
+                Refused("a.obj:5: v = 0 5.5: is not three finite numbers"),
+            ),
+            (
+                "five numbers",
+                with("5.5", "5.5 1 1"),
+                Refused("a.obj:5: v = 5: has another number of numbers; allowed: x y z, x y z w"),
+            ),
+            (
+                "decimal comma",
+                with("5.5", "5,5"),
+                Refused("a.obj:5: v = 5,5: is not three finite numbers; write the decimal mark as a point"),
+            ),
+            (
+                "a unit",
+                with("5.5", "5.5mm"),
+                Refused("v = 5.5mm: is not three finite numbers; leave the unit out"),
+            ),
+            ("a word behind", with("5.5", "5.5 top"), Refused("v = top: is not three finite")),
+            (
+                "a normal of four",
+                with("vn 1", "vn 0 1"),
+                Refused("a.obj:7: vn = 4: has another number of numbers; allowed: x y z"),
+            ),
+            (
+                "corner of four parts",
+                with("f 1 ", "f 1/1/1/1 "),
+                Refused("a.obj:9: f = 1/1/1/1: is no corner of a face; allowed: v, v/vt"),
+            ),
+            (
+                "texture of no number",
+                with("f 1 ", "f 1/x "),
+                Refused("f = x: is no index of a texture coordinate"),
+            ),
+            (
+                "huge index",
+                with("f 1 ", "f 4294967297 "),
+                Refused("f = 4294967297: is no index of a vertex; allowed: 1..=4"),
+            ),
+            ("upper case", PLAIN.to_uppercase().into(), Refused("a.obj:2: O: is no line of an OBJ file")),
+            ("another file", with("o wall", "call b.obj"), Refused("a.obj:2: call: brings in another file")),
+            ("page", b"<html>".to_vec(), Refused("is a web page (HTML), not OBJ")),
+            ("binary STL", [&[b' '; 80][..], &[1, 0, 0, 0]].concat(), Refused("is no OBJ: it is binary")),
+            ("ASCII STL", b"solid x\nendsolid\n".to_vec(), Refused("is ASCII STL; name it .stl")),
+            ("STEP", b"ISO-10303-21;\n".to_vec(), Refused("is a STEP file, not OBJ; export it as .stl")),
+            ("UTF-16", PLAIN.encode_utf16().flat_map(u16::to_le_bytes).collect(), Refused("is UTF-16 text")),
+        ];
+        let plain = contents(PLAIN.as_bytes()).unwrap();
+        for (name, bytes, becomes) in cases {
+            match (becomes, contents(&bytes)) {
+                (Same, Ok(c)) => {
+                    assert!(shape(&c) == shape(&plain) && c.notes.is_empty(), "{name}: {:?}", c.notes)
+                }
+                (Noted(part), Ok(c)) => {
+                    assert!(shape(&c) == shape(&plain) && c.notes[0].contains(part), "{name}: {:?}", c.notes);
+                }
+                (Other, Ok(c)) => assert!(shape(&c) != shape(&plain) && c.notes.is_empty(), "{name}"),
+                (Refused(part), Err(e)) => assert!(e.contains(part), "{name}: {e}"),
+                (_, got) => panic!("{name}: {:?}", got.map(|c| c.notes)),
+            }
+        }
+        // Materials whose names are not UTF-8 stay two.
+        let names =
+            [&PLAIN.as_bytes()[..PLAIN.len() - 10], b"usemtl gr\xfcn\nf 1 2 3\nusemtl gr\xf6n\nf 1 3 4\n"]
+                .concat();
+        assert_eq!(contents(&names).unwrap().materials, ["steel", "grün", "grön"]);
     }
 }

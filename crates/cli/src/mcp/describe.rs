@@ -7,9 +7,9 @@ use super::root::Root;
 use crate::target::ImportArgs;
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use catseye::formats::csv::Table;
-use catseye::formats::input::{self, LARGEST_TEXT};
+use catseye::formats::input::LARGEST_TEXT;
 use catseye::formats::stage::MANIFEST;
-use catseye::formats::{npy, rcs_csv};
+use catseye::formats::{npy, rcs_csv, text};
 use catseye::scene::{Shape, mesh_file, radar_toml};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -90,8 +90,8 @@ fn folder(root: &Root, path: &Path) -> Result<Value> {
 }
 
 fn json_file(path: &Path) -> Result<Value> {
-    let bytes = input::read(path, "a JSON file", LARGEST_TEXT)?;
-    serde_json::from_slice(&bytes)
+    let text = text::read(path, "a JSON file", LARGEST_TEXT)?;
+    serde_json::from_str(&text)
         .map_err(|e| BadInput::new(format!("is no JSON: {}", json_in_words(&e))).file(path).into())
 }
 

@@ -3,7 +3,7 @@
 use super::differences::{Difference, DifferenceTally, Tolerances};
 use super::measure::Measure;
 use catseye::base::error::{BadInput, Result, json_in_words};
-use catseye::formats::input;
+use catseye::formats::{input, text};
 use serde_json::{Map, Value};
 use std::path::Path;
 
@@ -35,11 +35,11 @@ fn is_of_the_making(key: &str) -> bool {
 /// # Errors
 /// Returns `BadInput` with the line for a file that is not JSON.
 pub fn read(path: &Path) -> Result<Value> {
-    let bytes = input::read(path, "a JSON file", input::LARGEST_TEXT)?;
+    let text = text::read(path, "a JSON file", input::LARGEST_TEXT)?;
     let several = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("jsonl"));
     let read: serde_json::Result<Value> = match several {
-        true => serde_json::Deserializer::from_slice(&bytes).into_iter::<Value>().collect(),
-        false => serde_json::from_slice(&bytes),
+        true => serde_json::Deserializer::from_str(&text).into_iter::<Value>().collect(),
+        false => serde_json::from_str(&text),
     };
     read.map_err(|e| {
         BadInput::new(format!("damaged: {}", json_in_words(&e)))

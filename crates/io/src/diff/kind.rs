@@ -5,6 +5,7 @@ use crate::dataset::DATASET;
 use crate::store::LAYOUT;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage::MANIFEST;
+use catseye::formats::text::split_comment;
 use catseye::formats::{csv, input, rcs_csv};
 use serde_json::Value;
 use std::fmt;
@@ -87,7 +88,7 @@ fn of_table(path: &Path) -> Result<Kind> {
         if text.is_empty() || text.starts_with('#') {
             continue;
         }
-        let names: Vec<&str> = text.split(',').map(|c| c.trim().trim_matches('"')).collect();
+        let names: Vec<&str> = split_comment(text).0.split(',').map(|c| c.trim().trim_matches('"')).collect();
         let has = |list: &[&str]| list.iter().all(|c| names.contains(c));
         return Ok(match () {
             () if is_study => Kind::Study,
