@@ -3,6 +3,7 @@ import signal
 import subprocess
 import sys
 import threading
+import warnings
 
 import numpy as np
 import pytest
@@ -80,6 +81,24 @@ def test_a_frame_without_noise_processes_to_itself(scenario, radar, engine):
     # Any memory layout and precision.
     strided = np.asfortranarray(frame.adc.astype(np.complex128))
     np.testing.assert_array_equal(catseye.process(strided, radar=radar, engine=engine).range_doppler, frame.range_doppler)
+
+
+def test_process_says_what_looks_wrong(scenario, radar, engine):
+    frame = next(catseye.simulate(scenario, engine=engine))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        whole = catseye.process(frame.adc, radar=radar, engine=engine)
+    # Packets that were lost are zeros; they are filled.
+    adc = frame.adc.copy()
+    adc[[5, 20], :, :] = 0
+    with pytest.warns(UserWarning, match="2 of 32 chirps hold runs of zeros"):
+        found = catseye.process(adc, radar=radar, engine=engine)
+    strongest = np.argsort(-whole.points["power_dbm"])[0]
+    again = np.argsort(-found.points["power_dbm"])[0]
+    for column in ("range_m", "range_rate_mps", "azimuth_deg"):
+        assert abs(found.points[column][again] - whole.points[column][strongest]) < 0.02
+    with pytest.warns(UserWarning, match="other sign of phase"):
+        catseye.process(frame.adc.conj(), radar=radar, engine=engine)
 
 
 def test_process_refuses_what_is_no_cube(radar, engine):

@@ -106,6 +106,13 @@ impl CubeArgs {
                 .allowed(format!("0..={}", source.frames().saturating_sub(1)))
                 .into());
         }
+        if self.conjugate && radar.sampling == Sampling::Real {
+            return Err(BadInput::new("real samples have no conjugate")
+                .file(path)
+                .key("--conjugate")
+                .remedy("leave it out")
+                .into());
+        }
         if radar.sampling == Sampling::Iq && !source.is_complex() {
             return Err(BadInput::new("the samples are real, but the radar has I and Q")
                 .file(path)

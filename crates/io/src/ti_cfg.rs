@@ -616,6 +616,7 @@ mod tests {
         let same = [
             ("adcbufCfg", 1, "only one subframe is read, whichever its index"),
             ("adcbufCfg", 5, "chirps that are buffered together: the order of the words is the same"),
+            ("chirpCfg", 2, "chirps beyond are set by the next line, or not sent"),
             ("frameCfg", 6, "what starts a frame"),
             ("frameCfg", 7, "time from that to the first chirp"),
             ("bpmCfg", 1, "the subframe"),

@@ -1,12 +1,8 @@
 //! The commands of a `.cfg`, read line by line and combined to a [`TiRadar`].
 
 use super::ti_cfg::{IqOrder, Multiplex, TiRadar, shifted};
-use super::ti_studio;
 use catseye::base::error::{BadInput, Error, Result};
 use std::path::{Path, PathBuf};
-
-/// Largest size of a configuration, which has some fifty short lines, bytes.
-const MAX_BYTES: u64 = 1 << 20;
 
 /// Number of chirps that the devices can distinguish (`chirpCfg`, mmWave interface control document).
 const MAX_CHIRPS: usize = 512;
@@ -14,22 +10,6 @@ const MAX_CHIRPS: usize = 512;
 const MAX_ANTENNAS: u32 = 4;
 
 impl TiRadar {
-    /// Reads a `.cfg`, or what mmWave Studio saves as `.mmwave.json` or `.setup.json`.
-    ///
-    /// # Errors
-    /// Returns `BadInput` with the line for a value that is no number or out of range, a chirp without its
-    /// profile, samples beyond the ramp, a frame shorter than its chirps, or a mask of antennas that are off.
-    pub fn read(path: impl AsRef<Path>) -> Result<TiRadar> {
-        let path = path.as_ref();
-        let bad = |problem: &str| Error::from(BadInput::new(problem).file(path));
-        let bytes = catseye::formats::input::read(path, "a .cfg file or a .mmwave.json", MAX_BYTES)?;
-        let text = String::from_utf8(bytes).map_err(|_| bad("is not UTF-8 text"))?;
-        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
-            return ti_studio::read(path, &text);
-        }
-        TiRadar::parse(path, &text)
-    }
-
     /// Parses the radar of a text; `file` is named in errors.
     ///
     /// # Errors

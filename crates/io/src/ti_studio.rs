@@ -8,15 +8,31 @@ use catseye::base::error::{BadInput, Error, Result, json_in_words};
 use serde_json::Value;
 use std::path::Path;
 
-/// Largest size of a file, bytes.
+/// Largest size of a configuration, which has some fifty short lines, or of a file of mmWave Studio, bytes.
 const MAX_BYTES: u64 = 1 << 20;
+
+impl TiRadar {
+    /// Reads a `.cfg`, or what mmWave Studio saves as `.mmwave.json` or `.setup.json`.
+    ///
+    /// # Errors
+    /// Returns `BadInput` with the line for a value that is no number or out of range, a chirp without its
+    /// profile, samples beyond the ramp, a frame shorter than its chirps, or a mask of antennas that are off.
+    pub fn read(path: impl AsRef<Path>) -> Result<TiRadar> {
+        let path = path.as_ref();
+        let text = catseye::formats::text::read(path, "a .cfg file or a .mmwave.json", MAX_BYTES)?;
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
+            return read(path, &text);
+        }
+        TiRadar::parse(path, &text)
+    }
+}
 
 /// The radar of a `.mmwave.json` or a `.setup.json`, whose text is `text`.
 ///
 /// # Errors
 /// Returns `BadInput` for text that is not JSON of mmWave Studio, for frames other than legacy frames of chirps, for a cascade, for values that
 /// are missing, and the errors of the commands.
-pub fn read(file: &Path, text: &str) -> Result<TiRadar> {
+fn read(file: &Path, text: &str) -> Result<TiRadar> {
     let root = parsed(file, text)?;
     let Some(setup) = root.get("configUsed") else { return of_studio(file, text, &root) };
     // The path is one of the machine that recorded.
@@ -25,13 +41,12 @@ pub fn read(file: &Path, text: &str) -> Result<TiRadar> {
     let name = name
         .ok_or_else(|| BadInput::new("names no configuration").file(file).key("configUsed").value(named))?;
     let beside = file.with_file_name(name);
-    let bytes = catseye::formats::input::read(&beside, "a .mmwave.json", MAX_BYTES).map_err(|e| match e {
-        Error::Input(b) => {
+    let text = catseye::formats::text::read(&beside, "a .mmwave.json", MAX_BYTES).map_err(|e| match e {
+        Error::Input(b) if b.remedy.is_none() || !beside.exists() => {
             b.remedy(format!("put the file that configUsed of {} names beside it", file.display())).into()
         }
         e => e,
     })?;
-    let text = String::from_utf8(bytes).map_err(|_| BadInput::new("is not UTF-8 text").file(&beside))?;
     let mut radar = of_studio(&beside, &text, &parsed(&beside, &text)?)?;
     radar.device = root.get("mmWaveDevice").and_then(Value::as_str).map(str::to_string);
     Ok(radar)
@@ -286,7 +301,7 @@ mod tests {
                 "\"rlBpmChirps\": [{\"rlBpmChirpCfg_t\": {\"constBpmVal\": \"0x3\"}}]",
                 "change from chirp to chirp",
             ),
-            ("\"txEnable\": \"0x1\"", "\"txEnable\": \"0x2\"", ":17: chirpCfg tx_mask = 2"),
+            ("\"txEnable\": \"0x1\"", "\"txEnable\": \"0x2\"", ":19: chirpCfg tx_mask = 2"),
             ("\"mmWaveDevices\": [{", "\"mmWaveDevices\": [{}, {", "only captures of one device"),
             ("mmWaveDevices", "devices", "no configuration of mmWave Studio"),
             ("legacyFrameChirp\",", "legacyFrameChirp\"", ":7: is not JSON"),
