@@ -8,6 +8,7 @@ use catseye::base::error::BadInput;
 use catseye::detect::Bodies;
 use catseye::detect::conjugate::looks_conjugate;
 use catseye::dsp::lost_chirps::LostChirps;
+use catseye::dsp::sample_checks;
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::scene::unusual;
 use catseye::simulate::{Stages, detect};
@@ -96,8 +97,9 @@ fn cube(adc: &Bound<'_, PyAny>, wide: bool, expected: [usize; 3]) -> PyResult<An
 /// Fills lost chirps, and gives a line for each thing of which the user has to know.
 fn repaired<T: catseye::dsp::Real>(shape: [usize; 3], data: &mut [num_complex::Complex<T>]) -> Vec<String> {
     let lost = LostChirps::find(shape, data);
+    let lines = sample_checks::lines(shape, data);
     lost.fill(data);
-    lost.lines()
+    lost.lines().into_iter().chain(lines).collect()
 }
 
 /// Range-Doppler map, detections and points of a cube.

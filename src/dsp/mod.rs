@@ -48,6 +48,7 @@ pub mod lost_chirps;
 pub mod multiplex;
 pub mod peaks;
 pub mod power;
+pub mod sample_checks;
 pub mod snapshot;
 pub mod spectrum;
 pub mod stream;

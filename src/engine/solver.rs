@@ -11,7 +11,7 @@ use crate::geom::remarks::of_bodies;
 use crate::geom::{curved, overlaps, surfaces_at};
 use crate::rcs::validity::Faces;
 use crate::rcs::{BistaticAspect, Distance, Ground, RcsOptions, Scattering};
-use crate::scene::Scene;
+use crate::scene::{Scene, mesh_file};
 
 /// Looks that are taken again more finely for the estimate of convergence.
 const CONVERGENCE_ASPECTS: usize = 25;
@@ -148,7 +148,7 @@ impl Solver for Engine {
         let freq_hz = sweep.frequencies_hz.iter().copied().fold(f64::INFINITY, f64::min);
         // A material without a value is an error of the run.
         let mut lines = of_bodies(scene, freq_hz, true).unwrap_or_default();
-        lines.extend(unit_line(scene));
+        lines.extend(mesh_file::unit_line(scene));
         if matches!(self, Engine::Gpu(_)) && takes_host(scene, sweep.options.bounces) {
             lines.push(
                 "device: paths of several bounces by way of curved surfaces are followed by the host's processors in f64, not by the adapter"
@@ -171,20 +171,6 @@ impl Solver for Engine {
         // Calls of one look each would leave threads of the cpu idle.
         matches!(self, Engine::Cpu(_))
     }
-}
-
-/// Exporters write millimetres where glTF has metres.
-fn unit_line(scene: &Scene) -> Option<String> {
-    /// A target longer than this is a house, or was drawn in another unit.
-    const HOUSE_M: f64 = 20.0;
-    let (lo, hi) = scene.bounds_m(0.0)?;
-    let longest_m = (hi - lo).max_element();
-    (scene.import.unit_assumed && longest_m > HOUSE_M).then(|| {
-        format!(
-            "size: the target is {longest_m:.1} m long in the metres that glTF prescribes; give --unit mm (Python and files: unit = \"mm\") if it was \
-             drawn in millimetres, or --unit m if that is its size"
-        )
-    })
 }
 
 /// Whether a scene is taken by the series of a sphere.

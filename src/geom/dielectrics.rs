@@ -222,8 +222,6 @@ fn in_mesh(mesh: &Mesh, enters: &[bool], surfaces: &[Surface], wavenumber: f64) 
             let doubled = (b - a).cross(c - a);
             (facing, area_m2) = (facing + doubled, area_m2 + doubled.length());
         }
-        // The areas of a closed body face all ways.
-        let is_sheet = facing.length() > SHEET * area_m2;
         for t in (0..of.len() as u32).filter(|t| open(*t)) {
             for (a, b) in sides(&welded.triangles[t as usize]) {
                 if welded.edges[&(a.min(b), a.max(b))].len() != 1 {
@@ -236,6 +234,8 @@ fn in_mesh(mesh: &Mesh, enters: &[bool], surfaces: &[Surface], wavenumber: f64) 
                 }
             }
         }
+        // The areas of a closed body face all ways, unless facets are wound against each other: a sheet has an edge.
+        let is_sheet = edges > 0 && facing.length() > SHEET * area_m2;
         out.push((material, Obstacle::Open { triangles: triangles_open, edges, hole_m: longest, is_sheet }));
     }
     out

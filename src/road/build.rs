@@ -21,6 +21,7 @@ use crate::road::profile::Profile;
 use crate::road::shape::{Profile as Outline, append, area_vector_m2, cuboid, polygon, weld};
 use crate::road::traffic::{as_a_point, driven, vehicle};
 use crate::scene::motion::{Channel, Joint, Motion};
+use crate::scene::scenario::of_object;
 use crate::scene::{Mesh, Scene, Shape};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::PI;
@@ -595,6 +596,9 @@ impl Builder<'_> {
                     Source::File(scene) => scene.clone(),
                 };
                 built.meshes.iter_mut().for_each(in_single_precision);
+                if let Source::File(_) = source {
+                    self.scene.import.notes.extend(of_object(name, &built.import.notes));
+                }
                 let first = self.scene.add_meshes(&built);
                 self.known.push((key, built, first));
                 self.known.len() - 1

@@ -15,20 +15,32 @@ pub struct Lasting {
     pub span_s: (f64, f64),
     /// What happens outside of them.
     pub outside: Outside,
+    /// Columns of its file that may have been meant and are passed over.
+    pub passed_over: Vec<String>,
 }
 
 impl Lasting {
-    /// What the reader should be told when frames last from 0 to `last_s` and the trajectory does not.
-    pub(super) fn note(&self, last_s: f64) -> Option<String> {
+    /// What the user has to know where frames last from 0 to `last_s` and the trajectory does not, and where columns are passed over.
+    pub(super) fn notes(&self, last_s: f64) -> Vec<String> {
         let (from, to) = self.span_s;
         let then = match self.outside {
             Outside::GoOn => "goes straight on",
             Outside::Stay => "stands still",
         };
-        (from > 0.0 || to < last_s).then(|| {
-            let name = &self.name;
-            format!("the trajectory of {name} lasts from {from} to {to} s, the frames from 0 to {last_s} s: outside of its times it {then}")
-        })
+        let name = &self.name;
+        let mut notes = Vec::new();
+        if from > 0.0 || to < last_s {
+            notes.push(format!(
+                "the trajectory of {name} lasts from {from} to {to} s, the frames from 0 to {last_s} s: outside of its times it {then}"
+            ));
+        }
+        if !self.passed_over.is_empty() {
+            notes.push(format!(
+                "the trajectory of {name}: the file's columns {} are passed over; yaw_deg, pitch_deg, roll_deg and z_m are read",
+                self.passed_over.join(", ")
+            ));
+        }
+        notes
     }
 }
 
@@ -63,7 +75,12 @@ impl<'a, 'b> PlaceReader<'a, 'b> {
             let place_m = made.motion.at(time_s).translation_m;
             self.check_place(BadInput::new("").file(self.doc.file()).key(key), place_m, time_s)?;
         }
-        self.lasting.push(Lasting { name: name.into(), span_s: made.span_s, outside: t.outside });
+        self.lasting.push(Lasting {
+            name: name.into(),
+            span_s: made.span_s,
+            outside: t.outside,
+            passed_over: made.passed_over.clone(),
+        });
         Ok(made)
     }
 
@@ -204,6 +221,39 @@ mod tests {
         assert_eq!(x(&along([3600.0, 3601.0, 3602.0], "outside = \"stay\"")), 0.0);
         let e = parse(file, &along([1.7e9, 1.7e9 + 1.0, 1.7e9 + 2.0], "outside = \"stay\"")).unwrap_err();
         assert!(e.to_string().contains("start_s"), "{e}");
+    }
+
+    #[test]
+    fn columns_that_may_be_meant_are_said() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("a.toml");
+        let notes = |header: &str| {
+            let columns = header.split(',').count();
+            let row = |t: usize| {
+                (0..columns)
+                    .map(|i| if i == 0 { t } else { t * 10 }.to_string())
+                    .collect::<Vec<_>>()
+                    .join(",")
+            };
+            std::fs::write(dir.path().join("d.csv"), format!("{header}\n{}\n{}\n", row(0), row(1))).unwrap();
+            let scenario = parse(&file, &scenario("[ego.trajectory]\nfile = \"d.csv\"")).unwrap();
+            scenario.trajectories[0].notes(0.0).join("; ")
+        };
+        for plain in [
+            "time_s,x_m,y_m",
+            "time_s,x_m,y_m,z_m,yaw_deg,pitch_deg,roll_deg,yaw_rad",
+            "time_s,x_m,y_m,zone,speed",
+        ] {
+            assert_eq!(notes(plain), "", "{plain}");
+        }
+        for (header, names) in [
+            ("time_s,x_m,y_m,Yaw_deg", "columns Yaw_deg are"),
+            ("time_s,x_m,y_m,qx,qy,qz,qw", "columns qx, qy, qz, qw are"),
+            ("time_s,x_m,y_m,alt_m,heading_rad", "columns alt_m, heading_rad are"),
+            ("time_s,x_m,y_m,z,yaw_deg", "columns z are"),
+        ] {
+            assert!(notes(header).contains(names), "{}", notes(header));
+        }
     }
 
     #[test]

@@ -808,7 +808,10 @@ impl<E> Scenario<E> {
                     };
                     let first = scene.add_meshes(&built);
                     scene.import.degenerate_triangles_dropped += built.import.degenerate_triangles_dropped;
-                    scene.import.notes.extend(built.import.notes.iter().cloned());
+                    scene.import.notes.extend(of_object(&o.name, &built.import.notes));
+                    let unit = mesh_file::unit_line(&built)
+                        .filter(|_| matches!(o.source, ObjectSource::File { .. }));
+                    scene.import.notes.extend(of_object(&o.name, unit.as_slice()));
                     known.push((&o.source, built, first));
                     known.len() - 1
                 }
@@ -834,11 +837,19 @@ impl<E> Scenario<E> {
                 .into());
         }
         let last_s = self.frames.time_s(self.frames.count.saturating_sub(1));
-        scene.import.notes.extend(self.trajectories.iter().filter_map(|t| t.note(last_s)));
+        scene.import.notes.extend(self.trajectories.iter().flat_map(|t| t.notes(last_s)));
         self.weather.wet(&mut scene)?;
         scene.import.triangles = scene.triangle_count();
         Ok(scene)
     }
+}
+
+/// Notes of the importer with the name of the object whose file it is.
+pub(crate) fn of_object(name: &str, notes: &[String]) -> Vec<String> {
+    let named = |n: &String| {
+        if n.starts_with("object '") { n.clone() } else { format!("object '{name}': {n}") }
+    };
+    notes.iter().map(named).collect()
 }
 
 /// A scene of one object, named after the file of its scattering table.

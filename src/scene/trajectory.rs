@@ -115,6 +115,8 @@ pub struct Trajectory {
     pub span_s: (f64, f64),
     /// What happens outside of them.
     pub outside: Outside,
+    /// Columns of its file that are passed over, although their names are like those of a heading or a height that the file lacks.
+    pub passed_over: Vec<String>,
 }
 
 /// One coordinate or angle at the waypoints.
@@ -231,6 +233,7 @@ struct Waypoints {
     yaw_rad: Option<Vec<f64>>,
     pitch_rad: Vec<f64>,
     roll_rad: Vec<f64>,
+    passed_over: Vec<String>,
 }
 
 /// Reads and checks a trajectory; `key` is that of its table.
@@ -350,7 +353,29 @@ fn columns(path: &Path, table: &Table) -> Result<Waypoints> {
         false => None,
     };
     let (pitch_rad, roll_rad) = (radians(optional("pitch_deg")?), radians(optional("roll_deg")?));
-    Ok(Waypoints { times_s, places_m, yaw_rad, pitch_rad, roll_rad })
+    Ok(Waypoints { times_s, places_m, yaw_rad, pitch_rad, roll_rad, passed_over: near_misses(&table.header) })
+}
+
+/// Columns that look like a heading, an attitude or a height, where the column that is read for it is missing.
+fn near_misses(header: &[String]) -> Vec<String> {
+    let has = |name: &str| header.iter().any(|h| h == name);
+    let like = |name: &str, words: &[&str]| {
+        let first = name.to_ascii_lowercase();
+        words
+            .iter()
+            .any(|w| first.strip_prefix(w).is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphabetic())))
+    };
+    let read = [
+        ("yaw_deg", &["yaw", "heading", "hdg", "course", "azimuth", "qw", "qx", "qy", "qz", "quat"][..]),
+        ("pitch_deg", &["pitch"][..]),
+        ("roll_deg", &["roll"][..]),
+        ("z_m", &["z", "alt", "altitude", "height", "up"][..]),
+    ];
+    header
+        .iter()
+        .filter(|h| read.iter().any(|(name, words)| !has(name) && *h != name && like(h, words)))
+        .cloned()
+        .collect()
 }
 
 fn inline(doc: &Document<'_>, list: &[WaypointTable]) -> Result<Waypoints> {
@@ -361,6 +386,7 @@ fn inline(doc: &Document<'_>, list: &[WaypointTable]) -> Result<Waypoints> {
         yaw_rad: list[0].yaw_deg.is_some().then(Vec::new),
         pitch_rad: Vec::with_capacity(list.len()),
         roll_rad: Vec::with_capacity(list.len()),
+        passed_over: Vec::new(),
     };
     for w in list {
         out.times_s.push(doc.finite(&w.time_s, "give seconds")?);
@@ -479,6 +505,7 @@ impl Waypoints {
             mean_speed_mps,
             span_s: (times[0], times[n - 1]),
             outside: t.outside,
+            passed_over: self.passed_over,
         })
     }
 }

@@ -1,7 +1,7 @@
 //! Values of radars and scenarios that are allowed and seldom meant: a forgotten power of ten, millimetres for metres, frames that overlap.
 //! Each gives one line with key, value and what is usual; nothing is changed.
 
-use super::radar::Radar;
+use super::radar::{Pattern, Radar};
 use super::scenario::Scenario;
 use super::waveform::Waveform;
 
@@ -29,6 +29,9 @@ pub fn of_radar(radar: &Radar) -> Vec<String> {
             "m from the vehicle's origin",
         ),
     ];
+    for antenna in radar.tx.iter().chain(&radar.rx) {
+        values.push(value("antenna gain_dbi", antenna.gain_dbi, (-30.0, 50.0), "dBi"));
+    }
     if let Waveform::Fmcw(slopes) = &radar.waveform {
         for ramp in &slopes.ramps {
             values.push(value("waveform.bandwidth_hz", ramp.bandwidth_hz.abs(), (1e6, 1e10), "Hz"));
@@ -59,7 +62,25 @@ pub fn of_radar(radar: &Radar) -> Vec<String> {
             v.unit
         ));
     }
+    lines.extend(narrow_table(radar));
     lines
+}
+
+/// Antenna tables that end before ±80° of azimuth: beyond, the gain at their edge holds.
+fn narrow_table(radar: &Radar) -> Option<String> {
+    let mut ends = radar.tx.iter().chain(&radar.rx).filter_map(|a| match &a.pattern {
+        Pattern::Table { azimuth_rad, .. } => {
+            Some([azimuth_rad.first()?.to_degrees(), azimuth_rad.last()?.to_degrees()])
+        }
+        _ => None,
+    });
+    let [low, high] = ends.find(|[a, b]| *a > -80.0 || *b < 80.0)?;
+    Some(format!(
+        "radar '{}': the antenna's table has azimuths from {} to {} degrees; beyond, the gain at its edge holds; usual is -90 to 90 and more",
+        radar.name,
+        plain(low),
+        plain(high)
+    ))
 }
 
 /// What of a scenario is seldom meant: its radars' values, and frames that begin before the one before them ends.
@@ -141,6 +162,16 @@ mod tests {
         assert!(changed(&|r| r.sample_rate_hz = 12.5).contains("12.5 Hz"));
         assert!(changed(&|r| r.mounting.translation_m.x = 500.0).contains("500 m from"));
         assert!(changed(&|r| r.tx_power_dbm = -100.0).contains("-100 dBm"));
+        assert!(changed(&|r| r.tx[0].gain_dbi = 100.0).contains("antenna gain_dbi is 100 dBi"));
+        let table = |to_rad: f64| Pattern::Table {
+            azimuth_rad: vec![-to_rad, 0.0, to_rad],
+            elevation_rad: vec![0.0],
+            gain_db: vec![-3.0, 0.0, -3.0],
+        };
+        assert!(changed(&|r| r.rx[0].pattern = table(0.35)).contains("from -20.05 to 20.05 degrees"));
+        let mut wide = demo.clone();
+        wide.rx[0].pattern = table(1.6);
+        assert_eq!(of_radar(&wide), Vec::<String>::new());
     }
 
     #[test]

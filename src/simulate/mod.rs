@@ -382,6 +382,7 @@ impl<'a> Prepared<'a> {
         let radar = &self.scenario.radars[self.first];
         let time_s = self.scenario.frames.time_s(0);
         let mut lines = self.scene.warnings.clone();
+        lines.extend(self.scene.import.notes.iter().cloned());
         lines.extend(unusual::of_scenario(&self.scenario));
         lines.extend(of_scene::of_meshes(&self.scene, radar.carrier_hz)?);
         let (pose, _) = radar_pose(radar, &self.scenario.ego, time_s);

@@ -188,6 +188,17 @@ fn an_open_body_is_said_with_its_hole_and_a_vertex_beside_its_place_is_no_hole()
     road.meshes[0].material.truncate(2);
     assert!(matches!(said(&road)[..], [Obstacle::Open { is_sheet: true, .. }]));
     assert!(of_bodies(&road, F, true).unwrap().is_empty());
+    // A slab with any one face turned round is no sheet, although its two large faces may then face one way.
+    for face in 0..6 {
+        let mut mixed = dielectric_box(DVec3::new(0.01, 0.05, 0.05), "polypropylene");
+        mixed.meshes[0].triangles[2 * face..2 * face + 2].iter_mut().for_each(|t| t.swap(1, 2));
+        assert!(
+            matches!(said(&mixed)[..], [Obstacle::Open { edges: 0, is_sheet: false, .. }]),
+            "{face}: {:?}",
+            said(&mixed)
+        );
+        assert_eq!(of_bodies(&mixed, F, true).unwrap().len(), 1);
+    }
     // Each triangle with corners of its own, off by nanometres and tenths of micrometres.
     for off_m in [1e-9, 2e-7, 5e-7] {
         let mut loose = closed.clone();

@@ -1,4 +1,4 @@
-//! Lists of numbers on the command line: a value, `start:stop:step` (both ends included), or values
+//! Lists of numbers on the command line: a value, `start:stop:step` (STOP included if a step falls on it), or values
 //! with commas between.
 
 use catseye::base::error::{BadInput, Error, Result};

@@ -3,8 +3,10 @@
 use super::bar::Kept;
 use super::cube_args::{CubeArgs, OpenedCube};
 use super::global::{Global, print, print_json};
+use super::process::check_parts;
 use catseye::base::error::Result;
 use catseye::dsp::lost_chirps::LostChirps;
+use catseye::dsp::sample_checks;
 use catseye::formats::stage;
 use catseye::scene::radar_toml;
 use catseye_io::cube::{CubeAbout, write_cube};
@@ -61,6 +63,7 @@ impl Convert {
         let shape = source.shape();
         let bar = global.bar("converting", 0, Kept::Nothing);
         let data = source.frame::<f32>(self.input.frame)?;
+        check_parts(&self.cube, &radar, sample_checks::parts(&data))?;
         // The file gets what was recorded: whoever processes it fills them.
         let lost = LostChirps::find(shape, &data).chirps();
         if lost > 0 {

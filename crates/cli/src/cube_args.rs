@@ -35,6 +35,9 @@ pub struct CubeArgs {
     /// A .bin with one lane for each receiver, as of xWR14xx
     #[arg(long)]
     pub four_lanes: bool,
+    /// How numbers are stored: as they are, or as unsigned 16-bit words of signed counts
+    #[arg(long, default_value = "plain", action = clap::ArgAction::Set, value_name = "plain|unsigned16", value_parser = choice(&[("plain", false), ("unsigned16", true)]))]
+    pub words: bool,
     /// Take the conjugate of every sample: for cubes whose phase has the other sign
     #[arg(long)]
     pub conjugate: bool,
@@ -74,6 +77,7 @@ impl CubeArgs {
             },
             dataset: self.dataset.clone(),
             conjugate: self.conjugate,
+            unsigned_words: self.words,
         };
         let named = radar.map(|r| radar_toml::load(r, Path::new("."))).transpose()?;
         let shape = named.as_ref().map(|r| [r.rows(), r.channels(), r.samples]);
@@ -97,6 +101,9 @@ impl CubeArgs {
                     .into());
             }
         };
+        if source.frames() > 1 {
+            assumed.push(format!("frame {} of {} is taken (--frame N)", self.frame, source.frames()));
+        }
         assumed.extend(unusual::of_radar(&radar).into_iter().map(|line| format!("warning: {line}")));
         if self.frame >= source.frames() {
             return Err(BadInput::new("the file has no such frame")

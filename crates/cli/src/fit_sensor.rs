@@ -15,7 +15,6 @@ use catseye_io::sensor_fit::compare::{
     Beside, Both, Effect, Levels, assumed_radar_toml, beside, effects, fitted,
 };
 use catseye_io::sensor_fit::estimate::{Fit, FitOptions, check, fit};
-use catseye_io::sensor_fit::words;
 use catseye_io::ti_cfg::{BOARDS, Board};
 use catseye_plot::{Curve, Panel, study_picture};
 use clap::Args;
@@ -98,9 +97,6 @@ impl FitSensor {
         let mut source = self.source()?;
         let shape = source.shape();
         let mut data = source.frame::<f64>(self.frame)?;
-        if self.words {
-            words::from_unsigned16(&self.cube, &mut data)?;
-        }
         let lost = LostChirps::find(shape, &data);
         let is_whole = |z: &Complex64| z.re.fract() == 0.0 && z.im.fract() == 0.0;
         let are_counts = data.iter().all(is_whole);
@@ -193,7 +189,11 @@ impl FitSensor {
             }
             None => None,
         };
-        let source = open_cube(&self.cube, &CubeOptions { axes, ..Default::default() }, None)?;
+        let source = open_cube(
+            &self.cube,
+            &CubeOptions { axes, unsigned_words: self.words, ..Default::default() },
+            None,
+        )?;
         if !source.is_complex() {
             return Err(BadInput::new("the samples are real, but a fit needs I and Q")
                 .file(&self.cube)

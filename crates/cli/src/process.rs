@@ -8,18 +8,17 @@ use catseye::adc::Cube;
 use catseye::base::error::{BadInput, Result};
 use catseye::detect::Bodies;
 use catseye::detect::conjugate::looks_conjugate;
-use catseye::dsp::lost_chirps::LostChirps;
 use catseye::engine::{AnyCube, Engine, Precision, Purpose};
 use catseye::formats::stage::{self, StagedDir};
-use catseye::scene::radar::Radar;
+use catseye::scene::radar::{Radar, Sampling};
 use catseye::simulate::{Stages, detect, located};
 use catseye::trace::Echoes;
-use catseye_io::cube::Source;
+use catseye_io::cube::{Checks, Source};
 use catseye_io::files::{write_maps, write_point_file};
 use catseye_io::manifest::{Axes, Manifest, PerRadar, keep_radars};
 use clap::Args;
 use glam::DVec3;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Process a cube of samples: range-Doppler map, detections, points, pictures
@@ -71,35 +70,40 @@ impl Process {
         let own = self.velocity_mps(&radar)?;
         let staged = StagedDir::new(&self.output, global.force, "process")?;
         let (engine, rule) = global.engine_for(Purpose::Cubes)?;
-        let absolute_levels = source.has_levels();
+        let bar = global.bar("processing", 0, Kept::Nothing);
+        let size: usize = source.shape().iter().product();
+        let streamed = size > STREAMED && Engine::can_stream(&radar) && !is_f64(&engine);
+        let mut seconds = Stages::default();
+        let mut checks = Checks::default();
+        let (maps, points) = match streamed {
+            true => self.by_blocks(&engine, &radar, own, &mut source, &mut checks, &mut seconds)?,
+            false => {
+                engine.check_memory(&radar, 0)?;
+                let (cube, found) = whole(&engine, &mut source, self.input.frame)?;
+                check_parts(&self.cube, &radar, found.parts)?;
+                checks = found;
+                let nothing = (&Echoes::default(), &Bodies::default());
+                detect(&engine, &radar, &cube, own, nothing, &mut seconds)?
+            }
+        };
+        // Whole numbers are counts, whatever type of number holds them.
+        let absolute_levels = source.has_levels() && !(source.ti_radar().is_none() && checks.are_counts);
         if !absolute_levels {
-            global.say(match source.ti_radar() {
+            let line = match source.ti_radar() {
                 Some(_) => {
                     "the recording has no full scale: levels are relative (--full-scale-dbm gives one)"
                 }
                 None => {
                     "the samples are integers: levels are relative (samples in sqrt(W) give absolute ones)"
                 }
-            });
+            };
+            bar.suspend(|| global.say(line));
         }
-        let bar = global.bar("processing", 0, Kept::Nothing);
-        let size: usize = source.shape().iter().product();
-        let streamed = size > STREAMED && Engine::can_stream(&radar) && !is_f64(&engine);
-        let mut seconds = Stages::default();
-        let mut found_lost = LostChirps::default();
-        let (maps, points) = match streamed {
-            true => self.by_blocks(&engine, &radar, own, &mut source, &mut found_lost, &mut seconds)?,
-            false => {
-                engine.check_memory(&radar, 0)?;
-                let (cube, lost) = whole(&engine, &mut source, self.input.frame)?;
-                found_lost = lost;
-                let nothing = (&Echoes::default(), &Bodies::default());
-                detect(&engine, &radar, &cube, own, nothing, &mut seconds)?
-            }
-        };
-        let about = found_lost
+        let about = checks
+            .lost
             .lines()
             .into_iter()
+            .chain(checks.lines.clone())
             .chain(looks_conjugate(&radar, &maps[0].map).map(|l| l + " (--conjugate)"));
         for line in about {
             bar.suspend(|| global.say(&format!("warning: {line}")));
@@ -127,7 +131,7 @@ impl Process {
         .write(staged.path())?;
         let report = Report {
             absolute_levels,
-            lost_chirps: found_lost.chirps(),
+            lost_chirps: checks.lost.chirps(),
             assumed,
             calibrated: radar.processing.angle.calibration.is_some(),
             streamed,
@@ -155,7 +159,7 @@ impl Process {
         radar: &Radar,
         own: Option<DVec3>,
         source: &mut Source,
-        lost: &mut LostChirps,
+        checks: &mut Checks,
         seconds: &mut Stages,
     ) -> Result<(Vec<catseye::dsp::RangeDoppler<f64>>, Vec<catseye::detect::Point>)> {
         let start = Instant::now();
@@ -166,12 +170,17 @@ impl Process {
             let (data, found) = source.repaired::<f32>(frame, channels.clone())?;
             out.copy_from_slice(&data);
             if channels.start == seen {
-                lost.append(&found);
+                if seen == 0 {
+                    *checks = found
+                } else {
+                    checks.append(&found)
+                }
                 seen = channels.end;
             }
             Ok(())
         })?];
         seconds.processing_s = start.elapsed().as_secs_f64();
+        check_parts(source.path(), radar, checks.parts)?;
         let points = located(engine, radar, &mut maps, own, (&Echoes::default(), &Bodies::default()))?;
         seconds.angles_s = start.elapsed().as_secs_f64() - seconds.processing_s;
         Ok((maps, points))
@@ -188,12 +197,28 @@ impl Process {
     }
 }
 
+/// Samples of one kind for a radar of the other: half of them would be left out, or each echo would have an image.
+pub fn check_parts(cube: &Path, radar: &Radar, [real, imaginary]: [bool; 2]) -> Result<()> {
+    let bad = |problem: &str, remedy: &str| Err(BadInput::new(problem).file(cube).remedy(remedy).into());
+    match (radar.sampling, real, imaginary) {
+        (Sampling::Iq, true, false) => bad(
+            "all imaginary parts are zero, but the radar has I and Q",
+            "set receiver.sampling = \"real\" in the radar file",
+        ),
+        (Sampling::Real, _, true) => bad(
+            "the samples have imaginary parts, but those of the radar are real",
+            "set receiver.sampling = \"iq\" in the radar file",
+        ),
+        _ => Ok(()),
+    }
+}
+
 fn is_f64(engine: &Engine) -> bool {
     matches!(engine, Engine::Cpu(Precision::F64))
 }
 
 /// All samples of one frame in the engine's precision, with lost chirps filled.
-fn whole(engine: &Engine, source: &mut Source, frame: usize) -> Result<(AnyCube, LostChirps)> {
+fn whole(engine: &Engine, source: &mut Source, frame: usize) -> Result<(AnyCube, Checks)> {
     let [chirps, channels, samples] = source.shape();
     Ok(match is_f64(engine) {
         true => {

@@ -4,8 +4,8 @@
 use super::cube_layout::{Axis, Number, Real, array_layout};
 #[cfg(feature = "hdf5")]
 use super::hdf5;
-pub use super::source::Source;
 use super::source::open_file;
+pub use super::source::{Checks, Source};
 use super::ti_bin::{self, BinOptions};
 use super::ti_cfg::TiRadar;
 use catseye::base::error::{BadInput, Error, Result};
@@ -30,6 +30,8 @@ pub struct CubeOptions {
     pub dataset: Option<String>,
     /// Whether each sample is replaced by its conjugate: for cubes whose phase has the other sign.
     pub conjugate: bool,
+    /// Whether real and imaginary parts are unsigned 16-bit words of signed counts: 65535 is −1.
+    pub unsigned_words: bool,
 }
 
 fn extension(path: &Path) -> String {
@@ -91,6 +93,7 @@ pub fn open_cube(
             .into());
     }
     source.conjugate = options.conjugate;
+    source.unsigned_words = options.unsigned_words;
     if let Some(want) = expected.filter(|w| *w != source.shape()) {
         return Err(BadInput::new("the array is not a cube of this radar")
             .file(path)

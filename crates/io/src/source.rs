@@ -2,8 +2,9 @@
 
 use super::cube_layout::{CubeLayout, Real};
 use super::ti_cfg::TiRadar;
-use catseye::base::error::{Error, Result};
+use catseye::base::error::{BadInput, Error, Result};
 use catseye::dsp::lost_chirps::LostChirps;
+use catseye::dsp::sample_checks;
 use num_complex::Complex;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -22,11 +23,57 @@ pub struct Source {
     pub(super) ti_radar: Option<TiRadar>,
     /// Whether samples are read as their conjugates.
     pub(super) conjugate: bool,
+    /// Whether parts of samples are unsigned 16-bit words of signed counts: 65535 is −1.
+    pub(super) unsigned_words: bool,
+}
+
+/// What the samples of a frame say about its cube.
+#[derive(Debug, Clone, Default)]
+pub struct Checks {
+    /// Samples that were lost.
+    pub lost: LostChirps,
+    /// Whether all are whole numbers, as the counts of a converter are.
+    pub are_counts: bool,
+    /// Whether some real parts, and whether some imaginary parts are not zero.
+    pub parts: [bool; 2],
+    /// What looks wrong, one line each.
+    pub lines: Vec<String>,
+}
+
+impl Checks {
+    /// Adds what was found in further channels of the same frame; lines are those of the first.
+    pub fn append(&mut self, next: &Checks) {
+        self.lost.append(&next.lost);
+        self.are_counts &= next.are_counts;
+        self.parts = [0, 1].map(|i| self.parts[i] || next.parts[i]);
+    }
+}
+
+/// Takes real and imaginary parts as unsigned 16-bit words of two's complement.
+fn signed_words<T: Real>(path: &Path, data: &mut [Complex<T>]) -> Result<()> {
+    let signed = |x: T| -> Option<T> {
+        let x = x.to_f64();
+        let is_word = (0.0..=65535.0).contains(&x) && x.fract() == 0.0;
+        is_word.then(|| T::from_f64(if x >= 32768.0 { x - 65536.0 } else { x }))
+    };
+    for (i, z) in data.iter_mut().enumerate() {
+        let (Some(re), Some(im)) = (signed(z.re), signed(z.im)) else {
+            return Err(BadInput::new(format!("sample {i} is no pair of unsigned 16-bit words"))
+                .file(path)
+                .key("--words")
+                .value(format!("{} and {}", z.re.to_f64(), z.im.to_f64()))
+                .allowed("whole numbers in 0..=65535")
+                .remedy("leave --words out for a cube of signed numbers")
+                .into());
+        };
+        *z = Complex::new(re, im);
+    }
+    Ok(())
 }
 
 impl Source {
     pub(super) fn new(path: &Path, arrays: Vec<(CubeLayout, Fetch)>) -> Source {
-        Source { path: path.to_path_buf(), arrays, ti_radar: None, conjugate: false }
+        Source { path: path.to_path_buf(), arrays, ti_radar: None, conjugate: false, unsigned_words: false }
     }
 
     /// Makes a source of a plain file whose numbers begin at byte `data_at`.
@@ -82,13 +129,17 @@ impl Source {
         for (layout, fetch) in &mut self.arrays {
             layout.read(&self.path, frame, channels.clone(), &mut out, fetch)?;
         }
+        if self.unsigned_words {
+            signed_words(&self.path, &mut out)?;
+        }
         if self.conjugate {
             out.iter_mut().for_each(|z| z.im = T::from_f64(-z.im.to_f64()));
         }
         Ok(out)
     }
 
-    /// As [`Source::channels`], with lost chirps found and filled ([`LostChirps`]); channels of `lost` count from the range's first.
+    /// As [`Source::channels`], with lost chirps found and filled, and what the samples say about the cube; channels in the latter count from
+    /// the range's first.
     ///
     /// # Errors
     /// Returns the errors of [`Source::channels`].
@@ -96,13 +147,19 @@ impl Source {
         &mut self,
         frame: usize,
         channels: Range<usize>,
-    ) -> Result<(Vec<Complex<T>>, LostChirps)> {
+    ) -> Result<(Vec<Complex<T>>, Checks)> {
         let [chirps, _, samples] = self.shape();
         let shape = [chirps, channels.len(), samples];
         let mut data = self.channels::<T>(frame, channels)?;
         let lost = LostChirps::find(shape, &data);
-        lost.fill(&mut data);
-        Ok((data, lost))
+        let checks = Checks {
+            are_counts: sample_checks::are_counts(&data),
+            parts: sample_checks::parts(&data),
+            lines: sample_checks::lines(shape, &data),
+            lost,
+        };
+        checks.lost.fill(&mut data);
+        Ok((data, checks))
     }
 
     /// Reads all channels of one frame, `[chirp, rx_virtual, sample]`.

@@ -147,6 +147,19 @@ pub fn import_sized(path: &Path, options: &ImportOptions, size_m: RangeInclusive
         .into())
 }
 
+/// A line for a target whose unit was assumed and that is longer than a house: exporters write millimetres where glTF has metres.
+pub fn unit_line(scene: &Scene) -> Option<String> {
+    const HOUSE_M: f64 = 20.0;
+    let (low, high) = scene.bounds_m(0.0)?;
+    let longest_m = (high - low).max_element();
+    (scene.import.unit_assumed && longest_m > HOUSE_M).then(|| {
+        format!(
+            "size: the target is {longest_m:.1} m long in the metres that glTF prescribes; give --unit mm (Python and files: unit = \"mm\") if it was \
+             drawn in millimetres, or --unit m if that is its size"
+        )
+    })
+}
+
 /// The scene of what a file says, in metres and ISO axes, with materials by the rules that hold for glTF.
 fn scene_of(contents: Contents, file: &Path, options: &ImportOptions) -> Result<Scene> {
     options.check_unit()?;

@@ -32,6 +32,8 @@ const PASSED_OVER: [&str; 15] = [
 ];
 /// Commands that bring in what is in other files.
 const COMMANDS: [&str; 2] = ["call", "csh"];
+/// Share of a polygon's size by which its corners may be off its plane: a hundredth changes the echo of a plate of 25 wavelengths by 0.2 dB.
+const WARPED: f64 = 0.005;
 const LINES: [&str; 2] = ["l", "p"];
 const FREEFORM: [&str; 16] = [
     "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole", "scrv", "sp", "con",
@@ -56,6 +58,8 @@ struct Reader<'a> {
     /// Number of triangles in all parts that are complete.
     triangles: usize,
     vertices: usize,
+    /// Number of polygons that are not flat, and the largest distance of a corner from the plane of one.
+    warped: (usize, f64),
     out: Contents,
 }
 
@@ -82,6 +86,7 @@ pub(super) fn read(bytes: &[u8], file: &Path) -> Result<Contents> {
         material: NO_MATERIAL,
         triangles: 0,
         vertices: 0,
+        warped: (0, 0.0),
         out: Contents::default(),
     };
     let mut lines = text.lines().enumerate();
@@ -109,6 +114,12 @@ pub(super) fn read(bytes: &[u8], file: &Path) -> Result<Contents> {
         reader.line(i + 1, &whole, last)?;
     }
     reader.finish_part();
+    if let (count @ 1.., most) = reader.warped {
+        reader.note(&format!(
+            "not flat: {count} faces of more than three corners, by up to {most:.3} of the file's units; how they are cut into triangles is the reader's \
+             choice: export triangles"
+        ));
+    }
     Ok(reader.out)
 }
 
@@ -260,11 +271,24 @@ impl Reader<'_> {
         }
         let at: Vec<DVec3> = corners.iter().map(|c| self.part.mesh.positions_m[*c as usize]).collect();
         let triangles = triangles_of(&at).map_err(|problem| bad(problem).remedy("export triangles"))?;
+        let (off, size) = off_plane(&at);
+        if off > WARPED * size {
+            self.warped = (self.warped.0 + 1, self.warped.1.max(off));
+        }
         let mesh = &mut self.part.mesh;
         mesh.triangles.extend(triangles.iter().map(|t| t.map(|i| corners[i])));
         mesh.material.resize(mesh.triangles.len(), self.material);
         check_counts(self.file, self.triangles + mesh.triangles.len(), self.vertices + mesh.positions_m.len())
     }
+}
+
+/// The largest distance of a corner from the mean plane of a polygon, and the polygon's size.
+fn off_plane(at: &[DVec3]) -> (f64, f64) {
+    let middle = at.iter().sum::<DVec3>() / at.len() as f64;
+    let normal: DVec3 = (1..at.len() - 1).map(|i| (at[i] - at[0]).cross(at[i + 1] - at[0])).sum();
+    let normal = normal.normalize_or_zero();
+    let off = at.iter().map(|p| (*p - middle).dot(normal).abs()).fold(0.0, f64::max);
+    (off, at.iter().map(|p| p.distance(at[0])).fold(0.0, f64::max))
 }
 
 /// Cuts a polygon given by its corners into triangles, in its own winding; by cutting off ears in its mean plane unless
@@ -326,6 +350,18 @@ mod tests {
         let t = triangles_of(at).unwrap();
         assert_eq!(t.len(), at.len() - 2);
         t.iter().map(|t| 0.5 * (at[t[1]] - at[t[0]]).cross(at[t[2]] - at[t[0]]).z).sum()
+    }
+
+    #[test]
+    fn faces_that_are_not_flat_are_said() {
+        let notes = |z: f64| {
+            let text = format!("v 0 0 0\nv 1 0 {z}\nv 1 1 0\nv 0 1 {z}\nf 1 2 3 4\nf 1 2 3\n");
+            read(text.as_bytes(), Path::new("a.obj")).unwrap().notes
+        };
+        assert_eq!(notes(0.0), Vec::<String>::new());
+        assert_eq!(notes(0.001), Vec::<String>::new());
+        let said = notes(0.3).join("; ");
+        assert!(said.contains("not flat: 1 faces of more than three corners, by up to 0.15"), "{said}");
     }
 
     #[test]

@@ -255,6 +255,62 @@ fn conjugate_cubes_are_said_and_read() {
     );
 }
 
+/// Whole numbers are counts in any type; samples of another kind than the radar's are refused, for half of them would be lost.
+#[test]
+fn what_samples_say_of_themselves_counts() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    scenario(d, &demo(), "");
+    done(d, &["simulate", "s.toml", "-o", "run"]);
+    let options = catseye_io::cube::CubeOptions::default();
+    let mut source = catseye_io::cube::open_cube(d.join("run/frame_000000/adc.npy"), &options, None).unwrap();
+    let (shape, data) = (source.shape(), source.frame::<f32>(0).unwrap());
+    let largest = data.iter().map(|z| z.norm()).fold(0.0, f32::max);
+    let write = |name: &str, change: &dyn Fn(num_complex::Complex32) -> num_complex::Complex32| {
+        let data: Vec<_> = data.iter().map(|z| change(*z)).collect();
+        catseye_io::cube::write_cube(d.join(name), shape, &data, &Default::default(), false).unwrap();
+    };
+    let count = |x: f32| (x / largest * 20_000.0).round();
+    write("counts.npy", &|z| num_complex::Complex::new(count(z.re), count(z.im)));
+    let counts = done(d, &["process", "counts.npy", "--radar", "r.toml", "-o", "counts"]);
+    assert_eq!((&counts["absolute_levels"], &counts["assumed"]), (&false.into(), &serde_json::json!([])));
+    let word = |x: f32| if count(x) < 0.0 { count(x) + 65536.0 } else { count(x) };
+    write("words.npy", &|z| num_complex::Complex::new(word(z.re), word(z.im)));
+    let said = done(d, &["process", "words.npy", "--radar", "r.toml", "-o", "said"]);
+    assert!(said["assumed"].to_string().contains("--words unsigned16"), "{said}");
+    let read =
+        done(d, &["process", "words.npy", "--radar", "r.toml", "--words", "unsigned16", "-o", "words"]);
+    assert_eq!(read["assumed"], serde_json::json!([]));
+    assert_eq!(points(d, "words"), points(d, "counts"));
+    write("clipped.npy", &|z| {
+        let cut = |x: f32| x.clamp(-0.1 * largest, 0.1 * largest);
+        num_complex::Complex::new(cut(z.re), cut(z.im))
+    });
+    let cut = done(d, &["process", "clipped.npy", "--radar", "r.toml", "-o", "cut"]);
+    assert!(cut["assumed"].to_string().contains("driven beyond its range"), "{cut}");
+    write("real.npy", &|z| num_complex::Complex::new(z.re, 0.0));
+    refused(
+        d,
+        &["process", "real.npy", "--radar", "r.toml", "-o", "no"],
+        &["real.npy", "all imaginary parts are zero"],
+        "no",
+    );
+    std::fs::write(d.join("real.toml"), demo().replace("sampling = \"iq\"", "sampling = \"real\"")).unwrap();
+    let cube = "run/frame_000000/adc.npy";
+    refused(
+        d,
+        &["process", cube, "--radar", "real.toml", "-o", "no"],
+        &["adc.npy", "those of the radar are real"],
+        "no",
+    );
+    refused(
+        d,
+        &["convert", cube, "--radar", "real.toml", "-o", "no.bin"],
+        &["adc.npy", "those of the radar are real"],
+        "no.bin",
+    );
+}
+
 /// Slopes up and down: both bodies with range and speed from the pair of their peaks.
 #[test]
 fn slopes_give_range_and_speed() {

@@ -4,4 +4,3 @@
 pub mod channels;
 pub mod compare;
 pub mod estimate;
-pub mod words;

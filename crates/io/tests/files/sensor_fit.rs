@@ -17,7 +17,6 @@ use catseye_io::sensor_fit::compare::{
     Levels, assumed_radar_toml, beside, effects, fitted, kolmogorov_smirnov,
 };
 use catseye_io::sensor_fit::estimate::{Fit, FitOptions, fit};
-use catseye_io::sensor_fit::words;
 use glam::DVec3;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -305,9 +304,9 @@ fn a_measured_frame_gives_these_figures() {
     let path =
         Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/openradar/simple_frame_1.npy"));
     let axes = Some(vec![Axis::Chirp, Axis::Sample]);
-    let mut source = open_cube(path, &CubeOptions { axes, ..Default::default() }, None).unwrap();
-    let mut data = source.frame::<f64>(0).unwrap();
-    words::from_unsigned16(path, &mut data).unwrap();
+    let mut source =
+        open_cube(path, &CubeOptions { axes, unsigned_words: true, ..Default::default() }, None).unwrap();
+    let data = source.frame::<f64>(0).unwrap();
     let measured = Cube { chirps: 128, channels: 1, samples: 128, data };
     let radar = radar([128, 1, 128], FrontEndSettings::default());
     let found = fit(path, &measured, &radar, FitOptions::default()).unwrap();
