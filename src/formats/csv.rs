@@ -434,7 +434,8 @@ mod tests {
     fn each_change_changes_the_result_or_is_reported() {
         let plain = "time_s,x_m,name\n0,1.5,car\n1,2,bus\n";
         let x = [1.5, 2.0];
-        let cases: [(&str, &str, &str, Result<&[f64], &str>); 22] = [
+        type Case<'a> = (&'a str, &'a str, &'a str, Result<&'a [f64], &'a str>);
+        let cases: [Case<'_>; 22] = [
             ("a value", "1.5", "15", Ok(&[15.0, 2.0])),
             ("columns in another order", plain, "x_m,name,time_s\n1.5,car,0\n2,bus,1\n", Ok(&x)),
             ("values in another order", "0,1.5,", "1.5,0,", Ok(&[0.0, 2.0])),

@@ -794,13 +794,11 @@ fn painted(xml: &Xml, node: Node, span_m: Range<f64>, of_lane: Option<(Side, usi
     })
 }
 
+/// Reads an attribute in metres between two limits; None without it.
+type Metres<'a> = dyn Fn(Node, &'static str, f64, f64) -> Result<Option<f64>> + 'a;
+
 /// The lines of a road mark that states them one by one.
-fn detailed(
-    xml: &Xml,
-    node: Node,
-    plain: &Mark,
-    metres: &dyn Fn(Node, &'static str, f64, f64) -> Result<Option<f64>>,
-) -> Result<Vec<Mark>> {
+fn detailed(xml: &Xml, node: Node, plain: &Mark, metres: &Metres<'_>) -> Result<Vec<Mark>> {
     let mut marks = Vec::new();
     for (name, is_explicit) in [("type", false), ("explicit", true)] {
         for group in node.children().filter(|n| n.has_tag_name(name)) {

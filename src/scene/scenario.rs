@@ -844,10 +844,10 @@ impl<E> Scenario<E> {
     }
 }
 
-/// Notes of the importer with the name of the object whose file it is.
+/// Notes of the importer with the name of the object whose file it is, where it has one.
 pub(crate) fn of_object(name: &str, notes: &[String]) -> Vec<String> {
     let named = |n: &String| {
-        if n.starts_with("object '") { n.clone() } else { format!("object '{name}': {n}") }
+        if n.starts_with("object '") || name.is_empty() { n.clone() } else { format!("object '{name}': {n}") }
     };
     notes.iter().map(named).collect()
 }

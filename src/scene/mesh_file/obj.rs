@@ -422,11 +422,7 @@ mod tests {
             ("CR alone", PLAIN.replace('\n', "\r").into(), Same),
             ("tabs", PLAIN.replace(' ', "\t").into(), Same),
             ("mark", format!("\u{feff}{PLAIN}").into(), Same),
-            (
-                "comments behind",
-                PLAIN.replace("steel", "steel").replace(" 5\n", " 5 # top\n").replace("3 4", "3 4\t#").into(),
-                Same,
-            ),
+            ("comments behind", PLAIN.replace(" 5\n", " 5 # top\n").replace("3 4", "3 4\t#").into(), Same),
             (
                 "a comment behind a material",
                 with("steel", "steel # paint"),
