@@ -44,12 +44,6 @@ impl Lasting {
     }
 }
 
-/// Farthest from the origin that anything may come, m along each axis: what is traced in f32 is right to a fraction of a millimetre near
-/// the radar only, and nothing that a radar sees is so far.
-const FAR_M: f64 = 1e6;
-/// By so long waypoints may miss the run where what happens outside of them is said to be standing still, s: as long as a trajectory may last.
-const STAY_S: f64 = 2e5;
-
 /// Reads where things are and how they go, and remembers how long trajectories last.
 pub(super) struct PlaceReader<'a, 'b> {
     pub(super) doc: &'a Document<'b>,
@@ -89,7 +83,8 @@ impl<'a, 'b> PlaceReader<'a, 'b> {
         let (from, to) = made.span_s;
         let slack_s = match t.outside {
             Outside::GoOn => trajectory::LEAD_S,
-            Outside::Stay => STAY_S,
+            // It was said what happens outside of the waypoints, so that only times of another clock are refused.
+            Outside::Stay => trajectory::LONGEST_S,
         };
         let missed_s = (from - self.last_s).max(-to);
         if missed_s <= slack_s {
@@ -116,7 +111,7 @@ impl<'a, 'b> PlaceReader<'a, 'b> {
 
     /// Whether a place that something has at a time of the run is near enough; `at` is where the file says how it moves.
     pub(super) fn check_place(&self, at: BadInput, place_m: DVec3, time_s: f64) -> Result<()> {
-        if place_m.abs().max_element() <= FAR_M {
+        if place_m.abs().max_element() <= trajectory::FAR_M {
             return Ok(());
         }
         let problem = "it comes too far from the origin while the frames last".to_string();

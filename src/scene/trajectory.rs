@@ -22,9 +22,9 @@ pub const STANDING_MPS: f64 = 0.1;
 /// Most waypoints of a trajectory.
 const MOST: usize = 1_000_000;
 /// Longest time from the first to the last waypoint, s: what is sampled for headings and ways stays within memory.
-const LONGEST_S: f64 = 2e5;
+pub(super) const LONGEST_S: f64 = 2e5;
 /// Greatest coordinate in the world, m.
-const FAR_M: f64 = 1e6;
+pub(super) const FAR_M: f64 = 1e6;
 /// Fastest motion, m/s.
 const FASTEST_MPS: f64 = 1e5;
 
