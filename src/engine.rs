@@ -38,7 +38,10 @@ use crate::rcs::{
 use crate::scene::Scene;
 use crate::trace::beams::BeamOptions;
 use crate::trace::cpu::refract::Media;
-use crate::trace::{beam_ahead, beam_clip, closest, scan, view_ahead, view_gather, view_hide, view_target};
+use crate::trace::{
+    beam_ahead, beam_clip, closest, line_ahead, line_gather, line_shadow, line_sides, line_split, scan,
+};
+use crate::trace::{view_ahead, view_gather, view_hide, view_target};
 use rayon::prelude::*;
 
 /// The row of every shader in `shaders/`.
@@ -52,6 +55,11 @@ pub fn all_kernels() -> Vec<&'static Kernel> {
         &view_target::KERNEL,
         &view_hide::KERNEL,
         &view_gather::KERNEL,
+        &line_ahead::KERNEL,
+        &line_split::KERNEL,
+        &line_sides::KERNEL,
+        &line_shadow::KERNEL,
+        &line_gather::KERNEL,
         &view_ahead::KERNEL,
         &po_sum::KERNEL,
         &rcs::beam_sum::KERNEL,

@@ -42,7 +42,7 @@ fn report(wrong: &[String]) {
 // ---- shaders ----
 
 /// Shaders that no cpu twin mirrors, and why.
-const WITHOUT_CPU_TWIN: [(&str, &str); 11] = [
+const WITHOUT_CPU_TWIN: [(&str, &str); 16] = [
     ("gpu/selftest", "it examines an adapter and is part of no engine; its host twin holds the truth"),
     ("trace/beam_clip", "a level of what src/trace/cpu/beams.rs does depth first"),
     ("trace/beam_ahead", "a level of what src/trace/cpu/beams.rs does depth first"),
@@ -50,6 +50,11 @@ const WITHOUT_CPU_TWIN: [(&str, &str); 11] = [
     ("trace/view_target", "a step of what src/trace/cpu/topology.rs does depth first"),
     ("trace/view_hide", "a step of what src/trace/cpu/topology.rs does depth first"),
     ("trace/view_gather", "it copies what view_hide leaves"),
+    ("trace/line_ahead", "a step of what src/trace/cpu/lines.rs does edge by edge"),
+    ("trace/line_split", "a step of what src/trace/cpu/lines.rs does edge by edge"),
+    ("trace/line_sides", "a step of what src/trace/cpu/lines.rs does edge by edge"),
+    ("trace/line_shadow", "a step of what src/trace/cpu/lines.rs does edge by edge"),
+    ("trace/line_gather", "it copies what the other kernels of lines leave"),
     ("dsp/fft_radix8", "a pass of what src/dsp/cpu/fft.rs leaves to rustfft"),
     ("dsp/fft_radix16", "a pass of what src/dsp/cpu/fft.rs leaves to rustfft"),
     ("dsp/fft_any", "a pass of what src/dsp/cpu/fft.rs leaves to rustfft"),

@@ -71,6 +71,11 @@ impl EdgeTable {
         &self.corners[face.first as usize..(face.first + face.count) as usize]
     }
 
+    /// Corners of all faces, in the order of `Faces::corners`, m.
+    pub(crate) fn all_corners(&self) -> &[DVec3] {
+        &self.corners
+    }
+
     /// Finds the edges of faces.
     pub fn new(faces: &Faces) -> EdgeTable {
         let (numbers, points) = welded(&faces.corners);

@@ -158,6 +158,11 @@ impl BoxTree {
         (BoxTree { nodes }, order)
     }
 
+    /// The nodes, the root first; leaves hold ranges of items.
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
     /// Calls `visit` with the items of all leaves that are not missed (`misses` gets centre and half size of a box), until it returns true.
     #[inline]
     pub(crate) fn visit(&self, misses: impl Fn(DVec3, DVec3) -> bool, visit: impl FnMut(u32) -> bool) {

@@ -160,7 +160,8 @@ impl DiskCache {
 
     /// Lists a kernel whose pipeline was made.
     pub(super) fn add(&self, kernel: &Kernel) {
-        let sum = stage::sha256_of_bytes(kernel.source().as_bytes());
+        let sources = kernel.source() + &kernel.source_for(true);
+        let sum = stage::sha256_of_bytes(sources.as_bytes());
         let mut listed = lock(&self.listed);
         if listed.kernels.get(kernel.stem) != Some(&sum) {
             listed.kernels.insert(kernel.stem.to_string(), sum);

@@ -193,6 +193,7 @@ pub struct Gpu {
     poison: bool,
     /// Whether a software driver takes the ways that hardware takes.
     pretends: bool,
+    has_f64: bool,
     /// Whether the beams of frames are left to the host.
     host_traces: bool,
     /// The submission in which the device is lost, where a test wants that.
@@ -227,7 +228,8 @@ impl Gpu {
             max_compute_invocations_per_workgroup: everywhere.max_compute_invocations_per_workgroup,
             ..adapter.limits()
         };
-        let mut wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::PIPELINE_CACHE;
+        let mut wanted =
+            wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::PIPELINE_CACHE | wgpu::Features::SHADER_F64;
         let info = adapter.get_info();
         if info.backend == wgpu::Backend::Vulkan {
             wanted |= wgpu::Features::PASSTHROUGH_SHADERS;
@@ -258,6 +260,7 @@ impl Gpu {
             report: report.clone(),
             poison: cfg!(any(test, debug_assertions)),
             pretends: false,
+            has_f64: report.shader_f64,
             host_traces: false,
             lost_at: None,
             profiler: None,
@@ -304,6 +307,12 @@ impl Gpu {
     /// without a GPU reach them.
     pub fn with_pretended_hardware(mut self) -> Gpu {
         self.pretends = true;
+        self
+    }
+
+    /// Computes in pairs of f32 where kernels would take f64, as adapters without f64 do. To be called before any kernel runs.
+    pub fn with_pairs(mut self) -> Gpu {
+        self.has_f64 = false;
         self
     }
 
@@ -438,8 +447,9 @@ impl Gpu {
             return Ok(Arc::clone(built));
         }
         let cache = self.cache.as_ref();
-        let built =
-            self.scoped(kernel.stem, || build_pipeline(&self.device, kernel, cache.map(|c| &c.driver)))?;
+        let built = self.scoped(kernel.stem, || {
+            build_pipeline(&self.device, kernel, self.has_f64, cache.map(|c| &c.driver))
+        })?;
         let built = Arc::new(built.map_err(|problem| self.error(kernel.stem, problem))?);
         *slot = Some(Arc::clone(&built));
         if let Some(cache) = cache {

@@ -1,5 +1,6 @@
 //! One row per shader, and the pipeline built from it.
 
+use super::numbers::{DOUBLES, PAIRS};
 use super::spirv;
 use wgpu::{BindGroupLayoutEntry, BindingType, BufferBindingType, ShaderStages};
 
@@ -56,6 +57,12 @@ impl Kernel {
     pub fn source(&self) -> String {
         self.sources.join("\n")
     }
+
+    /// The assembled WGSL for an adapter that computes in f64, or for one that does not.
+    pub fn source_for(&self, has_f64: bool) -> String {
+        let of = |part: &&'static str| if has_f64 && *part == PAIRS { DOUBLES } else { part };
+        self.sources.iter().map(of).collect::<Vec<_>>().join("\n")
+    }
 }
 
 pub(super) struct Pipeline {
@@ -68,6 +75,7 @@ pub(super) struct Pipeline {
 pub(super) fn build_pipeline(
     device: &wgpu::Device,
     kernel: &Kernel,
+    has_f64: bool,
     cache: Option<&wgpu::PipelineCache>,
 ) -> Result<Pipeline, String> {
     let buffer = |binding: u32, ty: BufferBindingType| BindGroupLayoutEntry {
@@ -84,7 +92,7 @@ pub(super) fn build_pipeline(
     let label = Some(kernel.stem);
     let layout =
         device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label, entries: &entries });
-    let module = module(device, kernel)?;
+    let module = module(device, kernel, kernel.source_for(has_f64))?;
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label,
         bind_group_layouts: &[Some(&layout)],
@@ -103,18 +111,18 @@ pub(super) fn build_pipeline(
 
 /// The compiled shader. Where beams are cut, no operations are joined if the device can be told so (see [`spirv`](super::spirv)).
 #[allow(unsafe_code)] // what passes by wgpu's tools is not validated by them
-fn module(device: &wgpu::Device, kernel: &Kernel) -> Result<wgpu::ShaderModule, String> {
+fn module(device: &wgpu::Device, kernel: &Kernel, source: String) -> Result<wgpu::ShaderModule, String> {
     let label = Some(kernel.stem);
     let cuts_beams = ["trace/", "rcs/"].iter().any(|room| kernel.stem.starts_with(room));
     if !cuts_beams || !device.features().contains(wgpu::Features::PASSTHROUGH_SHADERS) {
         return Ok(device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label,
-            source: wgpu::ShaderSource::Wgsl(kernel.source().into()),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
         }));
     }
     let first = u32::from(kernel.params.is_none());
     let bindings = first..kernel.storage.len() as u32 + 1;
-    let words = spirv::uncontracted(kernel.stem, &kernel.source(), bindings)?;
+    let words = spirv::uncontracted(kernel.stem, &source, bindings)?;
     let (name, [x, y, z]) = ("main".into(), kernel.workgroup);
     let entry_points = [wgpu::PassthroughShaderEntryPoint { name, workgroup_size: (x, y, z) }];
     let described = wgpu::ShaderModuleDescriptorPassthrough {

@@ -36,6 +36,7 @@ macro_rules! gpu_struct {
 /// # Errors
 /// Returns a text with everything that does not agree.
 pub fn check_kernel(kernel: &Kernel) -> Result<(), String> {
+    module_from_wgsl(kernel.stem, &kernel.source_for(true))?;
     let (module, _) = module_from_wgsl(kernel.stem, &kernel.source())?;
     let mut wrong = Vec::new();
     match module.entry_points.as_slice() {

@@ -1,4 +1,10 @@
-//! Host side of `shaders/shared/df64.wgsl` and `phase.wgsl`.
+//! Host side of `shaders/shared/df64.wgsl`, `numbers_df64.wgsl`, `numbers_f64.wgsl` and `phase.wgsl`.
+
+/// Source of the numbers of some 48 bits that kernels compute with on every adapter: pairs of f32.
+pub const PAIRS: &str = include_str!("../../shaders/shared/numbers_df64.wgsl");
+
+/// What takes the place of [`PAIRS`] where the adapter computes in f64.
+pub const DOUBLES: &str = include_str!("../../shaders/shared/numbers_f64.wgsl");
 
 /// Splits x into a double-f32 (hi, lo): hi + lo is x to about 48 bits.
 pub fn df_from_f64(x: f64) -> [f32; 2] {

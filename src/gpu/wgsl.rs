@@ -12,7 +12,7 @@ pub fn module_from_wgsl(
         .map_err(|e| format!("{label}: {}", e.emit_to_string_with_path(source, label)))?;
     let info = naga::valid::Validator::new(
         naga::valid::ValidationFlags::all(),
-        naga::valid::Capabilities::default(),
+        naga::valid::Capabilities::default() | naga::valid::Capabilities::FLOAT64,
     )
     .validate(&module)
     .map_err(|e| format!("{label}: {}", e.emit_to_string_with_path(source, label)))?;

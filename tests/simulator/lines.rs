@@ -5,11 +5,14 @@ use catseye::base::rng::philox4x32_10;
 use catseye::geom::Geometry;
 use catseye::geom::edge_table::EdgeTable;
 use catseye::geom::faces::{Face, Faces, LIES_M};
+use catseye::gpu::Gpu;
+use catseye::gpu::compare::{opened_for_tests, test_gpu};
 use catseye::road::shape::cuboid;
 use catseye::scene::{Material, Mesh, Scene};
 use catseye::trace::beams::{BeamOptions, Frame};
 use catseye::trace::cpu::chains;
 use catseye::trace::cpu::lines::Fragment;
+use catseye::trace::line_tracer::{self, Followed};
 use glam::DVec3;
 use proptest::prelude::*;
 use std::collections::HashMap;
@@ -295,5 +298,45 @@ proptest! {
 fn scenes_that_were_wrong_once_agree() {
     for (seed, bodies) in [(1891209184, 5), (2796023216, 5), (2925922672, 3), (1788712946, 5)] {
         mirrors_agree(seed, bodies).unwrap();
+    }
+}
+
+/// Chains on the device, and on the host, agree in every area.
+fn device_agrees(gpu: &Gpu, seed: u32, bodies: usize, bounces: usize) {
+    let (faces, radar) = scene(seed, bodies);
+    let table = EdgeTable::new(&faces);
+    let options = BeamOptions::new(bounces, 0.2, false);
+    let windows = all_around(radar);
+    let by_host = chains::follow(&faces, &table, &windows, &options);
+    let by_device = match line_tracer::follow(gpu, &faces, &table, &windows, &options).unwrap() {
+        Followed::Whole(chains) => chains,
+        Followed::Refused(why) => panic!("{why}"),
+    };
+    let areas = |chains: &[chains::Chain]| -> HashMap<Vec<u32>, [f64; 2]> {
+        let of = |c: &chains::Chain| [&c.lit, &c.seen].map(|o| chains::area_m2(&faces, o));
+        (0..chains.len()).map(|i| (chains::patches_of(chains, i), of(&chains[i]))).collect()
+    };
+    let (host, device) = (areas(&by_host), areas(&by_device));
+    assert!(host.len() > 4);
+    for patches in host.keys().chain(device.keys()) {
+        let [a, b] = [&host, &device].map(|all| all.get(patches).copied().unwrap_or_default());
+        let off = (a[0] - b[0]).abs().max((a[1] - b[1]).abs());
+        assert!(off <= 1e-9, "seed {seed}, {patches:?}: host {a:?}, device {b:?}");
+    }
+}
+
+#[test]
+fn the_device_lights_what_the_host_lights() {
+    for (seed, bodies, bounces) in [(7, 4, 1), (11, 6, 1), (1891209184, 5, 3), (2925922672, 3, 3)] {
+        device_agrees(test_gpu(), seed, bodies, bounces);
+    }
+}
+
+/// An adapter without f64 decides with pairs of f32.
+#[test]
+fn pairs_of_f32_light_what_the_host_lights() {
+    let gpu = opened_for_tests().with_pairs();
+    for (seed, bodies, bounces) in [(11, 6, 1), (1891209184, 5, 3)] {
+        device_agrees(&gpu, seed, bodies, bounces);
     }
 }

@@ -20,7 +20,7 @@ const CAP: usize = MOST + MOST_LINES;
 /// The edges of a face and two crossings of planes.
 const MOST_LINES: usize = MOST_CORNERS + 2;
 /// Sine of the angle to the plane below which a face is edge-on.
-pub(super) const GRAZING: f64 = 1e-9;
+pub(in crate::trace) const GRAZING: f64 = 1e-9;
 /// Faces of one task where several follow a beam.
 const SOME: usize = 8;
 /// Lengths below this share of a polygon's size are none where two of one plane overlap.

@@ -12,6 +12,7 @@ use crate::geom::faces::{Faces, NOT_CURVED};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame};
 use rayon::prelude::*;
+use std::convert::Infallible;
 use std::iter::successors;
 use std::ops::Range;
 
@@ -42,9 +43,24 @@ impl Chain {
 /// All chains of a radar that looks through windows from one point, each after its parent, in a fixed order.
 pub fn follow(faces: &Faces, table: &EdgeTable, windows: &[Frame], options: &BeamOptions) -> Vec<Chain> {
     let Some(scene) = Scene::new(faces, table, windows) else { return Vec::new() };
-    let radar = scene.view();
+    let of_views = |views: &[View<'_>]| Ok(views.par_iter().map_tasks(View::fragments).collect());
+    let all: std::result::Result<_, Infallible> = follow_with(&scene, options, of_views);
+    all.unwrap_or_else(|never| match never {})
+}
+
+/// [`follow`] with the fragments of the views of one bounce from `fragments`, which gets them together.
+///
+/// # Errors
+/// Returns the error of `fragments`.
+pub(in crate::trace) fn follow_with<E>(
+    scene: &Scene<'_>,
+    options: &BeamOptions,
+    mut fragments: impl FnMut(&[View<'_>]) -> std::result::Result<Vec<Vec<Fragment>>, E>,
+) -> std::result::Result<Vec<Chain>, E> {
+    let (faces, windows) = (scene.faces, scene.windows);
     let patch_of = |f: &Fragment| faces.faces[f.face as usize].patch;
-    let first = by_patch(radar.of_windows(), patch_of);
+    let of_radar = fragments(&[scene.view()])?.pop().unwrap_or_default();
+    let first = by_patch(of_radar, patch_of);
     let mut direct = vec![u32::MAX; faces.patch_area_m2.len()];
     // The node of a patch that a frame of rays lights.
     let node = |parent: u32, patch: u32, bounce: u8, frame: Frame| {
@@ -69,10 +85,12 @@ pub fn follow(faces: &Faces, table: &EdgeTable, windows: &[Frame], options: &Bea
     let mut level: Range<usize> = 0..chains.len();
     while !level.is_empty() {
         let this = &chains[..];
-        let next = |number: usize| -> Vec<Chain> {
+        let mirrors: Vec<usize> = level.clone().filter(|i| is_mirror(&chains[*i])).collect();
+        let behind = |number: usize| Some((number, view_of(scene, this, number)?.through(&this[number].lit)));
+        let (mirrors, views): (Vec<usize>, Vec<View<'_>>) = mirrors.into_iter().filter_map(behind).unzip();
+        let lit = if views.is_empty() { Vec::new() } else { fragments(&views)? };
+        let next = |(number, (view, lit)): (usize, (&View<'_>, Vec<Fragment>))| -> Vec<Chain> {
             let parent = &this[number];
-            let Some(view) = view_of(&scene, this, number) else { return Vec::new() };
-            let view = view.through(&parent.lit);
             let mirror = Side::facing(&faces.faces[parent.node.face as usize], parent.node.normal);
             let frame = parent.node.frame.mirrored(mirror.normal, mirror.offset);
             let child = |lit: Vec<Fragment>| {
@@ -89,15 +107,15 @@ pub fn follow(faces: &Faces, table: &EdgeTable, windows: &[Frame], options: &Bea
                 let next = node(number as u32, patch, parent.node.bounce + 1, frame);
                 Some(Chain { node: Node { imaged, endless, ..next }, patch, lit, seen })
             };
-            by_patch(view.of_mirror(), patch_of).into_iter().filter_map(child).collect()
+            by_patch(lit, patch_of).into_iter().filter_map(child).collect()
         };
-        let mirrors: Vec<usize> = level.clone().filter(|i| is_mirror(&chains[*i])).collect();
-        let found: Vec<Vec<Chain>> = mirrors.into_par_iter().map_tasks(next).collect();
+        let of_views = mirrors.into_par_iter().zip(views.par_iter().zip(lit));
+        let found: Vec<Vec<Chain>> = of_views.map_tasks(next).collect();
         let start = chains.len();
         chains.extend(found.into_iter().flatten());
         level = start..chains.len();
     }
-    chains
+    Ok(chains)
 }
 
 /// The patches of a chain, from the first bounce on.

@@ -48,7 +48,7 @@ const ON_MIRROR: f64 = 1e-12;
 /// Rounding along a ray, m.
 const ROUNDING_M: f64 = 1e-9;
 /// Value of `Fragment::edge` where there is none.
-const NO_EDGE: u32 = u32::MAX;
+pub(in crate::trace) const NO_EDGE: u32 = u32::MAX;
 
 /// A part of the outline of what is lit of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,7 +60,7 @@ pub struct Fragment {
     /// Index of a face of the patch.
     pub face: u32,
     /// The edge along which the fragment runs, or `NO_EDGE`.
-    edge: u32,
+    pub(in crate::trace) edge: u32,
     /// Whether that edge is one of the patch: what radiates ends there in every view.
     is_side: bool,
 }
@@ -120,28 +120,33 @@ impl Wedge {
 }
 
 /// What does not depend on the chain of mirrors.
-pub(super) struct Scene<'a> {
-    faces: &'a Faces,
-    table: &'a EdgeTable,
-    windows: &'a [Frame],
-    radar: DVec3,
+pub(in crate::trace) struct Scene<'a> {
+    pub(in crate::trace) faces: &'a Faces,
+    pub(in crate::trace) table: &'a EdgeTable,
+    pub(in crate::trace) windows: &'a [Frame],
+    pub(in crate::trace) radar: DVec3,
     /// Whether rays from the radar can meet each face.
-    lit: Vec<bool>,
+    pub(in crate::trace) lit: Vec<bool>,
     /// A face of each patch, in whose plane the patch's outline is given: corners of a file may be a little off it, and outlines must close.
-    leads: Vec<u32>,
+    pub(in crate::trace) leads: Vec<u32>,
     /// Of each edge the free side as the radar sees it ([`View::free_side`]).
-    free: Vec<f64>,
+    pub(in crate::trace) free: Vec<f64>,
 }
 
 /// A patch that mirrors, seen from its lit side.
 #[derive(Clone, Copy)]
-struct Mirror {
+pub(in crate::trace) struct Mirror {
     /// The face in whose plane it mirrors.
-    lead: u32,
+    pub(in crate::trace) lead: u32,
     side: Side,
 }
 
 impl Mirror {
+    /// Unit normal on the lit side, and what its product with positions in the plane is, m.
+    pub(in crate::trace) fn plane(&self) -> (DVec3, f64) {
+        (self.side.normal, self.side.offset)
+    }
+
     fn height(&self, p: DVec3) -> f64 {
         self.side.normal.dot(p) - self.side.offset
     }
@@ -159,9 +164,9 @@ impl Mirror {
 
 /// A leg of a path: the source that it comes from, and the mirror that it leaves.
 #[derive(Clone, Copy)]
-struct Leg {
-    source: DVec3,
-    mirror: Option<Mirror>,
+pub(in crate::trace) struct Leg {
+    pub(in crate::trace) source: DVec3,
+    pub(in crate::trace) mirror: Option<Mirror>,
 }
 
 /// What is crossed by the wedge between a source and a segment.
@@ -174,9 +179,9 @@ enum Reach {
 }
 
 /// The rays of a radar, or of its image behind the last of a chain of mirrors.
-pub(super) struct View<'a> {
-    scene: &'a Scene<'a>,
-    legs: Vec<Leg>,
+pub(in crate::trace) struct View<'a> {
+    pub(in crate::trace) scene: &'a Scene<'a>,
+    pub(in crate::trace) legs: Vec<Leg>,
     /// Outline of what is lit of the last mirror.
     outline: Outline<'a>,
 }
@@ -472,8 +477,53 @@ impl<'a> View<'a> {
         self.comes_to(p) && self.reaches_face(self.last(), p, face, skip)
     }
 
+    /// All fragments of what the rays light, in a fixed order.
+    pub fn fragments(&self) -> Vec<Fragment> {
+        if self.last() == 0 { self.of_windows() } else { self.of_mirror() }
+    }
+
+    /// Outline of what is lit of the last mirror.
+    pub(in crate::trace) fn outline(&self) -> &'a [Fragment] {
+        self.outline.fragments
+    }
+
+    /// The fragment that has a name.
+    pub(in crate::trace) fn fragment_named(&self, name: &Name) -> Fragment {
+        let Scene { table, .. } = *self.scene;
+        let s = self.source();
+        let normal = |[a, b]: [DVec3; 2]| (a - s).cross(b - s).normalize_or_zero();
+        let (whole, free) = match name.line {
+            Line::Side { edge, half } => {
+                let edge = &table.edges[edge as usize];
+                (edge.ends_m, table.halves(edge)[half as usize].inward)
+            }
+            Line::Shadow { edge, side } => {
+                let ends_m = table.edges[edge as usize].ends_m;
+                (ends_m, normal(ends_m) * side)
+            }
+            Line::Wall { window, wall } => wall_of(&self.scene.windows[window as usize], wall as usize),
+            Line::Outline(number) => {
+                let of = &self.outline.fragments[number as usize];
+                let normal = normal(of.ends_m);
+                (of.ends_m, normal * normal.dot(of.inward).signum())
+            }
+        };
+        let ends_m = name.shares.map(|t| whole[0] + (whole[1] - whole[0]) * t);
+        if let Line::Side { edge, .. } = name.line {
+            return self.fragment(ends_m, free, name.face, edge, true);
+        }
+        let along = match name.line {
+            Line::Shadow { edge, .. } if name.is_along => edge,
+            Line::Outline(number) if name.is_along => self.outline.fragments[number as usize].edge,
+            _ => NO_EDGE,
+        };
+        let normal = self.scene.face(name.face).normal;
+        let inward = (free - normal * free.dot(normal)).normalize_or_zero();
+        self.fragment(ends_m, inward, name.face, along, false)
+    }
+
     /// All fragments that the radar's own view has, in a fixed order.
-    pub fn of_windows(&self) -> Vec<Fragment> {
+    fn of_windows(&self) -> Vec<Fragment> {
         let edges = 0..self.scene.table.edges.len();
         let parts: Vec<Vec<Fragment>> =
             edges.into_par_iter().with_min_len(64).map_tasks(|i| self.of_edge(i, [0.0, 1.0])).collect();
@@ -483,9 +533,9 @@ impl<'a> View<'a> {
     }
 
     /// All fragments of what lies behind the last mirror, in a fixed order.
-    pub fn of_mirror(&self) -> Vec<Fragment> {
+    fn of_mirror(&self) -> Vec<Fragment> {
         let lit = self.outline.fragments;
-        let edges = self.ahead(lit);
+        let edges = self.ahead();
         let parts: Vec<Vec<Fragment>> =
             edges.par_iter().with_min_len(64).map_tasks(|(i, shares)| self.of_edge(*i, *shares)).collect();
         let outlines: Vec<Vec<Fragment>> =
@@ -493,10 +543,11 @@ impl<'a> View<'a> {
         parts.into_iter().chain(outlines).flatten().collect()
     }
 
-    /// The edges of lit faces in the cone of rays through a lit part of the last mirror, and the share of each that may be in it.
-    fn ahead(&self, lit: &[Fragment]) -> Vec<(usize, [f64; 2])> {
+    /// Half-spaces around the cone of rays through what is lit of the last mirror: where the product of a normal and the vector from the
+    /// source is not less than a number, m. None without a mirror.
+    pub(in crate::trace) fn spaces(&self) -> Vec<(DVec3, f64)> {
         let Leg { source: s, mirror: Some(mirror) } = self.legs[self.last()] else { return Vec::new() };
-        // Half-spaces with normal . (p - source) >= offset.
+        let lit = self.outline.fragments;
         let mut spaces = vec![(mirror.side.normal, -mirror.height(s) - LIES_M)];
         let middle = |f: &Fragment| (f.at(0.5) - s).normalize_or_zero();
         let axis = lit.iter().map(middle).sum::<DVec3>().normalize_or_zero();
@@ -511,6 +562,13 @@ impl<'a> View<'a> {
                 spaces.push((axis * hi - across, -LIES_M));
             }
         }
+        spaces
+    }
+
+    /// The edges of lit faces in the cone of rays through what is lit of the last mirror, and the share of each that may be in it.
+    fn ahead(&self) -> Vec<(usize, [f64; 2])> {
+        let s = self.source();
+        let spaces = self.spaces();
         let misses = |centre: DVec3, half: DVec3| {
             spaces.iter().any(|(n, offset)| n.dot(centre - s) + n.abs().dot(half) < *offset)
         };
@@ -668,11 +726,7 @@ impl<'a> View<'a> {
     /// The fragments at a wall of a window.
     fn of_wall(&self, window: &Frame, number: usize) -> Vec<Fragment> {
         let s = self.scene.radar;
-        let [u, v] = if number < 2 { [window.u, window.v] } else { [window.v, window.u] };
-        let sign = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let side = window.k + u * sign;
-        let ends_m = [s + side + v, s + side - v];
-        let inward = (window.k - u * sign).normalize();
+        let (ends_m, inward) = wall_of(window, number);
         let mut shares = vec![0.0, 1.0];
         // Near the radar the wedge has no segment to be beyond.
         self.crossings(ends_m.map(|p| s + (p - s) * 1e-6), usize::MAX, Reach::Beyond, &mut shares);
@@ -1031,6 +1085,31 @@ impl<'a> View<'a> {
     }
 }
 
+/// The line along which a fragment runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::trace) enum Line {
+    /// An edge of the patch, by its number and that of the half-face.
+    Side { edge: u32, half: u32 },
+    /// The shadow of an edge, and on which side of it light passes: 1 and -1 of (a - source) x (b - source).
+    Shadow { edge: u32, side: f64 },
+    /// A wall of a window: 0 and 1 at +u and -u, 2 and 3 at +v and -v.
+    Wall { window: u32, wall: u32 },
+    /// The shadow of the outline of what is lit of the last mirror, by the number of its fragment.
+    Outline(u32),
+}
+
+/// A fragment by what it is a part of, from which its position follows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::trace) struct Name {
+    pub line: Line,
+    /// The shares of that at which it begins and ends.
+    pub shares: [f64; 2],
+    /// A face of the patch on which it is.
+    pub face: u32,
+    /// Whether a shadow is as good as on the edge that throws it.
+    pub is_along: bool,
+}
+
 /// What throws a shadow.
 #[derive(Clone, Copy)]
 enum Caster {
@@ -1050,6 +1129,14 @@ fn height(face: &Face, p: DVec3) -> f64 {
 /// How far beside a part a ray decides, m.
 fn beside_m(ends_m: [DVec3; 2]) -> f64 {
     BESIDE_M.min(BESIDE * ends_m[0].distance(ends_m[1]))
+}
+
+/// The ends of a wall of a window at the distance of the window's axes, and the unit vector to its inner side.
+fn wall_of(window: &Frame, number: usize) -> ([DVec3; 2], DVec3) {
+    let [u, v] = if number < 2 { [window.u, window.v] } else { [window.v, window.u] };
+    let sign = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let side = window.origin + window.k + u * sign;
+    ([side + v, side - v], (window.k - u * sign).normalize())
 }
 
 /// The walls of a window, positive inside.

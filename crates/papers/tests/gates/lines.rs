@@ -3,10 +3,13 @@
 use super::device_frames::drawn;
 use catseye::geom::edge_table::EdgeTable;
 use catseye::geom::faces::{Face, Faces, LIES_M, NOT_CURVED};
+use catseye::gpu::Gpu;
+use catseye::gpu::compare::{opened_for_tests, test_gpu};
 use catseye::trace::beams::{BeamOptions, Frame as Window};
 use catseye::trace::cpu::beams::{self, Piece};
 use catseye::trace::cpu::chains;
 use catseye::trace::cpu::lines::Fragment;
+use catseye::trace::line_tracer::{self, Followed};
 use catseye::trace::windows::windows;
 use catseye_papers::bench::frame::Frame;
 use catseye_papers::bench::frame_of;
@@ -469,5 +472,89 @@ fn areas_of_every_frame() {
     let bounces = std::env::var("CATSEYE_BOUNCES").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
     for (name, frame) in all_frames().iter().filter(|f| f.0.contains(&only)) {
         compare(name, &frame(), bounces);
+    }
+}
+
+/// Areas of all chains of a frame by the host and by the device, what is lit and what is seen of that, m².
+fn device_areas(gpu: &Gpu, name: &str, frame: &Frame, bounces: usize) -> BTreeMap<Vec<u32>, [[f64; 2]; 2]> {
+    let geometry = frame.geometry(&frame.refined(frame.options.accuracy_db).unwrap()).unwrap();
+    let faces = geometry.faces();
+    let windows = windows(&frame.radar, &frame.pose);
+    let options = BeamOptions { images: bounces > 1, ..BeamOptions::new(bounces, 0.2, false) };
+    let table = EdgeTable::new(faces);
+    let start = Instant::now();
+    let by_host = chains::follow(faces, &table, &windows, &options);
+    let host_s = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let by_device = match line_tracer::follow(gpu, faces, &table, &windows, &options).unwrap() {
+        Followed::Whole(chains) => chains,
+        Followed::Refused(why) => panic!("{name}: {why}"),
+    };
+    let device_s = start.elapsed().as_secs_f64();
+    println!(
+        "{name}: {} faces, {} edges; host {host_s:.3} s, device {device_s:.3} s",
+        faces.faces.len(),
+        table.edges.len()
+    );
+    let mut areas: BTreeMap<Vec<u32>, [[f64; 2]; 2]> = BTreeMap::new();
+    for (which, all) in [&by_host, &by_device].into_iter().enumerate() {
+        for (i, chain) in all.iter().enumerate() {
+            areas.entry(chains::patches_of(all, i)).or_default()[which] =
+                [&chain.lit, &chain.seen].map(|o| chains::area_m2(faces, o));
+        }
+    }
+    areas
+}
+
+/// Area by the host, and how far the device is off, over all chains of so many bounces, m²; and how many of the chains are off.
+fn device_is_off(areas: &BTreeMap<Vec<u32>, [[f64; 2]; 2]>, bounce: usize) -> (f64, f64, usize) {
+    let off_m2 = |a: &[[f64; 2]; 2]| (a[0][0] - a[1][0]).abs().max((a[0][1] - a[1][1]).abs());
+    let is_off = |a: &[[f64; 2]; 2]| off_m2(a) > LEAST_M2 + SHARE * a[0][0].max(a[1][0]);
+    let of: Vec<_> = areas.iter().filter(|(chain, _)| chain.len() == bounce).collect();
+    let mut off: Vec<_> = of.iter().filter(|(_, a)| is_off(a)).collect();
+    off.sort_by(|a, b| off_m2(b.1).total_cmp(&off_m2(a.1)));
+    let all: f64 = of.iter().map(|(_, a)| a[0][0]).sum();
+    let sum = off.iter().map(|(_, a)| off_m2(a)).sum();
+    println!("  bounce {bounce}: {} chains, {all:.4} m²; {} off by {sum:.2e} m²", of.len(), off.len());
+    let worst = std::env::var("CATSEYE_WORST").ok().and_then(|n| n.parse().ok()).unwrap_or(4);
+    off.iter().take(worst).for_each(|(chain, a)| println!("    {chain:?}: {a:?}"));
+    (all, sum, off.len())
+}
+
+/// The device lights what the host lights: of three bounces on W3, and at the first bounce of a highway, every chain to 1e-6 of its area. On
+/// W7, whose bent tiles touch within nanometres, all but a few at the first bounce.
+#[test]
+fn the_device_lights_what_lines_light() {
+    for (name, bounces, share) in [("W3-moving", 3, 0.0), ("highways", 1, 0.0), ("W7", 1, 1e-5)] {
+        let frame = if name == "highways" { drawn(name, 2) } else { frame_of(name).unwrap() };
+        let areas = device_areas(test_gpu(), name, &frame, bounces);
+        for bounce in 1..=bounces {
+            let (all, off, _) = device_is_off(&areas, bounce);
+            assert!(all > 1.0 && off <= share * all, "{name}, bounce {bounce}: {off} m² of {all} m²");
+        }
+    }
+}
+
+/// CATSEYE_LOOKS and CATSEYE_BOUNCES as in [`areas_of_every_frame`]: what the device lights of every frame beside what the host lights. With
+/// CATSEYE_PAIRS it computes in pairs of f32, with CATSEYE_PROFILE it says how long each kernel took.
+#[test]
+#[ignore = "prints a table"]
+fn device_areas_of_every_frame() {
+    let only = std::env::var("CATSEYE_LOOKS").unwrap_or_default();
+    let bounces = std::env::var("CATSEYE_BOUNCES").ok().and_then(|n| n.parse().ok()).unwrap_or(1);
+    let mut gpu = opened_for_tests();
+    if std::env::var_os("CATSEYE_PAIRS").is_some() {
+        gpu = gpu.with_pairs();
+    }
+    if std::env::var_os("CATSEYE_PROFILE").is_some() {
+        gpu = gpu.with_profiling();
+    }
+    for (name, frame) in all_frames().iter().filter(|f| f.0.contains(&only)) {
+        let areas = device_areas(&gpu, name, &frame(), bounces);
+        for kernel in gpu.profile().iter().flat_map(|p| &p.kernels) {
+            let seconds = kernel.seconds.unwrap_or_default();
+            println!("  {}: {} dispatches, {seconds:.4} s", kernel.kernel, kernel.dispatches);
+        }
+        (1..=bounces + 1).for_each(|bounce| _ = device_is_off(&areas, bounce));
     }
 }
