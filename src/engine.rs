@@ -364,7 +364,11 @@ impl Engine {
         match self {
             Engine::Cpu(_) => format!("cpu ({}, {:?})", r.driver_info, r.precision).to_lowercase(),
             Engine::Gpu(_) => {
-                let beams = if r.trace == Tracing::Host { "; beams on the host" } else { "" };
+                let beams = match r.trace {
+                    Tracing::Host => "; beams on the host",
+                    Tracing::Device => "",
+                    Tracing::Lines => "; beams by lines",
+                };
                 format!("gpu: {} ({} {}){beams}", r.adapter, r.driver, r.driver_info)
             }
         }

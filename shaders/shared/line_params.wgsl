@@ -1,7 +1,7 @@
 // Parameters of the kernels of visibility by lines, and states of their segments.
 
 struct LineParams {
-    // Records of the input.
+    // Records of the input, or its room where the device has the number.
     count: u32,
     // 0 counts, 1 writes.
     mode: u32,
@@ -24,6 +24,11 @@ struct LineParams {
     legs_at: u32,
     spaces_at: u32,
     outlines_at: u32,
+    // Numbers of the lists that a kernel reads and writes, and for how many records, and shares, there is room.
+    list_in: u32,
+    list_out: u32,
+    room: u32,
+    room_shares: u32,
 }
 
 // As in src/trace/cpu/lines.rs, which says why.
@@ -55,5 +60,8 @@ const FREE_NEGATIVE: u32 = 16u;
 const IS_SIDE: u32 = 32u;
 // A bit for each half-face that has a fragment, or the number of the half-face of a fragment, from here on.
 const HALVES: u32 = 8u;
+
+// `sizes`: what the host refuses, then the size of each list, and from NEEDED on how large it would be.
+const NEEDED: u32 = 16u;
 
 const NONE: u32 = 0xffffffffu;

@@ -8,7 +8,7 @@
 @group(0) @binding(3) var<storage, read> chunks: array<vec2<u32>>;
 @group(0) @binding(4) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(5) var<storage, read_write> segments: array<vec4<u32>>;
-@group(0) @binding(6) var<storage, read_write> troubles: array<atomic<u32>>;
+@group(0) @binding(6) var<storage, read_write> sizes: array<atomic<u32>>;
 
 struct Space {
     normal: NumVec,
@@ -75,8 +75,16 @@ fn main(
         return;
     }
     let slot = counts[id];
-    if params.mode == 1u && counts[id + 1u] == slot {
-        return;
+    if params.mode == 1u {
+        let total = counts[params.count];
+        let fits = total <= params.room;
+        if id == 0u {
+            atomicStore(&sizes[1u + params.list_out], select(0u, total, fits));
+            atomicStore(&sizes[NEEDED + 1u + params.list_out], total);
+        }
+        if !fits || counts[id + 1u] == slot {
+            return;
+        }
     }
     let view = chunks[id].x;
     enter(view);
@@ -110,7 +118,7 @@ fn main(
     if params.mode == 0u {
         check_steps();
         if trouble != 0u {
-            atomicOr(&troubles[0], trouble);
+            atomicOr(&sizes[0], trouble);
         }
         counts[id] = found;
     }

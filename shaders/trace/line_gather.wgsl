@@ -6,6 +6,7 @@
 @group(0) @binding(2) var<storage, read> segments: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(4) var<storage, read_write> gathered: array<vec4<u32>>;
+@group(0) @binding(5) var<storage, read_write> sizes: array<atomic<u32>>;
 
 const SIDES: u32 = 0u;
 const CASTERS: u32 = 1u;
@@ -18,7 +19,18 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let id = linear_id(workgroup, workgroups, local, 64u);
-    if id >= params.count {
+    if params.mode == 1u {
+        let total = counts[params.count];
+        let fits = total <= params.room;
+        if id == 0u {
+            atomicStore(&sizes[1u + params.list_out], select(0u, total, fits));
+            atomicStore(&sizes[NEEDED + 1u + params.list_out], total);
+        }
+        if !fits {
+            return;
+        }
+    }
+    if id >= atomicLoad(&sizes[1u + params.list_in]) {
         return;
     }
     let head = segments[2u * id];

@@ -5,7 +5,7 @@
 @group(0) @binding(1) var<storage, read> body: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> views: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> segments: array<vec4<u32>>;
-@group(0) @binding(4) var<storage, read_write> troubles: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read_write> sizes: array<atomic<u32>>;
 
 // Whether one of the half-faces at an edge on the outline of the last mirror is met by the rays that leave the mirror beside the edge along
 // `d`, where `free` leads to its lit side.
@@ -180,7 +180,7 @@ fn main(
 ) {
     begin_numbers(params.zero);
     let id = linear_id(workgroup, workgroups, local, 64u);
-    if id >= params.count {
+    if id >= atomicLoad(&sizes[1u + params.list_in]) {
         return;
     }
     let segment = segment_of(segments[2u * id], segments[2u * id + 1u]);
@@ -193,6 +193,6 @@ fn main(
     segments[2u * id].w = found.x;
     check_steps();
     if trouble != 0u {
-        atomicOr(&troubles[0], trouble);
+        atomicOr(&sizes[0], trouble);
     }
 }

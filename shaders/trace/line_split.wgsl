@@ -10,7 +10,7 @@
 @group(0) @binding(4) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(5) var<storage, read_write> shares: array<vec2<f32>>;
 @group(0) @binding(6) var<storage, read_write> parts: array<vec4<u32>>;
-@group(0) @binding(7) var<storage, read_write> troubles: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> sizes: array<atomic<u32>>;
 
 const BOUNDS: u32 = 0u;
 const NEARER: u32 = 1u;
@@ -347,7 +347,19 @@ fn main(
 ) {
     begin_numbers(params.zero);
     let id = linear_id(workgroup, workgroups, local, 64u);
-    if id >= params.count {
+    let size = atomicLoad(&sizes[1u + params.list_in]);
+    if params.mode == 1u {
+        let total = counts[params.count];
+        let fits = total + size <= params.room && total <= params.room_shares;
+        if id == 0u {
+            atomicStore(&sizes[1u + params.list_out], select(0u, total + size, fits));
+            atomicStore(&sizes[NEEDED + 1u + params.list_out], total + size);
+        }
+        if !fits {
+            return;
+        }
+    }
+    if id >= size {
         return;
     }
     var segment = segment_of(segments[2u * id], segments[2u * id + 1u]);
@@ -370,7 +382,7 @@ fn main(
     if params.mode == 0u {
         check_steps();
         if trouble != 0u {
-            atomicOr(&troubles[0], trouble);
+            atomicOr(&sizes[0], trouble);
         }
         counts[id] = found;
         return;

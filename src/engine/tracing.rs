@@ -7,12 +7,14 @@ use crate::base::error::{BadInput, Error, Result};
 use crate::base::frames::{Pose, Sensor, World};
 use crate::base::units::{power_from_db, wavenumber};
 use crate::geom::Geometry;
+use crate::geom::edge_table::EdgeTable;
 use crate::gpu::Gpu;
 use crate::scene::radar::Radar;
 use crate::trace::beams::Frame;
 use crate::trace::cpu::echoes::FrameBeams;
 use crate::trace::cpu::shine::clip_shining;
 use crate::trace::cpu::{echoes, volume};
+use crate::trace::line_tracer::{self, Followed, Sight};
 use crate::trace::tracing::Tracing;
 use crate::trace::view_clipper::{self, Beams, Traced};
 use crate::trace::windows::windows;
@@ -25,7 +27,9 @@ impl Engine {
     /// Where beams of frames are followed.
     pub fn tracing(&self) -> Tracing {
         match self {
-            Engine::Gpu(gpu) if !gpu.traces_on_host() => Tracing::Device,
+            Engine::Gpu(gpu) if gpu.traces_on_host() => Tracing::Host,
+            Engine::Gpu(gpu) if gpu.traces_by_lines() => Tracing::Lines,
+            Engine::Gpu(_) => Tracing::Device,
             _ => Tracing::Host,
         }
     }
@@ -37,16 +41,17 @@ impl Engine {
     /// Returns an error for the device of a cpu engine, which has none.
     pub fn with_tracing(self, tracing: Tracing) -> Result<Engine> {
         match (self, tracing) {
-            (Engine::Cpu(_), Tracing::Device) => Err(BadInput::new(
+            (Engine::Cpu(_), Tracing::Device | Tracing::Lines) => Err(BadInput::new(
                 "the cpu engine has no device that traces",
             )
             .key("trace")
-            .value("device")
+            .value(tracing.word())
             .allowed("host on the cpu engine")
             .remedy("name an adapter by the device (--device gpu, or part of its name), or trace on the host")
             .into()),
             (Engine::Gpu(gpu), tracing) => {
-                Ok(Engine::Gpu(Box::new(gpu.with_tracing_on_host(tracing == Tracing::Host))))
+                let gpu = gpu.with_tracing_on_host(tracing == Tracing::Host);
+                Ok(Engine::Gpu(Box::new(gpu.with_lines(tracing == Tracing::Lines))))
             }
             (cpu, Tracing::Host) => Ok(cpu),
         }
@@ -80,7 +85,7 @@ impl Engine {
     /// Each frame has the error of [`Engine::trace`].
     pub fn trace_all(&self, looks: &[Look<'_>]) -> Vec<Result<Echoes>> {
         let gpu = match self {
-            Engine::Gpu(gpu) if self.tracing() == Tracing::Device => &**gpu,
+            Engine::Gpu(gpu) if self.tracing() != Tracing::Host => &**gpu,
             _ => return looks.par_iter().map(|look| Ok(self.echoes_of(look))).collect(),
         };
         match traced_together(gpu, looks) {
@@ -124,15 +129,18 @@ impl Engine {
 /// Echoes of frames whose beams the device follows together, one bounce deeper where what the limit of bounces cuts off would show.
 fn traced_together(gpu: &Gpu, looks: &[Look<'_>]) -> Result<Vec<Echoes>> {
     let all_windows: Vec<Vec<Frame>> = looks.par_iter().map(|look| windows(look.radar, &look.pose)).collect();
-    let mut bounces: Vec<usize> = looks.iter().map(|look| look.options.bounces).collect();
-    let mut refused: Vec<Option<&'static str>> = vec![None; looks.len()];
-    let mut made: Vec<Option<Echoes>> = looks.iter().map(|_| None).collect();
+    let mut frames = Together {
+        made: looks.iter().map(|_| None).collect(),
+        refused: vec![None; looks.len()],
+        bounces: looks.iter().map(|look| look.options.bounces).collect(),
+    };
     loop {
-        let left: Vec<usize> = (0..looks.len()).filter(|i| made[*i].is_none()).collect();
+        let left: Vec<usize> = (0..looks.len()).filter(|i| frames.made[*i].is_none()).collect();
         if left.is_empty() {
-            return Ok(made.into_iter().flatten().collect());
+            return Ok(frames.made.into_iter().flatten().collect());
         }
-        let options: Vec<TraceOptions> = left.iter().map(|i| looks[*i].options_to(bounces[*i])).collect();
+        let options: Vec<TraceOptions> =
+            left.iter().map(|i| looks[*i].options_to(frames.bounces[*i])).collect();
         let beams = left.par_iter().zip(&options);
         let made_beams = || -> Vec<FrameBeams<'_>> {
             let beams =
@@ -140,12 +148,24 @@ fn traced_together(gpu: &Gpu, looks: &[Look<'_>]) -> Result<Vec<Echoes>> {
             beams.collect()
         };
         // A frame that was refused is not tried again with more bounces: its echoes come from one clipper.
-        let able = |i: usize| refused[i].is_none() && looks[i].options.convention != Convention::Last;
+        let able = |i: usize| frames.refused[i].is_none() && looks[i].options.convention != Convention::Last;
         let most = left.iter().zip(&options).filter(|(i, _)| able(**i)).map(|(_, o)| o.bounces).max();
         // The device compiles while the host prepares the scenes.
-        let (ready, beams) =
-            rayon::join(|| gpu.prepare(view_clipper::kernels(most.unwrap_or(0))), made_beams);
+        let kernels = match most {
+            None => &[],
+            Some(_) if gpu.traces_by_lines() => line_tracer::kernels(),
+            Some(most) => view_clipper::kernels(most),
+        };
+        let (ready, beams) = rayon::join(|| gpu.prepare(kernels), made_beams);
         ready?;
+        if gpu.traces_by_lines() {
+            let able: Vec<bool> = left.iter().map(|i| able(*i)).collect();
+            let of_left: Vec<&Look<'_>> = left.iter().map(|i| &looks[*i]).collect();
+            let windows: Vec<&[Frame]> = left.iter().map(|i| &all_windows[*i][..]).collect();
+            let new = traced_by_lines(gpu, &of_left, &windows, &options, &beams, &able)?;
+            frames.keep(looks, &left, new);
+            continue;
+        }
         let on_device = left.iter().zip(&beams).filter(|(i, _)| able(**i)).map(|(i, beams)| Beams {
             faces: beams.faces(),
             windows: &all_windows[*i],
@@ -170,23 +190,79 @@ fn traced_together(gpu: &Gpu, looks: &[Look<'_>]) -> Result<Vec<Echoes>> {
                 look.reckon_powers(&mut all);
                 (all, why)
             });
-        for (i, (mut all, why)) in left.iter().copied().zip(new.collect::<Vec<_>>()) {
-            refused[i] = refused[i].or(why);
+        let new = new.collect();
+        frames.keep(looks, &left, new);
+    }
+}
+
+/// Echoes of a frame, and why the device left it to the host.
+type Made = (Echoes, Option<&'static str>);
+
+/// Frames that are traced together.
+struct Together {
+    made: Vec<Option<Echoes>>,
+    refused: Vec<Option<&'static str>>,
+    bounces: Vec<usize>,
+}
+
+impl Together {
+    /// Keeps the echoes of some frames where they are followed deep enough, and follows the others one bounce deeper.
+    fn keep(&mut self, looks: &[Look<'_>], left: &[usize], new: Vec<Made>) {
+        for (i, (mut all, why)) in left.iter().copied().zip(new) {
+            self.refused[i] = self.refused[i].or(why);
             let look = &looks[i];
             if look.is_deep_enough(&all) {
-                let on_device = refused[i].is_none() && look.options.convention != Convention::Last;
-                (all.on_device, all.fallback) = (on_device, refused[i].map(Cow::Borrowed));
-                made[i] = Some(all);
+                let on_device = self.refused[i].is_none() && look.options.convention != Convention::Last;
+                (all.on_device, all.fallback) = (on_device, self.refused[i].map(Cow::Borrowed));
+                self.made[i] = Some(all);
             } else {
-                bounces[i] = all.bounces + 1;
+                self.bounces[i] = all.bounces + 1;
             }
         }
-        looks.par_iter().zip(&mut made).enumerate().for_each(|(i, (look, made))| {
+        looks.par_iter().zip(&mut self.made).enumerate().for_each(|(i, (look, made))| {
             if let (Some(all), true) = (made, left.contains(&i)) {
                 look.complete(all);
             }
         });
     }
+}
+
+/// Echoes of frames of which the device follows those that it is able to, by lines; and why it left a frame to the host.
+fn traced_by_lines(
+    gpu: &Gpu,
+    looks: &[&Look<'_>],
+    windows: &[&[Frame]],
+    options: &[TraceOptions],
+    beams: &[FrameBeams<'_>],
+    able: &[bool],
+) -> Result<Vec<Made>> {
+    let tables: Vec<Option<EdgeTable>> =
+        beams.par_iter().zip(able).map(|(beams, able)| able.then(|| EdgeTable::new(beams.faces()))).collect();
+    let sights: Vec<Sight<'_>> = (beams.iter().zip(windows).zip(&tables))
+        .filter_map(|((beams, windows), table)| {
+            let (faces, options) = (beams.faces(), &beams.options);
+            Some(Sight { faces, table: table.as_ref()?, windows, options })
+        })
+        .collect();
+    let mut followed = line_tracer::follow_all(gpu, &sights)?.into_iter();
+    let followed: Vec<Option<Followed>> =
+        able.iter().map(|able| if *able { followed.next() } else { None }).collect();
+    let all = looks.par_iter().zip(windows).zip(options).zip(beams).zip(followed);
+    let echoes = all.map(|((((look, windows), options), beams), followed)| {
+        let (mut all, why) = match followed {
+            Some(Followed::Whole(chains)) => {
+                (beams.echoes_from_lines(chains, windows, &look.pose, look.velocity_mps, options), None)
+            }
+            other => {
+                let why = if let Some(Followed::Refused(why)) = other { Some(why) } else { None };
+                let clipped = clip_shining(beams.faces(), windows, &beams.options, beams.ends, beams.shine);
+                (beams.echoes(clipped, &look.pose, look.velocity_mps, options), why)
+            }
+        };
+        look.reckon_powers(&mut all);
+        (all, why)
+    });
+    Ok(echoes.collect())
 }
 
 /// Reckons the power of a frame's echoes, and of what one bounce more would bring, as this radar receives them, where the options ask for it.

@@ -196,6 +196,7 @@ pub struct Gpu {
     has_f64: bool,
     /// Whether the beams of frames are left to the host.
     host_traces: bool,
+    lines: bool,
     /// The submission in which the device is lost, where a test wants that.
     lost_at: Option<u64>,
     /// None unless kernels are profiled.
@@ -262,6 +263,7 @@ impl Gpu {
             pretends: false,
             has_f64: report.shader_f64,
             host_traces: false,
+            lines: false,
             lost_at: None,
             profiler: None,
             pipelines: Mutex::default(),
@@ -324,6 +326,17 @@ impl Gpu {
     /// Leaves the beams of frames to the host, or takes them back.
     pub fn with_tracing_on_host(mut self, on_host: bool) -> Gpu {
         self.host_traces = on_host;
+        self
+    }
+
+    /// Whether frames are traced by lines, and not by polygons.
+    pub fn traces_by_lines(&self) -> bool {
+        self.lines
+    }
+
+    /// Traces frames by lines, or by polygons again.
+    pub fn with_lines(mut self, lines: bool) -> Gpu {
+        self.lines = lines;
         self
     }
 

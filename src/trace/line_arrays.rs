@@ -25,6 +25,10 @@ gpu_struct! {
         pub legs_at: u32,
         pub spaces_at: u32,
         pub outlines_at: u32,
+        pub list_in: u32,
+        pub list_out: u32,
+        pub room: u32,
+        pub room_shares: u32,
     }
 }
 
@@ -230,20 +234,16 @@ impl LineArrays {
     }
 }
 
-/// Views, of which each has the number of its scene, and where parts of their array begin. None if they have more than the shaders can
+/// Views, each with the number of its scene, and where parts of their array begin. None if they have more than the shaders can
 /// number.
-pub(super) fn views(
-    views: &[View<'_>],
-    scenes: &[u32],
-    numbers: &[Numbers],
-) -> Option<(Vec<Word>, LineParams)> {
-    let outlines: usize = views.iter().map(|v| v.outline().len()).sum();
+pub(super) fn views(views: &[(u32, &View<'_>)], numbers: &[Numbers]) -> Option<(Vec<Word>, LineParams)> {
+    let outlines: usize = views.iter().map(|(_, v)| v.outline().len()).sum();
     if outlines >= MOST_NUMBERS {
         return None;
     }
     let mut words = Vec::with_capacity(8 * views.len() + 6 * outlines);
     let (mut leg, mut fragment, mut space) = (0, 0, 0);
-    for (view, scene) in views.iter().zip(scenes) {
+    for (scene, view) in views {
         let (legs, fragments) = (view.legs.len() as u32, view.outline().len() as u32);
         let spaces = view.spaces().len() as u32;
         words.extend([[leg, legs, fragment, fragments], [*scene, space, spaces, 0]]);
@@ -252,7 +252,7 @@ pub(super) fn views(
         space += spaces;
     }
     let legs_at = words.len() as u32;
-    for (view, scene) in views.iter().zip(scenes) {
+    for (scene, view) in views {
         let radar = view.scene.radar;
         for leg in &view.legs {
             let (normal, offset) = leg.mirror.map_or((DVec3::ZERO, 0.0), |m| m.plane());
@@ -262,13 +262,13 @@ pub(super) fn views(
         }
     }
     let spaces_at = words.len() as u32;
-    for view in views {
+    for (_, view) in views {
         let from_radar = view.source() - view.scene.radar;
         let spaces = view.spaces();
         words.extend(spaces.iter().flat_map(|(n, least)| four(*n, least + n.dot(from_radar))));
     }
     let outlines_at = words.len() as u32;
-    for (view, scene) in views.iter().zip(scenes) {
+    for (scene, view) in views {
         let edges = numbers[*scene as usize].edges;
         for f in view.outline() {
             let edge = if f.edge == NO_EDGE { NO_EDGE } else { edges + f.edge };

@@ -5,15 +5,17 @@
 //! each piece (`line_shadow`). Every list is a flat one: a thread takes one segment, counts, and writes behind the sums of the counts.
 //! What comes out names lines and shares of them (`line_gather`); positions follow in f64.
 
-use super::cpu::chains::{self, Chain};
+use super::cpu::chains::{Chain, Follower};
 use super::cpu::lines::{Fragment, Line, Name, Scene, View};
 use super::line_arrays::{self, LineArrays, LineParams, OF_EDGE, OF_OUTLINE, OF_WALL, Word, segment, shares};
 use super::{line_ahead, line_gather, line_shadow, line_sides, line_split, scan};
 use crate::base::error::{Error, Result};
+use crate::base::tasks::Tasks;
 use crate::geom::edge_table::EdgeTable;
 use crate::geom::faces::Faces;
-use crate::gpu::{Buffer, Gpu, Recorder, Threads};
+use crate::gpu::{Buffer, Gpu, Kernel, Recorder, Threads};
 use crate::trace::beams::{BeamOptions, Frame};
+use rayon::prelude::*;
 
 // As in shaders/shared/line_params.wgsl.
 const ALONG: u32 = 4;
@@ -32,30 +34,109 @@ const SIDES: u32 = 0;
 const CASTERS: u32 = 1;
 const SHADOWS: u32 = 2;
 
-/// Follows all chains of a radar that looks through windows from one point on the device.
+/// Kernels that follow chains.
+pub fn kernels() -> &'static [&'static Kernel] {
+    static KERNELS: [&Kernel; 6] = [
+        &line_ahead::KERNEL,
+        &line_split::KERNEL,
+        &line_sides::KERNEL,
+        &line_shadow::KERNEL,
+        &line_gather::KERNEL,
+        &scan::KERNEL,
+    ];
+    &KERNELS
+}
+
+/// A radar amid faces.
+#[derive(Clone, Copy)]
+pub struct Sight<'a> {
+    /// The faces.
+    pub faces: &'a Faces,
+    /// Their edges.
+    pub table: &'a EdgeTable,
+    /// The directions in which the radar transmits, from one point.
+    pub windows: &'a [Frame],
+    /// How far chains are followed.
+    pub options: &'a BeamOptions,
+}
+
+/// Follows the chains of radars, each amid faces of its own, in shared submissions; to the bit as each alone.
 ///
 /// # Errors
 /// Returns an error if the adapter fails.
-pub fn follow(
-    gpu: &Gpu,
-    faces: &Faces,
-    table: &EdgeTable,
-    windows: &[Frame],
-    options: &BeamOptions,
-) -> Result<Followed> {
-    let Some(scene) = Scene::new(faces, table, windows) else { return Ok(Followed::Whole(Vec::new())) };
-    let Some(arrays) = LineArrays::new(&[&scene]) else {
-        return Ok(Followed::Refused("more faces than it can number"));
-    };
-    let mut recorder = gpu.recorder("a scene of edges");
-    let body = recorder.upload("scene", &arrays.body);
-    recorder.submit()?;
-    let tracer = Tracer { gpu, arrays: &arrays, body };
-    match chains::follow_with(&scene, options, |views| tracer.fragments(views)) {
-        Ok(chains) => Ok(Followed::Whole(chains)),
-        Err(Stop::Refused(why)) => Ok(Followed::Refused(why)),
-        Err(Stop::Failed(e)) => Err(e),
+pub fn follow_all(gpu: &Gpu, all: &[Sight<'_>]) -> Result<Vec<Followed>> {
+    let scenes: Vec<Option<Scene<'_>>> =
+        all.par_iter().map_tasks(|s| Scene::new(s.faces, s.table, s.windows)).collect();
+    let some: Vec<usize> = (0..all.len()).filter(|i| scenes[*i].is_some()).collect();
+    let of_some: Vec<(&Scene<'_>, &BeamOptions)> =
+        some.iter().filter_map(|i| Some((scenes[*i].as_ref()?, all[*i].options))).collect();
+    let mut followed: Vec<Followed> = all.iter().map(|_| Followed::Whole(Vec::new())).collect();
+    for (i, of) in some.into_iter().zip(followed_together(gpu, &of_some)?) {
+        followed[i] = of;
     }
+    Ok(followed)
+}
+
+/// [`follow_all`] of one radar.
+///
+/// # Errors
+/// Returns an error if the adapter fails.
+pub fn follow(gpu: &Gpu, sight: Sight<'_>) -> Result<Followed> {
+    Ok(follow_all(gpu, &[sight])?.pop().unwrap_or(Followed::Refused("nothing to follow")))
+}
+
+/// Scenes that the device refuses together are tried by halves.
+fn followed_together(gpu: &Gpu, scenes: &[(&Scene<'_>, &BeamOptions)]) -> Result<Vec<Followed>> {
+    match together(gpu, scenes) {
+        Ok(all) => Ok(all.into_iter().map(Followed::Whole).collect()),
+        Err(Stop::Failed(e)) => Err(e),
+        Err(Stop::Refused(why)) if scenes.len() == 1 => Ok(vec![Followed::Refused(why)]),
+        Err(Stop::Refused(_)) => {
+            let (first, second) = scenes.split_at(scenes.len() / 2);
+            let mut all = followed_together(gpu, first)?;
+            all.extend(followed_together(gpu, second)?);
+            Ok(all)
+        }
+    }
+}
+
+fn together(gpu: &Gpu, scenes: &[(&Scene<'_>, &BeamOptions)]) -> std::result::Result<Vec<Vec<Chain>>, Stop> {
+    if scenes.is_empty() {
+        return Ok(Vec::new());
+    }
+    let of_all: Vec<&Scene<'_>> = scenes.iter().map(|s| s.0).collect();
+    let arrays = LineArrays::new(&of_all).ok_or(Stop::Refused("more faces than it can number"))?;
+    if size_of_val(&arrays.body[..]) as u64 > gpu.max_binding_bytes() {
+        return Err(Stop::Refused("a scene that is larger than one binding of the adapter"));
+    }
+    let mut recorder = gpu.recorder("scenes of edges");
+    let body = recorder.upload("scenes", &arrays.body);
+    recorder.submit()?;
+    let mut tracer = Tracer { gpu, arrays: &arrays, body, ratios: FIRST };
+    let mut followers: Vec<Follower<'_>> =
+        scenes.iter().map(|(scene, options)| Follower::new(scene, options)).collect();
+    loop {
+        let new: Vec<Vec<Vec<Chain>>> = {
+            let views: Vec<Vec<(usize, View<'_>)>> =
+                followers.par_iter().map_tasks(Follower::views).collect();
+            let asked: Vec<(u32, &View<'_>)> = views
+                .iter()
+                .enumerate()
+                .flat_map(|(scene, views)| views.iter().map(move |(_, view)| (scene as u32, view)))
+                .collect();
+            if asked.is_empty() {
+                break;
+            }
+            let mut lit = tracer.fragments(&asked)?.into_iter();
+            let of_scenes: Vec<Vec<Vec<Fragment>>> =
+                views.iter().map(|views| lit.by_ref().take(views.len()).collect()).collect();
+            let of_scenes = followers.par_iter().zip(&views).zip(of_scenes);
+            of_scenes.map_tasks(|((follower, views), lit)| follower.children(views, lit)).collect()
+        };
+        followers.iter_mut().zip(new).for_each(|(follower, new)| follower.extend(new));
+        tracer.ratios = MIRRORS;
+    }
+    Ok(followers.into_iter().map(|f| f.chains).collect())
 }
 
 /// The chains of a frame, or why the device cannot follow them.
@@ -78,30 +159,75 @@ impl From<Error> for Stop {
     }
 }
 
+/// The lists of a run, by their places in `sizes`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Of {
+    /// Edges ahead.
+    Ahead,
+    /// Their parts between bounds, and between nearer silhouettes.
+    Bounds,
+    Nearer,
+    /// Fragments along edges.
+    Sides,
+    /// Silhouettes that throw shadows, their parts, and the shadows.
+    Casters,
+    OfCasters,
+    Shadows,
+    /// Outlines and walls, their parts, and the shadows.
+    Outlines,
+    OfOutlines,
+    Windows,
+}
+
+const LISTS: usize = 10;
+/// Words of `sizes`: trouble, sizes, and from `NEEDED` on what they would be.
+const SIZES: usize = 32;
+const NEEDED: usize = 16;
+/// Room of a list before it is known how long it is: so much, and so much for each edge of the scenes at the first bounce and for each
+/// fragment of an outline at later ones, which is enough for most frames. What has no room goes again.
+const LEAST_ROOM: usize = 1 << 12;
+const FIRST: [f64; LISTS] = [1.0, 1.2, 3.5, 1.3, 0.6, 1.1, 0.8, 0.0, 0.1, 0.1];
+const MIRRORS: [f64; LISTS] = [12.0, 16.0, 20.0, 5.0, 1.0, 2.5, 2.0, 0.0, 6.0, 5.0];
+
 struct Tracer<'a> {
     gpu: &'a Gpu,
     arrays: &'a LineArrays,
     body: Buffer<Word>,
+    /// Room of each list for each edge, or for each fragment of an outline.
+    ratios: [f64; LISTS],
 }
 
-/// Segments on the device, two words each.
-#[derive(Clone)]
-struct List {
-    words: Buffer<Word>,
-    count: usize,
-}
-
-/// What all kernels of a run read.
-struct Views {
-    words: Buffer<Word>,
+/// One run of the kernels over the views of one bounce.
+struct Run<'a> {
+    recorder: Recorder<'a>,
+    body: Buffer<Word>,
+    views: Buffer<Word>,
+    sizes: Buffer<u32>,
     params: LineParams,
-    troubles: Buffer<u32>,
+    rooms: [usize; LISTS],
 }
 
 impl Tracer<'_> {
-    /// The fragments of each view.
-    fn fragments(&self, views: &[View<'_>]) -> std::result::Result<Vec<Vec<Fragment>>, Stop> {
-        let Some((words, at)) = line_arrays::views(views, &vec![0; views.len()], &self.arrays.numbers) else {
+    /// The fragments of views, each of the scene with a number.
+    fn fragments(&self, views: &[(u32, &View<'_>)]) -> std::result::Result<Vec<Vec<Fragment>>, Stop> {
+        // Fewer views have shorter lists, until one alone is too much.
+        match self.fragments_together(views) {
+            Err(Stop::Refused(_)) if views.len() > 1 => {
+                let (first, second) = views.split_at(views.len() / 2);
+                let mut all = self.fragments(first)?;
+                all.extend(self.fragments(second)?);
+                Ok(all)
+            }
+            other => other,
+        }
+    }
+
+    fn fragments_together(
+        &self,
+        views: &[(u32, &View<'_>)],
+    ) -> std::result::Result<Vec<Vec<Fragment>>, Stop> {
+        let numbers = &self.arrays.numbers;
+        let Some((words, at)) = line_arrays::views(views, numbers) else {
             return Err(Stop::Refused("more outlines than it can number"));
         };
         let params = LineParams {
@@ -110,188 +236,233 @@ impl Tracer<'_> {
             outlines_at: at.outlines_at,
             ..self.arrays.params
         };
-        let mut recorder = self.gpu.recorder("visibility by lines");
-        let words = recorder.upload("views", &words);
-        let troubles = recorder.zeros("troubles", 1);
-        let run = Views { words, params, troubles };
-        let numbers = &self.arrays.numbers[0];
         let mut chunks: Vec<[u32; 2]> = Vec::new();
         let mut outlines: Vec<Word> = Vec::new();
-        let mut first = 0;
+        let (mut first, mut edges) = (0, 0);
         let mut firsts = Vec::with_capacity(views.len());
-        for (v, view) in views.iter().enumerate() {
-            let v = v as u32;
-            let [first_node, end] = self.arrays.edge_nodes[0];
+        for (v, (scene, view)) in views.iter().enumerate() {
+            let (v, scene) = (v as u32, *scene as usize);
+            let [first_node, end] = self.arrays.edge_nodes[scene];
             chunks.extend((first_node..end).step_by(CHUNK as usize).map(|node| [v, node]));
             firsts.push(first);
             if view.legs.len() == 1 {
-                let walls = 0..4 * view.scene.windows.len() as u32;
-                outlines.extend(walls.flat_map(|w| segment(v, OF_WALL, 4 * numbers.windows + w, [0.0, 1.0])));
+                let first_wall = 4 * numbers[scene].windows;
+                let walls = first_wall..first_wall + 4 * view.scene.windows.len() as u32;
+                outlines.extend(walls.flat_map(|w| segment(v, OF_WALL, w, [0.0, 1.0])));
+                edges += view.scene.table.edges.len();
             } else {
                 let of = first..first + view.outline().len() as u32;
                 first = of.end;
                 outlines.extend(of.flat_map(|f| segment(v, OF_OUTLINE, f, [0.0, 1.0])));
             }
         }
-        let list = |recorder: &mut Recorder<'_>, label, words: &[Word]| List {
-            words: recorder.upload(label, words),
-            count: words.len() / 2,
-        };
-        let chunks = recorder.upload("chunks", &chunks);
-        let outlines = list(&mut recorder, "outlines", &outlines);
-        let edges = self.ahead(recorder, &run, &chunks)?;
-        let parts = self.split(self.recorder(), &run, BOUNDS, &edges)?;
-        let parts = self.split(self.recorder(), &run, NEARER, &parts)?;
-        let mut recorder = self.recorder();
-        self.dispatch_on(&mut recorder, &line_sides::KERNEL, &run, &parts);
-        let sides = self.gather(recorder, &run, SIDES, &parts)?;
-        let casters = self.gather(self.recorder(), &run, CASTERS, &parts)?;
-        let mut found = vec![sides];
-        for casters in [casters, outlines] {
-            let parts = self.split(self.recorder(), &run, BEYOND, &casters)?;
-            let mut recorder = self.recorder();
-            self.dispatch_on(&mut recorder, &line_shadow::KERNEL, &run, &parts);
-            found.push(self.gather(recorder, &run, SHADOWS, &parts)?);
-        }
-        let mut recorder = self.recorder();
-        let reads: Vec<_> = found.iter().map(|l| recorder.read(&l.words)).collect();
-        let troubles = recorder.read(&run.troubles);
-        let mut done = recorder.submit()?;
-        match done.take(troubles)[0] {
-            0 => {}
-            2 => return Err(Stop::Refused("loops that its driver ends early")),
-            _ => return Err(Stop::Refused("an edge in which more than 24 faces meet")),
-        }
-        let mut fragments: Vec<Vec<Fragment>> = views.iter().map(|_| Vec::new()).collect();
-        for (read, list) in reads.into_iter().zip(&found) {
-            for words in done.take(read)[..2 * list.count].chunks_exact(2) {
-                let [view, named, state, face] = words[0];
-                let (kind, number) = (named >> 30, named & 0x3fff_ffff);
-                let v = view as usize;
-                let line = match kind {
-                    OF_EDGE if state & IS_SIDE != 0 => {
-                        Line::Side { edge: number - numbers.edges, half: state >> HALVES }
+        let basis = (outlines.len() / 2 + edges) as f64;
+        let mut rooms = self.ratios.map(|ratio| LEAST_ROOM + (ratio * basis) as usize);
+        let found = loop {
+            match self.run(&words, params, &chunks, &outlines, rooms)? {
+                Ok(found) => break found,
+                // What comes behind a list that had no room is not known yet.
+                Err(needed) => {
+                    let short = (0..LISTS).find(|i| needed[*i] > rooms[*i]).unwrap_or(0);
+                    let more = needed[short] as f64 / rooms[short] as f64;
+                    for room in &mut rooms[short..] {
+                        *room = (1.1 * more * *room as f64) as usize + 1;
                     }
-                    OF_EDGE => {
-                        let side = if state & FREE_POSITIVE != 0 { 1.0 } else { -1.0 };
-                        Line::Shadow { edge: number - numbers.edges, side }
-                    }
-                    OF_WALL => Line::Wall { window: number / 4 - numbers.windows, wall: number % 4 },
-                    _ => Line::Outline(number - firsts[v]),
-                };
-                let name = Name {
-                    line,
-                    shares: shares(words[1]),
-                    face: face - numbers.faces,
-                    is_along: state & ALONG != 0,
-                };
-                fragments[v].push(views[v].fragment_named(&name));
+                }
             }
+        };
+        let mut fragments: Vec<Vec<Fragment>> = views.iter().map(|_| Vec::new()).collect();
+        for words in found.chunks_exact(2) {
+            let [view, named, state, face] = words[0];
+            let (kind, number) = (named >> 30, named & 0x3fff_ffff);
+            let v = view as usize;
+            let (scene, view) = views[v];
+            let numbers = &numbers[scene as usize];
+            let line = match kind {
+                OF_EDGE if state & IS_SIDE != 0 => {
+                    Line::Side { edge: number - numbers.edges, half: state >> HALVES }
+                }
+                OF_EDGE => {
+                    let side = if state & FREE_POSITIVE != 0 { 1.0 } else { -1.0 };
+                    Line::Shadow { edge: number - numbers.edges, side }
+                }
+                OF_WALL => Line::Wall { window: number / 4 - numbers.windows, wall: number % 4 },
+                _ => Line::Outline(number - firsts[v]),
+            };
+            let name = Name {
+                line,
+                shares: shares(words[1]),
+                face: face - numbers.faces,
+                is_along: state & ALONG != 0,
+            };
+            fragments[v].push(view.fragment_named(&name));
         }
         Ok(fragments)
     }
 
-    fn recorder(&self) -> Recorder<'_> {
-        self.gpu.recorder("visibility by lines")
+    /// Follows the rays of views, in one submission: the fragments, or how long each list would have to be.
+    fn run(
+        &self,
+        views: &[Word],
+        params: LineParams,
+        chunks: &[[u32; 2]],
+        outlines: &[Word],
+        rooms: [usize; LISTS],
+    ) -> std::result::Result<std::result::Result<Vec<Word>, [usize; LISTS]>, Stop> {
+        let largest = rooms.iter().max().copied().unwrap_or(0) * 2 * size_of::<Word>();
+        if largest.max(size_of_val(views)) as u64 > self.gpu.max_binding_bytes() {
+            return Err(Stop::Refused("more to see than one binding of the adapter holds"));
+        }
+        let mut recorder = self.gpu.recorder("visibility by lines");
+        let mut sizes = [0; SIZES];
+        sizes[1 + Of::Outlines as usize] = outlines.len() as u32 / 2;
+        let (views, sizes) = (recorder.upload("views", views), recorder.upload("sizes", &sizes));
+        let chunks = recorder.upload("chunks", chunks);
+        let outlines = recorder.upload("outlines", outlines);
+        let mut run = Run { recorder, body: self.body.clone(), views, sizes, params, rooms };
+        let edges = run.ahead(&chunks);
+        let parts = run.split(BOUNDS, [Of::Ahead, Of::Bounds], &edges);
+        let parts = run.split(NEARER, [Of::Bounds, Of::Nearer], &parts);
+        run.decide(&line_sides::KERNEL, Of::Nearer, &parts);
+        let sides = run.gather(SIDES, [Of::Nearer, Of::Sides], &parts);
+        let casters = run.gather(CASTERS, [Of::Nearer, Of::Casters], &parts);
+        let parts = run.split(BEYOND, [Of::Casters, Of::OfCasters], &casters);
+        run.decide(&line_shadow::KERNEL, Of::OfCasters, &parts);
+        let shadows = run.gather(SHADOWS, [Of::OfCasters, Of::Shadows], &parts);
+        let parts = run.split(BEYOND, [Of::Outlines, Of::OfOutlines], &outlines);
+        run.decide(&line_shadow::KERNEL, Of::OfOutlines, &parts);
+        let windows = run.gather(SHADOWS, [Of::OfOutlines, Of::Windows], &parts);
+        let lists = [(Of::Sides, sides), (Of::Shadows, shadows), (Of::Windows, windows)];
+        let Run { mut recorder, sizes, .. } = run;
+        let reads = lists.map(|(of, words)| (of, recorder.read(&words)));
+        let sizes = recorder.read(&sizes);
+        let mut done = recorder.submit()?;
+        let sizes = done.take(sizes);
+        match sizes[0] {
+            0 => {}
+            2 => return Err(Stop::Refused("loops that its driver ends early")),
+            _ => return Err(Stop::Refused("an edge in which more than 24 faces meet")),
+        }
+        let mut needed = [0; LISTS];
+        needed.iter_mut().zip(&sizes[NEEDED + 1..]).for_each(|(n, size)| *n = *size as usize);
+        if needed.iter().zip(rooms).any(|(n, room)| *n > room) {
+            return Ok(Err(needed));
+        }
+        let mut found = Vec::new();
+        for (of, read) in reads {
+            found.extend_from_slice(&done.take(read)[..2 * needed[of as usize]]);
+        }
+        Ok(Ok(found))
+    }
+}
+
+impl Run<'_> {
+    fn room(&self, of: Of) -> usize {
+        self.rooms[of as usize]
     }
 
-    /// Runs a kernel that works on the states of a list.
-    fn dispatch_on(
-        &self,
-        recorder: &mut Recorder<'_>,
-        kernel: &'static crate::gpu::Kernel,
-        run: &Views,
-        list: &List,
-    ) {
-        let params = LineParams { count: list.count as u32, ..run.params };
-        let threads = Threads::Linear(list.count as u64);
-        recorder.dispatch(kernel, &params, &[&self.body, &run.words, &list.words, &run.troubles], threads);
+    /// How many records a list may have.
+    fn most(&self, of: Of, words: &Buffer<Word>) -> usize {
+        if of == Of::Outlines { words.len() / 2 } else { self.room(of) }
+    }
+
+    fn list(&mut self, of: Of) -> Buffer<Word> {
+        self.recorder.buffer("segments", 2 * self.room(of))
     }
 
     /// The edges ahead of all views, as segments.
-    fn ahead(&self, mut recorder: Recorder<'_>, run: &Views, chunks: &Buffer<[u32; 2]>) -> Result<List> {
-        let params = LineParams { count: chunks.len() as u32, stage: CHUNK, ..run.params };
-        let threads = Threads::Linear(chunks.len() as u64);
-        let counts = recorder.zeros::<u32>("counts", chunks.len() + 1);
-        let nothing = recorder.buffer::<Word>("nothing", 2);
-        recorder.dispatch(
-            &line_ahead::KERNEL,
-            &params,
-            &[&self.body, &run.words, chunks, &counts, &nothing, &run.troubles],
-            threads,
-        );
-        let total = scan::record(&mut recorder, &counts, chunks.len() + 1);
-        let total = recorder.read(&total);
-        let mut done = recorder.submit()?;
-        let count = done.take(total)[0] as usize;
-        let mut recorder = self.recorder();
-        let words = recorder.buffer::<Word>("edges ahead", 2 * count);
-        recorder.dispatch(
-            &line_ahead::KERNEL,
-            &LineParams { mode: 1, ..params },
-            &[&self.body, &run.words, chunks, &counts, &words, &run.troubles],
-            threads,
-        );
-        recorder.submit()?;
-        Ok(List { words, count })
+    fn ahead(&mut self, chunks: &Buffer<[u32; 2]>) -> Buffer<Word> {
+        let count = chunks.len();
+        let counts = self.recorder.zeros::<u32>("counts", count + 1);
+        let words = self.list(Of::Ahead);
+        for mode in [0, 1] {
+            let params = LineParams {
+                count: count as u32,
+                mode,
+                stage: CHUNK,
+                list_out: Of::Ahead as u32,
+                room: self.room(Of::Ahead) as u32,
+                ..self.params
+            };
+            self.recorder.dispatch(
+                &line_ahead::KERNEL,
+                &params,
+                &[&self.body, &self.views, chunks, &counts, &words, &self.sizes],
+                Threads::Linear(count as u64),
+            );
+            if mode == 0 {
+                scan::record(&mut self.recorder, &counts, count + 1);
+            }
+        }
+        words
     }
 
     /// The parts of segments.
-    fn split(&self, mut recorder: Recorder<'_>, run: &Views, stage: u32, list: &List) -> Result<List> {
-        let params = LineParams { count: list.count as u32, stage, ..run.params };
-        let threads = Threads::Linear(list.count as u64);
-        let counts = recorder.zeros::<u32>("counts", list.count + 1);
-        let nothing = recorder.buffer::<[f32; 2]>("no shares", 1);
-        let no_parts = recorder.buffer::<Word>("no parts", 2);
-        recorder.dispatch(
-            &line_split::KERNEL,
+    fn split(&mut self, stage: u32, [from, to]: [Of; 2], segments: &Buffer<Word>) -> Buffer<Word> {
+        let count = self.most(from, segments);
+        let counts = self.recorder.zeros::<u32>("counts", count + 1);
+        let shares = self.recorder.buffer::<[f32; 2]>("shares", self.room(to));
+        let words = self.list(to);
+        for mode in [0, 1] {
+            let params = LineParams {
+                count: count as u32,
+                mode,
+                stage,
+                list_in: from as u32,
+                list_out: to as u32,
+                room: self.room(to) as u32,
+                room_shares: self.room(to) as u32,
+                ..self.params
+            };
+            self.recorder.dispatch(
+                &line_split::KERNEL,
+                &params,
+                &[&self.body, &self.views, segments, &counts, &shares, &words, &self.sizes],
+                Threads::Linear(count as u64),
+            );
+            if mode == 0 {
+                scan::record(&mut self.recorder, &counts, count + 1);
+            }
+        }
+        words
+    }
+
+    /// Runs a kernel that decides on the segments of a list.
+    fn decide(&mut self, kernel: &'static Kernel, of: Of, segments: &Buffer<Word>) {
+        let params = LineParams { list_in: of as u32, ..self.params };
+        self.recorder.dispatch(
+            kernel,
             &params,
-            &[&self.body, &run.words, &list.words, &counts, &nothing, &no_parts, &run.troubles],
-            threads,
+            &[&self.body, &self.views, segments, &self.sizes],
+            Threads::Linear(self.room(of) as u64),
         );
-        let total = scan::record(&mut recorder, &counts, list.count + 1);
-        let total = recorder.read(&total);
-        let mut done = recorder.submit()?;
-        let total = done.take(total)[0] as usize;
-        let mut recorder = self.recorder();
-        let shares = recorder.buffer::<[f32; 2]>("shares", total);
-        let count = total + list.count;
-        let words = recorder.buffer::<Word>("parts", 2 * count);
-        recorder.dispatch(
-            &line_split::KERNEL,
-            &LineParams { mode: 1, ..params },
-            &[&self.body, &run.words, &list.words, &counts, &shares, &words, &run.troubles],
-            threads,
-        );
-        recorder.submit()?;
-        Ok(List { words, count })
     }
 
     /// What a list has brought, side by side.
-    fn gather(&self, mut recorder: Recorder<'_>, run: &Views, stage: u32, list: &List) -> Result<List> {
-        let params = LineParams { count: list.count as u32, stage, ..run.params };
-        let threads = Threads::Linear(list.count as u64);
-        let counts = recorder.zeros::<u32>("counts", list.count + 1);
-        let nothing = recorder.buffer::<Word>("nothing", 2);
-        recorder.dispatch(
-            &line_gather::KERNEL,
-            &params,
-            &[&self.body, &list.words, &counts, &nothing],
-            threads,
-        );
-        let total = scan::record(&mut recorder, &counts, list.count + 1);
-        let total = recorder.read(&total);
-        let mut done = recorder.submit()?;
-        let count = done.take(total)[0] as usize;
-        let mut recorder = self.recorder();
-        let words = recorder.buffer::<Word>("gathered", 2 * count);
-        recorder.dispatch(
-            &line_gather::KERNEL,
-            &LineParams { mode: 1, ..params },
-            &[&self.body, &list.words, &counts, &words],
-            threads,
-        );
-        recorder.submit()?;
-        Ok(List { words, count })
+    fn gather(&mut self, stage: u32, [from, to]: [Of; 2], segments: &Buffer<Word>) -> Buffer<Word> {
+        let count = self.room(from);
+        let counts = self.recorder.zeros::<u32>("counts", count + 1);
+        let words = self.list(to);
+        for mode in [0, 1] {
+            let params = LineParams {
+                count: count as u32,
+                mode,
+                stage,
+                list_in: from as u32,
+                list_out: to as u32,
+                room: self.room(to) as u32,
+                ..self.params
+            };
+            self.recorder.dispatch(
+                &line_gather::KERNEL,
+                &params,
+                &[&self.body, segments, &counts, &words, &self.sizes],
+                Threads::Linear(count as u64),
+            );
+            if mode == 0 {
+                scan::record(&mut self.recorder, &counts, count + 1);
+            }
+        }
+        words
     }
 }

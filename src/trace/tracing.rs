@@ -1,4 +1,4 @@
-//! The two places where the beams of frames can be followed.
+//! The ways in which frames can be traced.
 
 use crate::base::error::{BadInput, Result};
 
@@ -10,14 +10,18 @@ pub enum Tracing {
     Host,
     /// By compute shaders of the gpu engine's adapter, in f32.
     Device,
+    /// By compute shaders of the gpu engine's adapter, as lines in place of polygons and decided in f64 or pairs of f32. Experimental: it is
+    /// not measured on a GPU yet.
+    Lines,
 }
 
 impl Tracing {
-    /// Its word: `host` or `device`.
+    /// Its word: `host`, `device` or `lines`.
     pub fn word(self) -> &'static str {
         match self {
             Tracing::Host => "host",
             Tracing::Device => "device",
+            Tracing::Lines => "lines",
         }
     }
 
@@ -29,9 +33,12 @@ impl Tracing {
         match word {
             "host" => Ok(Tracing::Host),
             "device" => Ok(Tracing::Device),
-            other => {
-                Err(BadInput::new("unknown place").key("trace").value(other).allowed("host, device").into())
-            }
+            "lines" => Ok(Tracing::Lines),
+            other => Err(BadInput::new("unknown place")
+                .key("trace")
+                .value(other)
+                .allowed("host, device, lines")
+                .into()),
         }
     }
 }

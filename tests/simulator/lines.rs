@@ -12,7 +12,7 @@ use catseye::scene::{Material, Mesh, Scene};
 use catseye::trace::beams::{BeamOptions, Frame};
 use catseye::trace::cpu::chains;
 use catseye::trace::cpu::lines::Fragment;
-use catseye::trace::line_tracer::{self, Followed};
+use catseye::trace::line_tracer::{self, Followed, Sight};
 use glam::DVec3;
 use proptest::prelude::*;
 use std::collections::HashMap;
@@ -308,7 +308,8 @@ fn device_agrees(gpu: &Gpu, seed: u32, bodies: usize, bounces: usize) {
     let options = BeamOptions::new(bounces, 0.2, false);
     let windows = all_around(radar);
     let by_host = chains::follow(&faces, &table, &windows, &options);
-    let by_device = match line_tracer::follow(gpu, &faces, &table, &windows, &options).unwrap() {
+    let sight = Sight { faces: &faces, table: &table, windows: &windows, options: &options };
+    let by_device = match line_tracer::follow(gpu, sight).unwrap() {
         Followed::Whole(chains) => chains,
         Followed::Refused(why) => panic!("{why}"),
     };

@@ -20,8 +20,8 @@ pub struct Global {
     #[arg(long, global = true, default_value = "f32", value_parser = choice(&[("f32", Precision::F32), ("f64", Precision::F64)]))]
     pub precision: Precision,
     /// Where the beams of frames are followed: device: by the GPU (the default on one); host: by the CPU in f64 (the only way on the cpu
-    /// device, and faster than a software driver)
-    #[arg(long, global = true, value_parser = choice(&[("host", Tracing::Host), ("device", Tracing::Device)]))]
+    /// device, and faster than a software driver); lines: by the GPU, which follows lines in place of polygons (experimental)
+    #[arg(long, global = true, value_parser = choice(&[("host", Tracing::Host), ("device", Tracing::Device), ("lines", Tracing::Lines)]))]
     pub trace: Option<Tracing>,
     /// Print one machine-readable object on stdout, in case of an error too
     #[arg(long, global = true)]
@@ -64,7 +64,11 @@ impl Global {
     /// The engine for some work, with the rule by which `auto` chose it where there was a choice.
     pub fn engine_for(&self, purpose: Purpose) -> Result<(Engine, Option<&'static str>)> {
         // Who says where beams are traced wants the engine that can.
-        let purpose = if self.trace == Some(Tracing::Device) { Purpose::General } else { purpose };
+        let purpose = if matches!(self.trace, Some(Tracing::Device | Tracing::Lines)) {
+            Purpose::General
+        } else {
+            purpose
+        };
         let (mut engine, rule) = Engine::open_for(&self.device, self.precision, purpose)?;
         if let Some(trace) = self.trace {
             engine = engine.with_tracing(trace)?;

@@ -64,6 +64,7 @@ impl std::fmt::Display for Device {
         let name = format!("{} {} {}", self.adapter, self.driver, self.precision);
         let beams = match (self.engine.as_str(), self.trace) {
             ("gpu", Tracing::Host) => ", beams on the host",
+            ("gpu", Tracing::Lines) => ", beams by lines",
             _ => "",
         };
         write!(f, "{}{beams}", name.replace("  ", " "))

@@ -159,7 +159,7 @@ impl RunTrace {
         let mut counted = RunTrace { on, on_device: 0, on_host: 0, fallbacks: BTreeMap::new() };
         for FrameTrace { on, fallback } in frames.iter().map(|f| &f.trace) {
             match on {
-                Tracing::Device => counted.on_device += 1,
+                Tracing::Device | Tracing::Lines => counted.on_device += 1,
                 Tracing::Host => counted.on_host += 1,
             }
             if let Some(why) = fallback {

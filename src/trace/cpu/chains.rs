@@ -12,7 +12,6 @@ use crate::geom::faces::{Faces, NOT_CURVED};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame};
 use rayon::prelude::*;
-use std::convert::Infallible;
 use std::iter::successors;
 use std::ops::Range;
 
@@ -38,84 +37,133 @@ impl Chain {
     pub fn returning(&self) -> &[Fragment] {
         if self.node.bounce == 1 { &self.lit } else { &self.seen }
     }
+
+    /// The same chain where face i has the number `numbers[i]`.
+    pub(crate) fn renumbered(mut self, numbers: &[u32]) -> Chain {
+        self.node.face = numbers[self.node.face as usize];
+        for fragment in self.lit.iter_mut().chain(&mut self.seen) {
+            fragment.face = numbers[fragment.face as usize];
+        }
+        self
+    }
 }
 
 /// All chains of a radar that looks through windows from one point, each after its parent, in a fixed order.
 pub fn follow(faces: &Faces, table: &EdgeTable, windows: &[Frame], options: &BeamOptions) -> Vec<Chain> {
     let Some(scene) = Scene::new(faces, table, windows) else { return Vec::new() };
-    let of_views = |views: &[View<'_>]| Ok(views.par_iter().map_tasks(View::fragments).collect());
-    let all: std::result::Result<_, Infallible> = follow_with(&scene, options, of_views);
-    all.unwrap_or_else(|never| match never {})
+    let mut follower = Follower::new(&scene, options);
+    loop {
+        let new = {
+            let views = follower.views();
+            if views.is_empty() {
+                break;
+            }
+            let lit = views.par_iter().map_tasks(|(_, view)| view.fragments()).collect();
+            follower.children(&views, lit)
+        };
+        follower.extend(new);
+    }
+    follower.chains
 }
 
-/// [`follow`] with the fragments of the views of one bounce from `fragments`, which gets them together.
-///
-/// # Errors
-/// Returns the error of `fragments`.
-pub(in crate::trace) fn follow_with<E>(
-    scene: &Scene<'_>,
-    options: &BeamOptions,
-    mut fragments: impl FnMut(&[View<'_>]) -> std::result::Result<Vec<Vec<Fragment>>, E>,
-) -> std::result::Result<Vec<Chain>, E> {
-    let (faces, windows) = (scene.faces, scene.windows);
-    let patch_of = |f: &Fragment| faces.faces[f.face as usize].patch;
-    let of_radar = fragments(&[scene.view()])?.pop().unwrap_or_default();
-    let first = by_patch(of_radar, patch_of);
-    let mut direct = vec![u32::MAX; faces.patch_area_m2.len()];
-    // The node of a patch that a frame of rays lights.
-    let node = |parent: u32, patch: u32, bounce: u8, frame: Frame| {
-        let face = scene.lead(patch);
-        let of = &faces.faces[face as usize];
+/// Chains as far as they are followed: the views of one bounce give fragments, and these the chains of the next.
+pub(in crate::trace) struct Follower<'a> {
+    scene: &'a Scene<'a>,
+    options: &'a BeamOptions,
+    pub(in crate::trace) chains: Vec<Chain>,
+    /// The chain of the first bounce of each patch, or `u32::MAX`.
+    direct: Vec<u32>,
+    /// The chains of the last bounce; None before the first.
+    level: Option<Range<usize>>,
+}
+
+impl<'a> Follower<'a> {
+    pub fn new(scene: &'a Scene<'a>, options: &'a BeamOptions) -> Follower<'a> {
+        let direct = vec![u32::MAX; scene.faces.patch_area_m2.len()];
+        Follower { scene, options, chains: Vec::new(), direct, level: None }
+    }
+
+    /// The views that are to be asked next, with the chain that each is behind (`usize::MAX` for the radar's own); none at the end.
+    pub fn views(&self) -> Vec<(usize, View<'_>)> {
+        let Some(level) = self.level.clone() else { return vec![(usize::MAX, self.scene.view())] };
+        let behind = |number: usize| {
+            let view = view_of(self.scene, &self.chains, number)?;
+            Some((number, view.through(&self.chains[number].lit)))
+        };
+        level.filter(|i| self.is_mirror(&self.chains[*i])).filter_map(behind).collect()
+    }
+
+    /// The chains that the fragments of each view make.
+    pub fn children(&self, views: &[(usize, View<'_>)], lit: Vec<Vec<Fragment>>) -> Vec<Vec<Chain>> {
+        views.par_iter().zip(lit).map_tasks(|((number, view), lit)| self.behind(*number, view, lit)).collect()
+    }
+
+    /// Takes the chains of the next bounce.
+    pub fn extend(&mut self, new: Vec<Vec<Chain>>) {
+        let start = self.chains.len();
+        self.chains.extend(new.into_iter().flatten());
+        if start == 0 {
+            for (i, chain) in self.chains.iter().enumerate() {
+                self.direct[chain.patch as usize] = i as u32;
+            }
+        }
+        self.level = Some(start..self.chains.len());
+    }
+
+    fn most(&self, endless: bool) -> usize {
+        (self.options.bounces + usize::from(endless)).min(MAX_BOUNCES)
+    }
+
+    fn begins(&self, chain: &Chain) -> bool {
+        self.options.images && chain.node.bounce == 1 && self.scene.faces.mirrors_points(chain.patch)
+    }
+
+    fn is_mirror(&self, chain: &Chain) -> bool {
+        let face = &self.scene.faces.faces[chain.lit[0].face as usize];
+        let most = self.most(chain.node.endless || self.begins(chain));
+        face.curved == NOT_CURVED && (chain.node.bounce as usize) < most
+    }
+
+    /// The node of a patch that a frame of rays lights.
+    fn node(&self, parent: u32, patch: u32, bounce: u8, frame: Frame) -> Node {
+        let face = self.scene.lead(patch);
+        let of = &self.scene.faces.faces[face as usize];
         let normal = Side::of(of, frame.facing(of.normal, of.offset_m)).normal;
         Node { parent, face, bounce, imaged: false, endless: false, frame, normal }
-    };
-    let mut chains: Vec<Chain> = Vec::new();
-    for lit in first {
-        let patch = patch_of(&lit[0]);
-        direct[patch as usize] = chains.len() as u32;
-        chains.push(Chain { node: node(u32::MAX, patch, 1, windows[0]), patch, lit, seen: Vec::new() });
     }
-    let most = |endless: bool| (options.bounces + usize::from(endless)).min(MAX_BOUNCES);
-    let begins =
-        |chain: &Chain| options.images && chain.node.bounce == 1 && faces.mirrors_points(chain.patch);
-    let is_mirror = |chain: &Chain| {
-        let face = &faces.faces[chain.lit[0].face as usize];
-        face.curved == NOT_CURVED && (chain.node.bounce as usize) < most(chain.node.endless || begins(chain))
-    };
-    let mut level: Range<usize> = 0..chains.len();
-    while !level.is_empty() {
-        let this = &chains[..];
-        let mirrors: Vec<usize> = level.clone().filter(|i| is_mirror(&chains[*i])).collect();
-        let behind = |number: usize| Some((number, view_of(scene, this, number)?.through(&this[number].lit)));
-        let (mirrors, views): (Vec<usize>, Vec<View<'_>>) = mirrors.into_iter().filter_map(behind).unzip();
-        let lit = if views.is_empty() { Vec::new() } else { fragments(&views)? };
-        let next = |(number, (view, lit)): (usize, (&View<'_>, Vec<Fragment>))| -> Vec<Chain> {
-            let parent = &this[number];
-            let mirror = Side::facing(&faces.faces[parent.node.face as usize], parent.node.normal);
-            let frame = parent.node.frame.mirrored(mirror.normal, mirror.offset);
-            let child = |lit: Vec<Fragment>| {
+
+    fn behind(&self, number: usize, view: &View<'_>, lit: Vec<Fragment>) -> Vec<Chain> {
+        let faces = self.scene.faces;
+        let patch_of = |f: &Fragment| faces.faces[f.face as usize].patch;
+        let by_patch = by_patch(lit, patch_of).into_iter();
+        let Some(parent) = self.chains.get(number) else {
+            let first = |lit: Vec<Fragment>| {
                 let patch = patch_of(&lit[0]);
-                let imaged = parent.node.imaged || begins(parent) && faces.mirrors(parent.patch, patch);
-                let endless = parent.node.endless || begins(parent) && faces.is_endless(parent.patch, patch);
-                if parent.node.bounce as usize >= most(endless) || area_m2(faces, &lit) < LEAST_M2 {
-                    return None;
-                }
-                let is_curved = faces.faces[lit[0].face as usize].curved != NOT_CURVED;
-                // What a curved surface returns is asked for pairs of ways.
-                let direct = this.get(direct[patch as usize] as usize).map_or(&[][..], |c| &c.lit[..]);
-                let seen = if is_curved { Vec::new() } else { view.also_lit(&lit, direct) };
-                let next = node(number as u32, patch, parent.node.bounce + 1, frame);
-                Some(Chain { node: Node { imaged, endless, ..next }, patch, lit, seen })
+                let node = self.node(u32::MAX, patch, 1, self.scene.windows[0]);
+                Chain { node, patch, lit, seen: Vec::new() }
             };
-            by_patch(lit, patch_of).into_iter().filter_map(child).collect()
+            return by_patch.map(first).collect();
         };
-        let of_views = mirrors.into_par_iter().zip(views.par_iter().zip(lit));
-        let found: Vec<Vec<Chain>> = of_views.map_tasks(next).collect();
-        let start = chains.len();
-        chains.extend(found.into_iter().flatten());
-        level = start..chains.len();
+        let begins = self.begins(parent);
+        let mirror = Side::facing(&faces.faces[parent.node.face as usize], parent.node.normal);
+        let frame = parent.node.frame.mirrored(mirror.normal, mirror.offset);
+        let child = |lit: Vec<Fragment>| {
+            let patch = patch_of(&lit[0]);
+            let imaged = parent.node.imaged || begins && faces.mirrors(parent.patch, patch);
+            let endless = parent.node.endless || begins && faces.is_endless(parent.patch, patch);
+            if parent.node.bounce as usize >= self.most(endless) || area_m2(faces, &lit) < LEAST_M2 {
+                return None;
+            }
+            let is_curved = faces.faces[lit[0].face as usize].curved != NOT_CURVED;
+            // What a curved surface returns is asked for pairs of ways.
+            let direct = self.chains.get(self.direct[patch as usize] as usize);
+            let direct = direct.map_or(&[][..], |c| &c.lit[..]);
+            let seen = if is_curved { Vec::new() } else { view.also_lit(&lit, direct) };
+            let next = self.node(number as u32, patch, parent.node.bounce + 1, frame);
+            Some(Chain { node: Node { imaged, endless, ..next }, patch, lit, seen })
+        };
+        by_patch.filter_map(child).collect()
     }
-    Ok(chains)
 }
 
 /// The patches of a chain, from the first bounce on.

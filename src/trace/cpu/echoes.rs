@@ -132,6 +132,24 @@ impl<'a> FrameBeams<'a> {
         self.near.as_ref().map_or_else(|| self.geometry.faces(), |near| &near.faces)
     }
 
+    /// Echoes of what chains by lines light of [`FrameBeams::faces`], seen through windows.
+    pub(crate) fn echoes_from_lines(
+        &self,
+        mut chains: Vec<Chain>,
+        windows: &[Frame],
+        pose: &Pose<Sensor, World>,
+        velocity_mps: DVec3,
+        options: &TraceOptions,
+    ) -> Echoes {
+        let mut beyond_reach = 0;
+        if let Some(near) = &self.near {
+            chains = chains.into_iter().map(|c| c.renumbered(&near.numbers)).collect();
+            beyond_reach = (self.geometry.faces().faces.len() - near.numbers.len()) as u64;
+        }
+        let echoes = from_lines(self.geometry, (&chains, windows), pose, velocity_mps, options);
+        Echoes { beyond_reach, ..echoes }
+    }
+
     /// Echoes of what the beams have met of [`FrameBeams::faces`].
     pub fn echoes(
         &self,

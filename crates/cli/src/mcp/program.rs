@@ -45,6 +45,7 @@ impl Program {
         options.extend(global.trace.map(|t| match t {
             Tracing::Host => "--trace=host".into(),
             Tracing::Device => "--trace=device".into(),
+            Tracing::Lines => "--trace=lines".into(),
         }));
         Ok(Program { executable, folder: root.folder().into(), options, turn: Semaphore::new(1) })
     }

@@ -419,6 +419,8 @@ struct Extent {
     twice: bool,
     /// Whether outlines of regions are compared with what they are made of, which traces once more.
     regions: bool,
+    /// Whether the device traces by lines.
+    lines: bool,
 }
 
 /// All that is measured of one look.
@@ -479,7 +481,7 @@ fn measure(frame: &Frame, extent: &Extent) -> Measured {
     let (host, host_s) = timed(&|| engine.echoes(&geometry, radar, pose, *ego_mps, &options));
     let finer = TraceOptions { accuracy_db: options.accuracy_db / FINER, ..options };
     let (finer, finer_s) = timed(&|| engine.echoes(&geometry, radar, pose, *ego_mps, &finer));
-    let gpu = Engine::Gpu(Box::new(opened_for_tests()));
+    let gpu = Engine::Gpu(Box::new(opened_for_tests().with_lines(extent.lines)));
     let on_device = || gpu.trace(&geometry, radar, pose, *ego_mps, &options).unwrap();
     let (device, device_s) = timed(&on_device);
     let again = extent.twice.then(|| {
@@ -646,7 +648,8 @@ fn every_look_that_a_device_traces() {
     for (name, scene, facets) in ROADS {
         looks.push((name.into(), Box::new(move || road(scene, facets))));
     }
-    let extent = Extent { twice: true, regions: true };
+    let lines = std::env::var_os("CATSEYE_LINES").is_some();
+    let extent = Extent { twice: true, regions: !lines, lines };
     for (name, frame) in looks.iter().filter(|l| l.0.contains(&only)) {
         say(name, &measure(&frame(), &extent));
     }
@@ -676,7 +679,7 @@ fn a_device_traces_what_the_host_traces() {
     for (name, frame) in looks {
         // What takes longer is traced twice by the test of the whole table.
         let quick = ["W3", "straight", "template, scene 2"];
-        let extent = Extent { twice: quick.iter().any(|q| name.starts_with(q)), regions: false };
+        let extent = Extent { twice: quick.iter().any(|q| name.starts_with(q)), regions: false, lines: false };
         let m = measure(&frame, &extent);
         say(&name, &m);
         let open = OPEN.iter().find(|o| o.0 == name).map_or(&[][..], |o| o.1);
@@ -684,6 +687,20 @@ fn a_device_traces_what_the_host_traces() {
         wrong.extend(new.map(|(what, value)| format!("{name}: {what} {value:e}")));
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Frames that the device traces by lines hold what is asked of those that it traces by polygons. The host traces them by polygons, in f64.
+#[test]
+fn a_device_traces_by_lines_what_the_host_traces() {
+    let mut looks = vec![("W3-moving".to_string(), frame_of("W3-moving").unwrap())];
+    looks.push(("template, scene 2".into(), drawn("template", 2)));
+    let (name, scene, facets) = ROADS[0];
+    looks.push((name.into(), road(scene, facets)));
+    for (name, frame) in looks {
+        let m = measure(&frame, &Extent { twice: true, regions: false, lines: true });
+        say(&name, &m);
+        assert!(m.wrong().is_empty(), "{name}: {:?}", m.wrong());
+    }
 }
 
 /// An echo of an amplitude at a place.

@@ -9,7 +9,7 @@ use catseye::trace::beams::{BeamOptions, Frame as Window};
 use catseye::trace::cpu::beams::{self, Piece};
 use catseye::trace::cpu::chains;
 use catseye::trace::cpu::lines::Fragment;
-use catseye::trace::line_tracer::{self, Followed};
+use catseye::trace::line_tracer::{self, Followed, Sight};
 use catseye::trace::windows::windows;
 use catseye_papers::bench::frame::Frame;
 use catseye_papers::bench::frame_of;
@@ -486,7 +486,8 @@ fn device_areas(gpu: &Gpu, name: &str, frame: &Frame, bounces: usize) -> BTreeMa
     let by_host = chains::follow(faces, &table, &windows, &options);
     let host_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let by_device = match line_tracer::follow(gpu, faces, &table, &windows, &options).unwrap() {
+    let sight = Sight { faces, table: &table, windows: &windows, options: &options };
+    let by_device = match line_tracer::follow(gpu, sight).unwrap() {
         Followed::Whole(chains) => chains,
         Followed::Refused(why) => panic!("{name}: {why}"),
     };
