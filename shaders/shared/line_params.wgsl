@@ -29,6 +29,11 @@ struct LineParams {
     list_out: u32,
     room: u32,
     room_shares: u32,
+    // Whether threads say how many tests they made.
+    counts_work: u32,
+    pad_0: u32,
+    pad_1: u32,
+    pad_2: u32,
 }
 
 // As in src/trace/cpu/lines.rs, which says why.

@@ -25,6 +25,8 @@
 const TOO_MANY_STEPS: u32 = 2u;
 const TOO_MANY_HALVES: u32 = 8u;
 var<private> trouble: u32;
+// Tests of boxes, faces, edges and fragments of outlines that the thread has made.
+var<private> tests: u32;
 
 // ---- numbers ----
 
@@ -463,6 +465,7 @@ fn begin_walk(along: Beam) {
 // The next face, or NONE.
 fn next_face() -> u32 {
     loop {
+        tests += 1u;
         if walk_left > 0u {
             let face = walk_face;
             walk_face += 1u;
@@ -542,6 +545,7 @@ fn face_of_patch(leg: u32, on: u32, d: NumVec) -> u32 {
     let own = patch_of(on);
     var node = face_nodes.x;
     while node < face_nodes.y {
+        tests += 1u;
         let a = body[params.nodes_at + 2u * node];
         let b = body[params.nodes_at + 2u * node + 1u];
         if any(abs(p - f32s(a).xyz) > f32s(b).xyz + pad) {

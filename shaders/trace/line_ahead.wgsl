@@ -9,6 +9,7 @@
 @group(0) @binding(4) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(5) var<storage, read_write> segments: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read_write> sizes: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> work: array<u32>;
 
 struct Space {
     normal: NumVec,
@@ -93,6 +94,7 @@ fn main(
     let end = min(node + params.stage, edge_nodes.y);
     var found = 0u;
     while node < end {
+        tests += 1u;
         let a = body[params.nodes_at + 2u * node];
         let b = body[params.nodes_at + 2u * node + 1u];
         if misses_spaces(spaces, f32s(a).xyz, f32s(b).xyz) {
@@ -102,6 +104,7 @@ fn main(
         node += 1u;
         let first = b.w & 0xffffffu;
         for (var i = first; i < first + (b.w >> 24u); i += 1u) {
+            tests += 1u;
             let edge = edge_of(i);
             let shares = share_within(spaces, edge);
             if shares.z == 0.0 || !has_lit_half(last_leg, edge.halves) {
@@ -121,5 +124,8 @@ fn main(
             atomicOr(&sizes[0], trouble);
         }
         counts[id] = found;
+        if params.counts_work != 0u {
+            work[id] = tests;
+        }
     }
 }

@@ -6,6 +6,7 @@
 @group(0) @binding(2) var<storage, read> views: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> segments: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read_write> sizes: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> work: array<u32>;
 
 // Whether one of the half-faces at an edge on the outline of the last mirror is met by the rays that leave the mirror beside the edge along
 // `d`, where `free` leads to its lit side.
@@ -191,6 +192,9 @@ fn main(
     let found = face_behind(segment, ends_of(segment));
     segments[2u * id].z = found.y;
     segments[2u * id].w = found.x;
+    if params.counts_work != 0u {
+        work[id] = tests;
+    }
     check_steps();
     if trouble != 0u {
         atomicOr(&sizes[0], trouble);

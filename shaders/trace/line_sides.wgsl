@@ -6,6 +6,7 @@
 @group(0) @binding(2) var<storage, read> views: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read_write> segments: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read_write> sizes: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> work: array<u32>;
 
 // The sine of the angle between two unit vectors about an axis, as they turn from the first to the second.
 fn turn(a: NumVec, b: NumVec, axis: NumVec) -> f32 {
@@ -159,6 +160,9 @@ fn main(
     }
     enter(segment.view);
     segments[2u * id].z = state_of(segment);
+    if params.counts_work != 0u {
+        work[id] = tests;
+    }
     check_steps();
     if trouble != 0u {
         atomicOr(&sizes[0], trouble);

@@ -11,6 +11,7 @@
 @group(0) @binding(5) var<storage, read_write> shares: array<vec2<f32>>;
 @group(0) @binding(6) var<storage, read_write> parts: array<vec4<u32>>;
 @group(0) @binding(7) var<storage, read_write> sizes: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> work: array<u32>;
 
 const BOUNDS: u32 = 0u;
 const NEARER: u32 = 1u;
@@ -99,6 +100,7 @@ var<private> wedge_planes: array<vec3<f32>, 3>;
 // The next edge but `own`, or NONE.
 fn next_edge(own: u32, needs_silhouettes: bool) -> u32 {
     loop {
+        tests += 1u;
         if walk_left > 0u {
             let number = walk_face;
             walk_face += 1u;
@@ -239,6 +241,7 @@ fn split_at_bounds(ends: Ends) {
         return;
     }
     for (var i = outline.x; i < outline.x + outline.y; i += 1u) {
+        tests += 1u;
         let at = outline_at(i);
         let count = meet(w, outline_vector(at), outline_vector(at + 2u));
         for (var k = 0u; k < count; k += 1u) {
@@ -385,6 +388,9 @@ fn main(
             atomicOr(&sizes[0], trouble);
         }
         counts[id] = found;
+        if params.counts_work != 0u {
+            work[id] = tests;
+        }
         return;
     }
     sort(count);

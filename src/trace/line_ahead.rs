@@ -24,6 +24,7 @@ pub static KERNEL: Kernel = Kernel {
         Access::ReadWrite,
         Access::ReadWrite,
         Access::ReadWrite,
+        Access::ReadWrite,
     ],
     structs: &[],
     tolerance: Tolerance {

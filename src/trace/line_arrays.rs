@@ -29,6 +29,10 @@ gpu_struct! {
         pub list_out: u32,
         pub room: u32,
         pub room_shares: u32,
+        pub counts_work: u32,
+        pub pad_0: u32,
+        pub pad_1: u32,
+        pub pad_2: u32,
     }
 }
 

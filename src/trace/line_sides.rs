@@ -17,7 +17,7 @@ pub static KERNEL: Kernel = Kernel {
     ],
     workgroup: [64, 1, 1],
     params: Some(LineParams::LAYOUT),
-    storage: &[Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite],
+    storage: &[Access::Read, Access::Read, Access::ReadWrite, Access::ReadWrite, Access::ReadWrite],
     structs: &[],
     tolerance: Tolerance {
         relative_l2: 1e-4,

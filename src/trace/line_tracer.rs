@@ -13,9 +13,10 @@ use crate::base::error::{Error, Result};
 use crate::base::tasks::Tasks;
 use crate::geom::edge_table::EdgeTable;
 use crate::geom::faces::Faces;
-use crate::gpu::{Buffer, Gpu, Kernel, Recorder, Threads};
+use crate::gpu::{Buffer, Gpu, Kernel, Pending, Recorder, Threads};
 use crate::trace::beams::{BeamOptions, Frame};
 use rayon::prelude::*;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 // As in shaders/shared/line_params.wgsl.
 const ALONG: u32 = 4;
@@ -24,7 +25,7 @@ const IS_SIDE: u32 = 32;
 const HALVES: u32 = 8;
 
 /// Nodes of the tree over edges that a thread of `line_ahead` walks through.
-const CHUNK: u32 = 256;
+const CHUNK: u32 = 64;
 /// Lists of `line_split`.
 const BOUNDS: u32 = 0;
 const NEARER: u32 = 1;
@@ -33,6 +34,35 @@ const BEYOND: u32 = 2;
 const SIDES: u32 = 0;
 const CASTERS: u32 = 1;
 const SHADOWS: u32 = 2;
+
+/// How the tests of boxes, faces and edges are shared out among the threads of a kernel.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Balance {
+    /// The kernel and its stage.
+    pub name: &'static str,
+    /// Threads with something to do.
+    pub threads: u64,
+    /// Tests of all threads.
+    pub tests: u64,
+    /// Tests of the thread that makes most.
+    pub longest: u64,
+}
+
+impl Balance {
+    /// The longest thread's tests over their mean.
+    pub fn longest_over_mean(&self) -> f64 {
+        self.longest as f64 * self.threads.max(1) as f64 / self.tests.max(1) as f64
+    }
+
+    fn add(&mut self, work: &[u32]) {
+        let some = work.iter().map(|w| u64::from(*w)).filter(|w| *w > 0);
+        for w in some {
+            self.threads += 1;
+            self.tests += w;
+            self.longest = self.longest.max(w);
+        }
+    }
+}
 
 /// Kernels that follow chains.
 pub fn kernels() -> &'static [&'static Kernel] {
@@ -77,6 +107,20 @@ pub fn follow_all(gpu: &Gpu, all: &[Sight<'_>]) -> Result<Vec<Followed>> {
     Ok(followed)
 }
 
+/// How the work of [`follow`] is shared out, kernel by kernel, all bounces together; none where it is refused.
+///
+/// # Errors
+/// Returns an error if the adapter fails.
+pub fn balance(gpu: &Gpu, sight: Sight<'_>) -> Result<Vec<Balance>> {
+    let Some(scene) = Scene::new(sight.faces, sight.table, sight.windows) else { return Ok(Vec::new()) };
+    let balance = Mutex::new(Vec::new());
+    match together(gpu, &[(&scene, sight.options)], Some(&balance)) {
+        Err(Stop::Failed(e)) => Err(e),
+        Err(Stop::Refused(_)) => Ok(Vec::new()),
+        Ok(_) => Ok(balance.into_inner().unwrap_or_default()),
+    }
+}
+
 /// [`follow_all`] of one radar.
 ///
 /// # Errors
@@ -87,7 +131,7 @@ pub fn follow(gpu: &Gpu, sight: Sight<'_>) -> Result<Followed> {
 
 /// Scenes that the device refuses together are tried by halves.
 fn followed_together(gpu: &Gpu, scenes: &[(&Scene<'_>, &BeamOptions)]) -> Result<Vec<Followed>> {
-    match together(gpu, scenes) {
+    match together(gpu, scenes, None) {
         Ok(all) => Ok(all.into_iter().map(Followed::Whole).collect()),
         Err(Stop::Failed(e)) => Err(e),
         Err(Stop::Refused(why)) if scenes.len() == 1 => Ok(vec![Followed::Refused(why)]),
@@ -100,7 +144,11 @@ fn followed_together(gpu: &Gpu, scenes: &[(&Scene<'_>, &BeamOptions)]) -> Result
     }
 }
 
-fn together(gpu: &Gpu, scenes: &[(&Scene<'_>, &BeamOptions)]) -> std::result::Result<Vec<Vec<Chain>>, Stop> {
+fn together(
+    gpu: &Gpu,
+    scenes: &[(&Scene<'_>, &BeamOptions)],
+    balance: Option<&Mutex<Vec<Balance>>>,
+) -> std::result::Result<Vec<Vec<Chain>>, Stop> {
     if scenes.is_empty() {
         return Ok(Vec::new());
     }
@@ -112,7 +160,7 @@ fn together(gpu: &Gpu, scenes: &[(&Scene<'_>, &BeamOptions)]) -> std::result::Re
     let mut recorder = gpu.recorder("scenes of edges");
     let body = recorder.upload("scenes", &arrays.body);
     recorder.submit()?;
-    let mut tracer = Tracer { gpu, arrays: &arrays, body, ratios: FIRST };
+    let mut tracer = Tracer { gpu, arrays: &arrays, body, ratios: FIRST, balance };
     let mut followers: Vec<Follower<'_>> =
         scenes.iter().map(|(scene, options)| Follower::new(scene, options)).collect();
     loop {
@@ -147,6 +195,10 @@ pub enum Followed {
     Refused(&'static str),
 }
 
+fn lock(balance: &Mutex<Vec<Balance>>) -> MutexGuard<'_, Vec<Balance>> {
+    balance.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Why a run ends.
 enum Stop {
     Failed(Error),
@@ -171,11 +223,11 @@ enum Of {
     Sides,
     /// Silhouettes that throw shadows, their parts, and the shadows.
     Casters,
-    OfCasters,
+    CasterParts,
     Shadows,
     /// Outlines and walls, their parts, and the shadows.
     Outlines,
-    OfOutlines,
+    OutlineParts,
     Windows,
 }
 
@@ -195,6 +247,8 @@ struct Tracer<'a> {
     body: Buffer<Word>,
     /// Room of each list for each edge, or for each fragment of an outline.
     ratios: [f64; LISTS],
+    /// Where the work of threads is counted, if it is.
+    balance: Option<&'a Mutex<Vec<Balance>>>,
 }
 
 /// One run of the kernels over the views of one bounce.
@@ -205,6 +259,8 @@ struct Run<'a> {
     sizes: Buffer<u32>,
     params: LineParams,
     rooms: [usize; LISTS],
+    counts_work: bool,
+    work: Vec<(&'static str, Pending<u32>)>,
 }
 
 impl Tracer<'_> {
@@ -319,21 +375,24 @@ impl Tracer<'_> {
         let (views, sizes) = (recorder.upload("views", views), recorder.upload("sizes", &sizes));
         let chunks = recorder.upload("chunks", chunks);
         let outlines = recorder.upload("outlines", outlines);
-        let mut run = Run { recorder, body: self.body.clone(), views, sizes, params, rooms };
+        let counts_work = self.balance.is_some();
+        let params = LineParams { counts_work: counts_work.into(), ..params };
+        let body = self.body.clone();
+        let mut run = Run { recorder, body, views, sizes, params, rooms, counts_work, work: Vec::new() };
         let edges = run.ahead(&chunks);
         let parts = run.split(BOUNDS, [Of::Ahead, Of::Bounds], &edges);
         let parts = run.split(NEARER, [Of::Bounds, Of::Nearer], &parts);
         run.decide(&line_sides::KERNEL, Of::Nearer, &parts);
         let sides = run.gather(SIDES, [Of::Nearer, Of::Sides], &parts);
         let casters = run.gather(CASTERS, [Of::Nearer, Of::Casters], &parts);
-        let parts = run.split(BEYOND, [Of::Casters, Of::OfCasters], &casters);
-        run.decide(&line_shadow::KERNEL, Of::OfCasters, &parts);
-        let shadows = run.gather(SHADOWS, [Of::OfCasters, Of::Shadows], &parts);
-        let parts = run.split(BEYOND, [Of::Outlines, Of::OfOutlines], &outlines);
-        run.decide(&line_shadow::KERNEL, Of::OfOutlines, &parts);
-        let windows = run.gather(SHADOWS, [Of::OfOutlines, Of::Windows], &parts);
+        let parts = run.split(BEYOND, [Of::Casters, Of::CasterParts], &casters);
+        run.decide(&line_shadow::KERNEL, Of::CasterParts, &parts);
+        let shadows = run.gather(SHADOWS, [Of::CasterParts, Of::Shadows], &parts);
+        let parts = run.split(BEYOND, [Of::Outlines, Of::OutlineParts], &outlines);
+        run.decide(&line_shadow::KERNEL, Of::OutlineParts, &parts);
+        let windows = run.gather(SHADOWS, [Of::OutlineParts, Of::Windows], &parts);
         let lists = [(Of::Sides, sides), (Of::Shadows, shadows), (Of::Windows, windows)];
-        let Run { mut recorder, sizes, .. } = run;
+        let Run { mut recorder, sizes, work, .. } = run;
         let reads = lists.map(|(of, words)| (of, recorder.read(&words)));
         let sizes = recorder.read(&sizes);
         let mut done = recorder.submit()?;
@@ -347,6 +406,20 @@ impl Tracer<'_> {
         needed.iter_mut().zip(&sizes[NEEDED + 1..]).for_each(|(n, size)| *n = *size as usize);
         if needed.iter().zip(rooms).any(|(n, room)| *n > room) {
             return Ok(Err(needed));
+        }
+        if let Some(balance) = self.balance {
+            let mut all = lock(balance);
+            for (name, read) in work {
+                let work = done.take(read);
+                match all.iter_mut().find(|b| b.name == name) {
+                    Some(of) => of.add(&work),
+                    None => {
+                        let mut of = Balance { name, ..Balance::default() };
+                        of.add(&work);
+                        all.push(of);
+                    }
+                }
+            }
         }
         let mut found = Vec::new();
         for (of, read) in reads {
@@ -366,6 +439,18 @@ impl Run<'_> {
         if of == Of::Outlines { words.len() / 2 } else { self.room(of) }
     }
 
+    /// Where threads say how many tests they made.
+    fn work(&mut self, threads: usize) -> Buffer<u32> {
+        self.recorder.zeros("work", if self.counts_work { threads } else { 1 })
+    }
+
+    fn read_work(&mut self, name: &'static str, work: &Buffer<u32>) {
+        if self.counts_work {
+            let read = self.recorder.read(work);
+            self.work.push((name, read));
+        }
+    }
+
     fn list(&mut self, of: Of) -> Buffer<Word> {
         self.recorder.buffer("segments", 2 * self.room(of))
     }
@@ -375,6 +460,7 @@ impl Run<'_> {
         let count = chunks.len();
         let counts = self.recorder.zeros::<u32>("counts", count + 1);
         let words = self.list(Of::Ahead);
+        let work = self.work(count);
         for mode in [0, 1] {
             let params = LineParams {
                 count: count as u32,
@@ -387,13 +473,14 @@ impl Run<'_> {
             self.recorder.dispatch(
                 &line_ahead::KERNEL,
                 &params,
-                &[&self.body, &self.views, chunks, &counts, &words, &self.sizes],
+                &[&self.body, &self.views, chunks, &counts, &words, &self.sizes, &work],
                 Threads::Linear(count as u64),
             );
             if mode == 0 {
                 scan::record(&mut self.recorder, &counts, count + 1);
             }
         }
+        self.read_work("line_ahead", &work);
         words
     }
 
@@ -403,6 +490,7 @@ impl Run<'_> {
         let counts = self.recorder.zeros::<u32>("counts", count + 1);
         let shares = self.recorder.buffer::<[f32; 2]>("shares", self.room(to));
         let words = self.list(to);
+        let work = self.work(count);
         for mode in [0, 1] {
             let params = LineParams {
                 count: count as u32,
@@ -417,25 +505,39 @@ impl Run<'_> {
             self.recorder.dispatch(
                 &line_split::KERNEL,
                 &params,
-                &[&self.body, &self.views, segments, &counts, &shares, &words, &self.sizes],
+                &[&self.body, &self.views, segments, &counts, &shares, &words, &self.sizes, &work],
                 Threads::Linear(count as u64),
             );
             if mode == 0 {
                 scan::record(&mut self.recorder, &counts, count + 1);
             }
         }
+        let name = match (stage, to) {
+            (BOUNDS, _) => "line_split, bounds",
+            (NEARER, _) => "line_split, nearer edges",
+            (_, Of::CasterParts) => "line_split, edges beyond silhouettes",
+            _ => "line_split, edges beyond outlines",
+        };
+        self.read_work(name, &work);
         words
     }
 
     /// Runs a kernel that decides on the segments of a list.
     fn decide(&mut self, kernel: &'static Kernel, of: Of, segments: &Buffer<Word>) {
         let params = LineParams { list_in: of as u32, ..self.params };
+        let work = self.work(self.room(of));
         self.recorder.dispatch(
             kernel,
             &params,
-            &[&self.body, &self.views, segments, &self.sizes],
+            &[&self.body, &self.views, segments, &self.sizes, &work],
             Threads::Linear(self.room(of) as u64),
         );
+        let name = match of {
+            Of::Nearer => "line_sides",
+            Of::CasterParts => "line_shadow, silhouettes",
+            _ => "line_shadow, outlines",
+        };
+        self.read_work(name, &work);
     }
 
     /// What a list has brought, side by side.

@@ -7,6 +7,7 @@ use catseye::base::frames::Pose;
 use catseye::dsp::RangeDoppler;
 use catseye::engine::{Engine, Extent, FrameInput, Precision, Tracing};
 use catseye::geom::Geometry;
+use catseye::gpu::Gpu;
 use catseye::gpu::compare::{opened_for_tests, test_gpu};
 use catseye::road::objects::ground;
 use catseye::road::reflector::Reflector;
@@ -225,6 +226,54 @@ fn corner() -> (Radar, Geometry) {
     body.add_to(&mut scene, &material::by_name, ("corner", ""), pose, DVec3::ZERO).unwrap();
     let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz).unwrap();
     (radar, geometry)
+}
+
+/// By lines, too: scenes that share submissions have the echoes that they have alone, to the bit, they are as deep and as strong as the host's,
+/// and bindings that are too small for one leave it to the host with a reason.
+#[test]
+fn scenes_are_traced_together_by_lines() {
+    let road = "name = \"road\"\nradar = \"recipes/small_radar.toml\"\n[scene]\nroad = \"road/road_model_straight.toml\"\n\
+                [ego]\nposition_m = [2, -1.75, 0]\n[trace]\nbounces = 2\n";
+    let sites = [site(road), site(OPEN)];
+    let by_lines = |gpu: Gpu| Engine::Gpu(Box::new(gpu)).with_tracing(Tracing::Lines).unwrap();
+    let engine = by_lines(opened_for_tests());
+    assert_eq!((engine.tracing(), engine.report().trace), (Tracing::Lines, Tracing::Lines));
+    let prepared: Vec<_> = sites.iter().map(|s| Prepared::new(&s.scenario, &s.scene).unwrap()).collect();
+    let wanted = |which: &[usize]| -> Vec<Wanted<'_, '_>> {
+        which.iter().map(|i| Wanted { prepared: &prepared[*i], which: 0, index: 0 }).collect()
+    };
+    let made = |engine: &Engine, which: &[usize]| -> (Vec<Frame>, u64) {
+        let before = engine.device_counts().unwrap().submits;
+        let (wanted, mut made) = (wanted(which), Vec::new());
+        while made.len() < wanted.len() {
+            let some = simulate::frames(engine, &wanted[made.len()..], Control::default());
+            made.extend(some.into_iter().map(Result::unwrap));
+        }
+        (made, engine.device_counts().unwrap().submits - before)
+    };
+    let (mut alone, mut submits) = made(&engine, &[0]);
+    let (open, more) = made(&engine, &[1]);
+    alone.extend(open);
+    submits += more;
+    let (together, fewer) = made(&engine, &[1, 0]);
+    assert!(fewer < submits, "{fewer} of {submits}");
+    for (i, frame) in [(1, &together[0]), (0, &together[1])] {
+        let (g, w) = (&frame.echoes, &prepared[i].echoes(&Engine::Cpu(Precision::F64), 0, 0).unwrap().echoes);
+        assert!(g.on_device && g.fallback.is_none() && *g == alone[i].echoes && frame.maps == alone[i].maps);
+        assert_eq!(g.bounces, w.bounces);
+        assert!((g.power_w - w.power_w).abs() < AMPLITUDE * w.power_w, "{} {}", g.power_w, w.power_w);
+    }
+    for kilobytes in [128, 2000] {
+        let engine = by_lines(opened_for_tests().with_binding_limit(kilobytes << 10));
+        let (made, _) = made(&engine, &[0]);
+        let got = &made[0].echoes;
+        match &got.fallback {
+            Some(why) => assert!(kilobytes == 128 && why.contains("binding"), "{kilobytes} kB: {why}"),
+            None => assert!(kilobytes == 2000 && *got == alone[0].echoes, "{kilobytes} kB"),
+        }
+    }
+    let e = Engine::Cpu(Precision::F32).with_tracing(Tracing::Lines).err().unwrap();
+    assert!(e.exit_code() == 2 && e.to_string().contains("trace = lines"), "{e}");
 }
 
 /// Within a thousandth of the smallest binding that WebGPU promises, the device traces or says why it does not.

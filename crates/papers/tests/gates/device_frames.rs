@@ -679,7 +679,8 @@ fn a_device_traces_what_the_host_traces() {
     for (name, frame) in looks {
         // What takes longer is traced twice by the test of the whole table.
         let quick = ["W3", "straight", "template, scene 2"];
-        let extent = Extent { twice: quick.iter().any(|q| name.starts_with(q)), regions: false, lines: false };
+        let extent =
+            Extent { twice: quick.iter().any(|q| name.starts_with(q)), regions: false, lines: false };
         let m = measure(&frame, &extent);
         say(&name, &m);
         let open = OPEN.iter().find(|o| o.0 == name).map_or(&[][..], |o| o.1);

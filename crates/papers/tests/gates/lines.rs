@@ -536,6 +536,36 @@ fn the_device_lights_what_lines_light() {
     }
 }
 
+/// CATSEYE_LOOKS chooses frames whose name contains it: how tests of boxes, faces and edges are shared out among threads, for as many bounces as
+/// the frame begins with.
+#[test]
+#[ignore = "prints a table"]
+fn balance_of_every_frame() {
+    let only = std::env::var("CATSEYE_LOOKS").unwrap_or_default();
+    for (name, frame) in all_frames().iter().filter(|f| f.0.contains(&only)) {
+        let frame = frame();
+        let geometry = frame.geometry(&frame.refined(frame.options.accuracy_db).unwrap()).unwrap();
+        let windows = windows(&frame.radar, &frame.pose);
+        let bounces = frame.options.bounces;
+        let options = BeamOptions { images: bounces > 1, ..BeamOptions::new(bounces, 0.2, false) };
+        let faces = geometry.faces();
+        let table = EdgeTable::new(faces);
+        let sight = Sight { faces, table: &table, windows: &windows, options: &options };
+        let all = line_tracer::balance(test_gpu(), sight).unwrap();
+        let sum: u64 = all.iter().map(|b| b.tests).sum();
+        println!("{name}: {bounces} bounces, {:.2} M tests", sum as f64 / 1e6);
+        for b in all {
+            println!(
+                "  {}: {:.3} of the tests, {} threads, longest over mean {:.1}",
+                b.name,
+                b.tests as f64 / sum as f64,
+                b.threads,
+                b.longest_over_mean()
+            );
+        }
+    }
+}
+
 /// CATSEYE_LOOKS and CATSEYE_BOUNCES as in [`areas_of_every_frame`]: what the device lights of every frame beside what the host lights. With
 /// CATSEYE_PAIRS it computes in pairs of f32, with CATSEYE_PROFILE it says how long each kernel took.
 #[test]
