@@ -100,9 +100,7 @@ fn areas(faces: &Faces, windows: &[Window], options: &BeamOptions) -> (OfChains,
     let start = Instant::now();
     let chains = chains::follow(faces, &table, windows, options);
     let by_lines = start.elapsed().as_secs_f64();
-    let asked: Option<Vec<u32>> = std::env::var("CATSEYE_CHAIN")
-        .ok()
-        .map(|list| list.split(',').filter_map(|n| n.trim().parse().ok()).collect());
+    let asked = asked_chain();
     for (i, chain) in chains.iter().enumerate() {
         let patches = chains::patches_of(&chains, i);
         if asked.as_ref() == Some(&patches) {
@@ -125,6 +123,12 @@ fn areas(faces: &Faces, windows: &[Window], options: &BeamOptions) -> (OfChains,
         of.gap_m = gap(&chain.lit).max(gap(chain.returning()));
     }
     (all, [by_polygons, by_table, by_lines])
+}
+
+/// The chain of patches that CATSEYE_CHAIN names.
+fn asked_chain() -> Option<Vec<u32>> {
+    let list = std::env::var("CATSEYE_CHAIN").ok()?;
+    Some(list.split(',').filter_map(|n| n.trim().parse().ok()).collect())
 }
 
 /// A face of each patch.
@@ -498,8 +502,13 @@ fn device_areas(gpu: &Gpu, name: &str, frame: &Frame, bounces: usize) -> BTreeMa
         table.edges.len()
     );
     let mut areas: BTreeMap<Vec<u32>, [[f64; 2]; 2]> = BTreeMap::new();
+    let asked = asked_chain();
     for (which, all) in [&by_host, &by_device].into_iter().enumerate() {
         for (i, chain) in all.iter().enumerate() {
+            if asked.as_ref() == Some(&chains::patches_of(all, i)) {
+                println!("  by {}:", ["host", "device"][which]);
+                chain.lit.iter().for_each(|f| println!("    {:.9?} {f:?}", f.ends_m));
+            }
             areas.entry(chains::patches_of(all, i)).or_default()[which] =
                 [&chain.lit, &chain.seen].map(|o| chains::area_m2(faces, o));
         }
