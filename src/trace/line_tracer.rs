@@ -24,8 +24,9 @@ const FREE_POSITIVE: u32 = 8;
 const IS_SIDE: u32 = 32;
 const HALVES: u32 = 8;
 
-/// Nodes of the tree over edges that a thread of `line_ahead` walks through.
+/// Nodes of the tree over edges that a thread of `line_ahead` walks through, at least, and threads of it, at most.
 const CHUNK: u32 = 64;
+const CHUNKS: usize = 1 << 20;
 /// Lists of `line_split`.
 const BOUNDS: u32 = 0;
 const NEARER: u32 = 1;
@@ -292,6 +293,12 @@ impl Tracer<'_> {
             outlines_at: at.outlines_at,
             ..self.arrays.params
         };
+        let nodes = |scene: u32| {
+            let [first, end] = self.arrays.edge_nodes[scene as usize];
+            (end - first) as usize
+        };
+        let all_nodes: usize = views.iter().map(|(scene, _)| nodes(*scene)).sum();
+        let chunk = u32::try_from(all_nodes / CHUNKS).unwrap_or(u32::MAX).max(CHUNK);
         let mut chunks: Vec<[u32; 2]> = Vec::new();
         let mut outlines: Vec<Word> = Vec::new();
         let (mut first, mut edges) = (0, 0);
@@ -299,7 +306,7 @@ impl Tracer<'_> {
         for (v, (scene, view)) in views.iter().enumerate() {
             let (v, scene) = (v as u32, *scene as usize);
             let [first_node, end] = self.arrays.edge_nodes[scene];
-            chunks.extend((first_node..end).step_by(CHUNK as usize).map(|node| [v, node]));
+            chunks.extend((first_node..end).step_by(chunk as usize).map(|node| [v, node]));
             firsts.push(first);
             if view.legs.len() == 1 {
                 let first_wall = 4 * numbers[scene].windows;
@@ -315,7 +322,7 @@ impl Tracer<'_> {
         let basis = (outlines.len() / 2 + edges) as f64;
         let mut rooms = self.ratios.map(|ratio| LEAST_ROOM + (ratio * basis) as usize);
         let found = loop {
-            match self.run(&words, params, &chunks, &outlines, rooms)? {
+            match self.run(&words, params, (&chunks, chunk), &outlines, rooms)? {
                 Ok(found) => break found,
                 // What comes behind a list that had no room is not known yet.
                 Err(needed) => {
@@ -361,12 +368,13 @@ impl Tracer<'_> {
         &self,
         views: &[Word],
         params: LineParams,
-        chunks: &[[u32; 2]],
+        (chunks, chunk): (&[[u32; 2]], u32),
         outlines: &[Word],
         rooms: [usize; LISTS],
     ) -> std::result::Result<std::result::Result<Vec<Word>, [usize; LISTS]>, Stop> {
-        let largest = rooms.iter().max().copied().unwrap_or(0) * 2 * size_of::<Word>();
-        if largest.max(size_of_val(views)) as u64 > self.gpu.max_binding_bytes() {
+        let lists = rooms.iter().max().copied().unwrap_or(0) * 2 * size_of::<Word>();
+        let uploads = size_of_val(views).max(size_of_val(chunks)).max(size_of_val(outlines));
+        if lists.max(uploads) as u64 > self.gpu.max_binding_bytes() {
             return Err(Stop::Refused("more to see than one binding of the adapter holds"));
         }
         let mut recorder = self.gpu.recorder("visibility by lines");
@@ -379,7 +387,7 @@ impl Tracer<'_> {
         let params = LineParams { counts_work: counts_work.into(), ..params };
         let body = self.body.clone();
         let mut run = Run { recorder, body, views, sizes, params, rooms, counts_work, work: Vec::new() };
-        let edges = run.ahead(&chunks);
+        let edges = run.ahead(&chunks, chunk);
         let parts = run.split(BOUNDS, [Of::Ahead, Of::Bounds], &edges);
         let parts = run.split(NEARER, [Of::Bounds, Of::Nearer], &parts);
         run.decide(&line_sides::KERNEL, Of::Nearer, &parts);
@@ -456,7 +464,7 @@ impl Run<'_> {
     }
 
     /// The edges ahead of all views, as segments.
-    fn ahead(&mut self, chunks: &Buffer<[u32; 2]>) -> Buffer<Word> {
+    fn ahead(&mut self, chunks: &Buffer<[u32; 2]>, chunk: u32) -> Buffer<Word> {
         let count = chunks.len();
         let counts = self.recorder.zeros::<u32>("counts", count + 1);
         let words = self.list(Of::Ahead);
@@ -465,7 +473,7 @@ impl Run<'_> {
             let params = LineParams {
                 count: count as u32,
                 mode,
-                stage: CHUNK,
+                stage: chunk,
                 list_out: Of::Ahead as u32,
                 room: self.room(Of::Ahead) as u32,
                 ..self.params

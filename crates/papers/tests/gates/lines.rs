@@ -509,38 +509,41 @@ fn device_areas(gpu: &Gpu, name: &str, frame: &Frame, bounces: usize) -> BTreeMa
                 println!("  by {}:", ["host", "device"][which]);
                 chain.lit.iter().for_each(|f| println!("    {:.9?} {f:?}", f.ends_m));
             }
+            // The area of an outline that is open, as some are, goes with the origin and not only with the outline.
+            let face = &faces.faces[chain.node.face as usize];
+            let area = |f: &Fragment| f.area_m2(faces.corners(face)[0], face.normal);
             areas.entry(chains::patches_of(all, i)).or_default()[which] =
-                [&chain.lit, &chain.seen].map(|o| chains::area_m2(faces, o));
+                [&chain.lit, &chain.seen].map(|o| o.iter().map(area).sum());
         }
     }
     areas
 }
 
-/// Area by the host, and how far the device is off, over all chains of so many bounces, m²; and how many of the chains are off.
-fn device_is_off(areas: &BTreeMap<Vec<u32>, [[f64; 2]; 2]>, bounce: usize) -> (f64, f64, usize) {
+/// Area of all chains of so many bounces by the host, m², and how many of them are off on the device.
+fn device_is_off(areas: &BTreeMap<Vec<u32>, [[f64; 2]; 2]>, bounce: usize) -> (f64, usize) {
     let off_m2 = |a: &[[f64; 2]; 2]| (a[0][0] - a[1][0]).abs().max((a[0][1] - a[1][1]).abs());
     let is_off = |a: &[[f64; 2]; 2]| off_m2(a) > LEAST_M2 + SHARE * a[0][0].max(a[1][0]);
     let of: Vec<_> = areas.iter().filter(|(chain, _)| chain.len() == bounce).collect();
     let mut off: Vec<_> = of.iter().filter(|(_, a)| is_off(a)).collect();
     off.sort_by(|a, b| off_m2(b.1).total_cmp(&off_m2(a.1)));
     let all: f64 = of.iter().map(|(_, a)| a[0][0]).sum();
-    let sum = off.iter().map(|(_, a)| off_m2(a)).sum();
+    let sum: f64 = off.iter().map(|(_, a)| off_m2(a)).sum();
     println!("  bounce {bounce}: {} chains, {all:.4} m²; {} off by {sum:.2e} m²", of.len(), off.len());
     let worst = std::env::var("CATSEYE_WORST").ok().and_then(|n| n.parse().ok()).unwrap_or(4);
     off.iter().take(worst).for_each(|(chain, a)| println!("    {chain:?}: {a:?}"));
-    (all, sum, off.len())
+    (all, off.len())
 }
 
-/// The device lights what the host lights: of three bounces on W3, and at the first bounce of a highway, every chain to 1e-6 of its area. On
-/// W7, whose bent tiles touch within nanometres, all but a few at the first bounce.
+/// The device lights what the host lights: of three bounces on W3, and at the first bounce of a highway and of W7, every chain to 1e-6 of its
+/// area.
 #[test]
 fn the_device_lights_what_lines_light() {
-    for (name, bounces, share) in [("W3-moving", 3, 0.0), ("highways", 1, 0.0), ("W7", 1, 1e-5)] {
+    for (name, bounces) in [("W3-moving", 3), ("highways", 1), ("W7", 1)] {
         let frame = if name == "highways" { drawn(name, 2) } else { frame_of(name).unwrap() };
         let areas = device_areas(test_gpu(), name, &frame, bounces);
         for bounce in 1..=bounces {
-            let (all, off, _) = device_is_off(&areas, bounce);
-            assert!(all > 1.0 && off <= share * all, "{name}, bounce {bounce}: {off} m² of {all} m²");
+            let (all, off) = device_is_off(&areas, bounce);
+            assert!(all > 1.0 && off == 0, "{name}, bounce {bounce}: {off} chains are off");
         }
     }
 }
