@@ -26,3 +26,5 @@ pub use context::{AdapterReport, Gpu, Want, adapters, quieten_loader};
 pub use kernel::{Access, Kernel, StructLayout, Tolerance};
 pub use profile::{KernelUse, Profile};
 pub use recorder::{AnyBuffer, Buffer, Done, Pending, Recorder, Threads};
+#[cfg(test)]
+pub(crate) use wgsl::shader_constant;

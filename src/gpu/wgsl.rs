@@ -18,3 +18,12 @@ pub fn module_from_wgsl(
     .map_err(|e| format!("{label}: {}", e.emit_to_string_with_path(source, label)))?;
     Ok((module, info))
 }
+
+/// The number that a scalar constant of a WGSL source has, for tests of what both sides use.
+#[cfg(test)]
+pub(crate) fn shader_constant(source: &str, name: &str) -> Option<f64> {
+    let begin = format!("const {name}: ");
+    let line = source.lines().find_map(|l| l.strip_prefix(begin.as_str()))?;
+    let value = line.split_once('=')?.1.trim().trim_end_matches(';').trim_end_matches('u');
+    value.parse().ok()
+}

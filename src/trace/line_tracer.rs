@@ -576,3 +576,29 @@ impl Run<'_> {
         words
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::shader_constant;
+
+    #[test]
+    fn the_shaders_have_the_same_states_and_lists() {
+        let of = |source: &str, name: &str| shader_constant(source, name).unwrap_or(f64::NAN) as u32;
+        let params = include_str!("../../shaders/shared/line_params.wgsl");
+        let states = [("ALONG", ALONG), ("FREE_POSITIVE", FREE_POSITIVE), ("IS_SIDE", IS_SIDE)];
+        let numbers = [("HALVES", HALVES), ("NEEDED", NEEDED as u32)];
+        let kinds = [("OF_EDGE", OF_EDGE), ("OF_WALL", OF_WALL), ("OF_OUTLINE", OF_OUTLINE)];
+        for (name, value) in states.into_iter().chain(numbers).chain(kinds) {
+            assert_eq!(of(params, name), value, "{name}");
+        }
+        let split = include_str!("../../shaders/trace/line_split.wgsl");
+        for (name, value) in [("BOUNDS", BOUNDS), ("NEARER", NEARER), ("BEYOND", BEYOND)] {
+            assert_eq!(of(split, name), value, "{name}");
+        }
+        let gather = include_str!("../../shaders/trace/line_gather.wgsl");
+        for (name, value) in [("SIDES", SIDES), ("CASTERS", CASTERS), ("SHADOWS", SHADOWS)] {
+            assert_eq!(of(gather, name), value, "{name}");
+        }
+    }
+}

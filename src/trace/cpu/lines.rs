@@ -1143,3 +1143,29 @@ fn wall_of(window: &Frame, number: usize) -> ([DVec3; 2], DVec3) {
 fn walls(w: &Frame) -> [DVec3; 4] {
     [w.k - w.u, w.k + w.u, w.k - w.v, w.k + w.v]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::shader_constant;
+
+    #[test]
+    fn the_shaders_have_the_same_tolerances() {
+        let params = include_str!("../../../shaders/shared/line_params.wgsl");
+        let tolerances = [
+            ("BESIDE_M", BESIDE_M),
+            ("BESIDE", BESIDE),
+            ("SLACK_M", SLACK_M),
+            ("TOUCHING_M", TOUCHING_M),
+            ("SHORTEST_M", SHORTEST_M),
+            ("EDGE_ON", EDGE_ON),
+            ("STEEP", STEEP),
+            ("ON_MIRROR", ON_MIRROR),
+            ("ROUNDING_M", ROUNDING_M),
+            ("LIES_M", LIES_M),
+        ];
+        for (name, value) in tolerances {
+            assert_eq!(shader_constant(params, name), Some(value), "{name}");
+        }
+    }
+}
