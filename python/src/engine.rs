@@ -27,10 +27,10 @@ pub fn devices(py: Python<'_>) -> PyResult<Py<PyAny>> {
 ///
 /// device: "auto" (a hardware GPU, else the cpu), "cpu", "gpu" (a hardware GPU), or part of an adapter's name. Never
 /// another one than was asked for. precision: "f32", or "f64" (cpu only) of cube, FFT and detection; geometry, phase and fields are
-/// always f64. trace: where the beams of frames are followed, "device" (the default on a GPU), "lines" (on a GPU, by lines in place of polygons; experimental) or "host" (in f64; the only way of the
-/// cpu, and faster than a software driver).
+/// always f64. trace: where the beams of frames are followed, "device" (the default on a GPU), "lines" (on a GPU, by lines in
+/// place of polygons; experimental) or "host" (in f64; the only way of the cpu, and faster than a software driver).
 ///
-/// Raises BadInput for a device that is not there and for trace = "device" on the cpu, Failed for one that does not pass its self-test.
+/// Raises BadInput for a device that is not there and for trace = "device" or "lines" on the cpu, Failed for one that does not pass its self-test.
 #[pyclass(module = "catseye", frozen)]
 pub struct Engine {
     opened: Arc<Opened>,
