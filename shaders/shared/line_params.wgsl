@@ -24,16 +24,12 @@ struct LineParams {
     legs_at: u32,
     spaces_at: u32,
     outlines_at: u32,
-    // Numbers of the lists that a kernel reads and writes, and for how many records, and shares, there is room.
+    // Numbers of the lists that a kernel reads and writes, and for how many records there is room; shares have as much.
     list_in: u32,
     list_out: u32,
     room: u32,
-    room_shares: u32,
     // Whether threads say how many tests they made.
     counts_work: u32,
-    pad_0: u32,
-    pad_1: u32,
-    pad_2: u32,
 }
 
 // As in src/trace/cpu/lines.rs, which says why.

@@ -353,7 +353,7 @@ fn main(
     let size = atomicLoad(&sizes[1u + params.list_in]);
     if params.mode == 1u {
         let total = counts[params.count];
-        let fits = total + size <= params.room && total <= params.room_shares;
+        let fits = total + size <= params.room;
         if id == 0u {
             atomicStore(&sizes[1u + params.list_out], select(0u, total + size, fits));
             atomicStore(&sizes[NEEDED + 1u + params.list_out], total + size);

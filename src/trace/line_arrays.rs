@@ -3,6 +3,7 @@
 use super::cpu::lines::{NO_EDGE, Scene, View};
 use crate::geom::faces::{Face, LIES_M};
 use crate::geom::tree::Node;
+use crate::gpu::numbers::df_from_f64;
 use crate::gpu_struct;
 use glam::DVec3;
 
@@ -28,11 +29,7 @@ gpu_struct! {
         pub list_in: u32,
         pub list_out: u32,
         pub room: u32,
-        pub room_shares: u32,
         pub counts_work: u32,
-        pub pad_0: u32,
-        pub pad_1: u32,
-        pub pad_2: u32,
     }
 }
 
@@ -72,10 +69,9 @@ pub(super) struct LineArrays {
     pub edge_nodes: Vec<[u32; 2]>,
 }
 
-/// The upper and the lower half of an f64, as f32: together they hold 48 bits.
+/// The upper and the lower half of an f64, as the bits of f32.
 fn halved(x: f64) -> [u32; 2] {
-    let upper = x as f32;
-    [upper.to_bits(), ((x - f64::from(upper)) as f32).to_bits()]
+    df_from_f64(x).map(f32::to_bits)
 }
 
 /// A vector and one more number, in an upper and a lower word.
@@ -247,9 +243,10 @@ pub(super) fn views(views: &[(u32, &View<'_>)], numbers: &[Numbers]) -> Option<(
     }
     let mut words = Vec::with_capacity(8 * views.len() + 6 * outlines);
     let (mut leg, mut fragment, mut space) = (0, 0, 0);
-    for (scene, view) in views {
+    let all_spaces: Vec<Vec<(DVec3, f64)>> = views.iter().map(|(_, view)| view.spaces()).collect();
+    for ((scene, view), spaces) in views.iter().zip(&all_spaces) {
         let (legs, fragments) = (view.legs.len() as u32, view.outline().len() as u32);
-        let spaces = view.spaces().len() as u32;
+        let spaces = spaces.len() as u32;
         words.extend([[leg, legs, fragment, fragments], [*scene, space, spaces, 0]]);
         leg += legs;
         fragment += fragments;
@@ -266,9 +263,8 @@ pub(super) fn views(views: &[(u32, &View<'_>)], numbers: &[Numbers]) -> Option<(
         }
     }
     let spaces_at = words.len() as u32;
-    for (_, view) in views {
+    for ((_, view), spaces) in views.iter().zip(&all_spaces) {
         let from_radar = view.source() - view.scene.radar;
-        let spaces = view.spaces();
         words.extend(spaces.iter().flat_map(|(n, least)| four(*n, least + n.dot(from_radar))));
     }
     let outlines_at = words.len() as u32;

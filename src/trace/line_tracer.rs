@@ -507,7 +507,6 @@ impl Run<'_> {
                 list_in: from as u32,
                 list_out: to as u32,
                 room: self.room(to) as u32,
-                room_shares: self.room(to) as u32,
                 ..self.params
             };
             self.recorder.dispatch(

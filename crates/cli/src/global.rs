@@ -64,11 +64,8 @@ impl Global {
     /// The engine for some work, with the rule by which `auto` chose it where there was a choice.
     pub fn engine_for(&self, purpose: Purpose) -> Result<(Engine, Option<&'static str>)> {
         // Who says where beams are traced wants the engine that can.
-        let purpose = if matches!(self.trace, Some(Tracing::Device | Tracing::Lines)) {
-            Purpose::General
-        } else {
-            purpose
-        };
+        let is_traced = self.trace.is_some_and(|trace| trace != Tracing::Host);
+        let purpose = if is_traced { Purpose::General } else { purpose };
         let (mut engine, rule) = Engine::open_for(&self.device, self.precision, purpose)?;
         if let Some(trace) = self.trace {
             engine = engine.with_tracing(trace)?;
