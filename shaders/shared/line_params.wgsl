@@ -20,10 +20,14 @@ struct LineParams {
     nodes_at: u32,
     scenes_at: u32,
     windows_at: u32,
+    groups_at: u32,
     // Where parts of `views` begin.
     legs_at: u32,
     spaces_at: u32,
     outlines_at: u32,
+    hulls_at: u32,
+    // Number of views.
+    views: u32,
     // Numbers of the lists that a kernel reads and writes, and for how many records there is room; shares have as much.
     list_in: u32,
     list_out: u32,
@@ -64,5 +68,13 @@ const HALVES: u32 = 8u;
 
 // `sizes`: what the host refuses, then the size of each list, and from NEEDED on how large it would be.
 const NEEDED: u32 = 16u;
+
+// Nodes of the tree over edges that have one box together, and such groups that have another one together and are one thread's.
+const GROUP: u32 = 64u;
+const GROUPS: u32 = 8u;
+// Fragments of an outline that have one box together.
+const HULL: u32 = 16u;
+// Segments are cut so that none spans more than this in view, rad.
+const WIDEST: f32 = 0.1;
 
 const NONE: u32 = 0xffffffffu;

@@ -12,14 +12,16 @@
 // - half-faces, 2 words: inward unit vector (upper; in w the face), (lower).
 // - piercings, 1 word: (share of the edge, upper and lower).
 // - nodes, 2 words, in the order of a walk: (centre, node behind the branch), (half size, first item | items << 24; 0 above the leaves).
-// - scenes, 4 words: (nodes over faces, first and end; nodes over edges, first and end), (first window, windows, 0, 0),
+// - scenes, 4 words: (nodes over faces, first and end; nodes over edges, first and end), (first window, windows, first run, 0),
 //   (middle of all faces, radius), (flat_m, least height of a lit face, least height over a mirror, 0).
 // - windows, 6 words: k, u, v (upper, lower).
-// `views`: 2 words each, (first leg, legs, first fragment of the outline, fragments), (scene, first half-space, half-spaces, 0); legs, 4
-// words: source (upper; in w the face of the mirror), (lower), normal of the mirror and offset (upper), (lower); half-spaces around what
-// is ahead, 2 words: normal and offset (upper), (lower); fragments of outlines, 6 words: ends and inward
-// vector (upper, lower), in w of the first the edge along which it runs. A view is one source of rays: the radar, or its image behind the
-// last of a chain of mirrors.
+// - runs of GROUPS groups of GROUP nodes over edges: boxes around the run and around each group, 2 words: (centre, 0), (half size, 0).
+// `views`: 3 words each, (first leg, legs, first fragment of the outline, fragments), (scene, first half-space, half-spaces, first thread
+// that asks for groups), (first hull, hulls, 0, 0); legs, 4 words: source (upper; in w the face of the mirror), (lower), normal of the
+// mirror and offset (upper), (lower); half-spaces around what is ahead, 2 words: normal and offset (upper), (lower); fragments of
+// outlines, 6 words: ends and inward vector (upper, lower), in w of the first the edge along which it runs; hulls, boxes around HULL of
+// these each, 2 words: (centre, 0), (half size, 0). A view is one source of rays: the radar, or its image behind the last of a chain of
+// mirrors.
 // Segments and fragments, 2 words: (view, kind << 30 | number, state, face), (shares from and to, upper and lower).
 
 const TOO_MANY_STEPS: u32 = 2u;
@@ -174,6 +176,7 @@ fn lies_on(face: u32, other: u32) -> bool {
 var<private> first_leg: u32;
 var<private> last_leg: u32;
 var<private> outline: vec2<u32>;
+var<private> hulls: vec2<u32>;
 var<private> face_nodes: vec2<u32>;
 var<private> edge_nodes: vec2<u32>;
 var<private> windows: vec2<u32>;
@@ -184,11 +187,12 @@ var<private> grazing_m: f32;
 var<private> above_m: f32;
 
 fn enter(view: u32) {
-    let head = views[2u * view];
+    let head = views[3u * view];
     first_leg = head.x;
     last_leg = head.y - 1u;
     outline = head.zw;
-    let scene = params.scenes_at + 4u * views[2u * view + 1u].x;
+    hulls = views[3u * view + 2u].xy;
+    let scene = params.scenes_at + 4u * views[3u * view + 1u].x;
     face_nodes = body[scene].xy;
     edge_nodes = body[scene].zw;
     windows = body[scene + 1u].xy;

@@ -91,6 +91,22 @@ fn meet(w: Wedge, a: NumVec, b: NumVec) -> u32 {
     return 1u;
 }
 
+// Whether a box is beside a wedge, of whose plane and sides the unit normals are given, in f32.
+fn misses_wedge(
+    source: vec3<f32>,
+    n: vec3<f32>,
+    p: vec3<f32>,
+    q: vec3<f32>,
+    centre: vec3<f32>,
+    half: vec3<f32>,
+) -> bool {
+    let d = centre - source;
+    let pad = 1e-5 + 2.0 * ROUNDED * (length(d) + length(source) + length(half));
+    return abs(dot(n, d)) > dot(abs(n), half) + pad
+        || dot(p, d) < -dot(abs(p), half) - pad
+        || dot(q, d) < -dot(abs(q), half) - pad;
+}
+
 // A walk over the edges that may come near to a wedge: its box, the source, and the normals of its plane and of its two sides, in f32.
 var<private> wedge_lo: vec3<f32>;
 var<private> wedge_hi: vec3<f32>;
@@ -125,16 +141,9 @@ fn next_edge(own: u32, needs_silhouettes: bool) -> u32 {
         let leaf = body[at + 1u];
         let centre = f32s(head).xyz;
         let half = f32s(leaf).xyz;
-        let d = centre - wedge_source;
-        let pad = 1e-5 + 2.0 * ROUNDED * (length(d) + length(wedge_source) + length(half));
-        let n = wedge_planes[0];
-        let p = wedge_planes[1];
-        let q = wedge_planes[2];
         if any(centre - half > wedge_hi)
             || any(centre + half < wedge_lo)
-            || abs(dot(n, d)) > dot(abs(n), half) + pad
-            || dot(p, d) < -dot(abs(p), half) - pad
-            || dot(q, d) < -dot(abs(q), half) - pad {
+            || misses_wedge(wedge_source, wedge_planes[0], wedge_planes[1], wedge_planes[2], centre, half) {
             walk_node = head.w;
         } else {
             walk_node += 1u;
@@ -240,14 +249,26 @@ fn split_at_bounds(ends: Ends) {
     if v_is_zero(w.normal) {
         return;
     }
-    for (var i = outline.x; i < outline.x + outline.y; i += 1u) {
+    let s = v_rough(w.source);
+    let n = v_rough(w.normal);
+    let p = normalize(v_rough(w.side_a));
+    let q = normalize(v_rough(w.side_b));
+    for (var hull = 0u; hull < hulls.y; hull += 1u) {
         tests += 1u;
-        let at = outline_at(i);
-        let count = meet(w, outline_vector(at), outline_vector(at + 2u));
-        for (var k = 0u; k < count; k += 1u) {
-            let share = wedge_share(w, meetings[k]);
-            if rough(share) >= 0.0 {
-                split_at(share);
+        let box = params.hulls_at + 2u * (hulls.x + hull);
+        if misses_wedge(s, n, p, q, f32s(views[box]).xyz, f32s(views[box + 1u]).xyz) {
+            continue;
+        }
+        let end = outline.x + min(HULL * (hull + 1u), outline.y);
+        for (var i = outline.x + HULL * hull; i < end; i += 1u) {
+            tests += 1u;
+            let at = outline_at(i);
+            let count = meet(w, outline_vector(at), outline_vector(at + 2u));
+            for (var k = 0u; k < count; k += 1u) {
+                let share = wedge_share(w, meetings[k]);
+                if rough(share) >= 0.0 {
+                    split_at(share);
+                }
             }
         }
     }

@@ -1,11 +1,13 @@
 //! Scenes and views as the kernels of visibility by lines read them (`shaders/shared/lines.wgsl`).
 
 use super::cpu::lines::{NO_EDGE, Scene, View};
+use crate::base::tasks::Tasks;
 use crate::geom::faces::{Face, LIES_M};
 use crate::geom::tree::Node;
 use crate::gpu::numbers::df_from_f64;
 use crate::gpu_struct;
 use glam::DVec3;
+use rayon::prelude::*;
 
 gpu_struct! {
     /// Uniform of the kernels of visibility by lines (`shaders/shared/line_params.wgsl`).
@@ -23,9 +25,12 @@ gpu_struct! {
         pub nodes_at: u32,
         pub scenes_at: u32,
         pub windows_at: u32,
+        pub groups_at: u32,
         pub legs_at: u32,
         pub spaces_at: u32,
         pub outlines_at: u32,
+        pub hulls_at: u32,
+        pub views: u32,
         pub list_in: u32,
         pub list_out: u32,
         pub room: u32,
@@ -44,6 +49,12 @@ const MOST_ITEMS: usize = 1 << 24;
 /// Numbers that a segment has bits for.
 const MOST_NUMBERS: usize = 1 << 30;
 
+/// Nodes of the tree over edges that have one box together, groups of them that have another one together and are one thread's, and
+/// fragments of an outline that have one box together.
+pub(super) const GROUP: u32 = 64;
+pub(super) const GROUPS: u32 = 8;
+pub(super) const HULL: u32 = 16;
+
 /// A word of the arrays.
 pub(super) type Word = [u32; 4];
 
@@ -57,6 +68,8 @@ pub(super) struct Numbers {
     pub piercings: u32,
     pub patches: u32,
     pub windows: u32,
+    /// Runs of groups of nodes over edges.
+    pub runs: u32,
 }
 
 /// Scenes one behind the other.
@@ -65,8 +78,6 @@ pub(super) struct LineArrays {
     /// Parameters that hold for every dispatch.
     pub params: LineParams,
     pub numbers: Vec<Numbers>,
-    /// First and end of the nodes over each scene's edges.
-    pub edge_nodes: Vec<[u32; 2]>,
 }
 
 /// The upper and the lower half of an f64, as the bits of f32.
@@ -121,6 +132,30 @@ fn walked(nodes: &[Node], radar: DVec3, first: u32, first_item: u32, out: &mut V
     }
 }
 
+/// Runs of groups of the nodes over a scene's edges.
+fn runs_of(scene: &Scene<'_>) -> u32 {
+    scene.table.tree.nodes().len().div_ceil((GROUP * GROUPS) as usize) as u32
+}
+
+/// The box around the leaves among nodes.
+fn around(nodes: &[Word]) -> [Word; 2] {
+    let boxes = nodes.chunks_exact(2).filter(|n| n[1][3] != 0).map(|n| {
+        let [centre, half] = [n[0], n[1]].map(|[x, y, z, _]| {
+            let [x, y, z] = [x, y, z].map(|bits| f64::from(f32::from_bits(bits)));
+            DVec3::new(x, y, z)
+        });
+        (centre - half, centre + half)
+    });
+    rounded_box(boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default())
+}
+
+/// A box by its centre and half its size, in f32, which nothing leaves by rounding.
+fn rounded_box((lo, hi): (DVec3, DVec3)) -> [Word; 2] {
+    let centre = 0.5 * (lo + hi);
+    let half = 0.5 * (hi - lo) + (centre - centre.as_vec3().as_dvec3()).abs();
+    [f32s(centre, 0.0), f32s(half * (1.0 + 1e-6), 0.0)]
+}
+
 impl LineArrays {
     /// The arrays of scenes; None if they have more faces or edges than the shaders can number.
     pub fn new(scenes: &[&Scene<'_>]) -> Option<LineArrays> {
@@ -142,6 +177,7 @@ impl LineArrays {
             }
             behind.patches += faces.patch_area_m2.len() as u32;
             behind.windows += scene.windows.len() as u32;
+            behind.runs += runs_of(scene);
             if [behind.faces, behind.edges].iter().any(|n| *n as usize >= MOST_ITEMS) {
                 return None;
             }
@@ -210,8 +246,7 @@ impl LineArrays {
             ranges.push([first, between, between, node(&body)]);
         }
         params.scenes_at = body.len() as u32;
-        let edge_nodes = ranges.iter().map(|r| [r[2], r[3]]).collect();
-        for ((scene, n), range) in scenes.iter().zip(&numbers).zip(ranges) {
+        for ((scene, n), range) in scenes.iter().zip(&numbers).zip(&ranges) {
             let faces = scene.faces;
             let centre = faces.centre_m - scene.radar;
             let limits = DVec3::new(
@@ -220,8 +255,8 @@ impl LineArrays {
                 faces.flat_m.max(LIES_M),
             );
             body.extend([
-                range,
-                [n.windows, scene.windows.len() as u32, 0, 0],
+                *range,
+                [n.windows, scene.windows.len() as u32, n.runs, 0],
                 f32s(centre, faces.radius_m * (1.0 + 1e-6)),
                 f32s(limits, 0.0),
             ]);
@@ -230,55 +265,95 @@ impl LineArrays {
         for window in scenes.iter().flat_map(|s| s.windows) {
             body.extend([window.k, window.u, window.v].iter().flat_map(|v| three(*v, [0, 0])));
         }
-        Some(LineArrays { body, params, numbers, edge_nodes })
+        params.groups_at = body.len() as u32;
+        for [_, _, first, end] in ranges {
+            let [first, end] = [first, end].map(|node| (params.nodes_at + 2 * node) as usize);
+            let mut runs: Vec<[Word; 2]> = Vec::new();
+            for run in body[first..end].chunks((2 * GROUP * GROUPS) as usize) {
+                runs.push(around(run));
+                runs.extend(run.chunks(2 * GROUP as usize).map(around));
+                runs.resize(runs.len().next_multiple_of(GROUPS as usize + 1), [[0; 4]; 2]);
+            }
+            body.extend(runs.as_flattened());
+        }
+        Some(LineArrays { body, params, numbers })
     }
 }
 
-/// Views, each with the number of its scene, and where parts of their array begin. None if they have more than the shaders can
-/// number.
+/// Views, each with the number of its scene, and where parts of their array begin; `count` of these is that of threads that ask for groups
+/// ahead. None if they have more than the shaders can number.
 pub(super) fn views(views: &[(u32, &View<'_>)], numbers: &[Numbers]) -> Option<(Vec<Word>, LineParams)> {
     let outlines: usize = views.iter().map(|(_, v)| v.outline().len()).sum();
     if outlines >= MOST_NUMBERS {
         return None;
     }
-    let mut words = Vec::with_capacity(8 * views.len() + 6 * outlines);
-    let (mut leg, mut fragment, mut space) = (0, 0, 0);
-    let all_spaces: Vec<Vec<(DVec3, f64)>> = views.iter().map(|(_, view)| view.spaces()).collect();
+    let mut words = Vec::with_capacity(9 * views.len() + 7 * outlines);
+    let (mut leg, mut fragment, mut space, mut thread, mut hull) = (0u32, 0u32, 0u32, 0u32, 0u32);
+    let all_spaces: Vec<Vec<(DVec3, f64)>> = views.par_iter().map_tasks(|(_, view)| view.spaces()).collect();
     for ((scene, view), spaces) in views.iter().zip(&all_spaces) {
         let (legs, fragments) = (view.legs.len() as u32, view.outline().len() as u32);
         let spaces = spaces.len() as u32;
-        words.extend([[leg, legs, fragment, fragments], [*scene, space, spaces, 0]]);
+        let hulls = fragments.div_ceil(HULL);
+        words.extend([
+            [leg, legs, fragment, fragments],
+            [*scene, space, spaces, thread],
+            [hull, hulls, 0, 0],
+        ]);
+        thread = thread.checked_add(runs_of(view.scene))?;
+        hull += hulls;
         leg += legs;
         fragment += fragments;
         space += spaces;
     }
-    let legs_at = words.len() as u32;
-    for (scene, view) in views {
+    let mut extend = |of_views: Vec<Vec<Word>>| {
+        let at = words.len() as u32;
+        of_views.iter().for_each(|of| words.extend(of));
+        at
+    };
+    let legs = |(scene, view): &(u32, &View<'_>)| {
         let radar = view.scene.radar;
-        for leg in &view.legs {
+        let words = view.legs.iter().flat_map(|leg| {
             let (normal, offset) = leg.mirror.map_or((DVec3::ZERO, 0.0), |m| m.plane());
             let lead = leg.mirror.map_or(0, |m| numbers[*scene as usize].faces + m.lead);
-            words.extend(three(leg.source - radar, [lead, 0]));
-            words.extend(four(normal, offset - normal.dot(radar)));
-        }
-    }
-    let spaces_at = words.len() as u32;
-    for ((_, view), spaces) in views.iter().zip(&all_spaces) {
+            [three(leg.source - radar, [lead, 0]), four(normal, offset - normal.dot(radar))]
+        });
+        words.flatten().collect()
+    };
+    let spaces = |((_, view), spaces): (&(u32, &View<'_>), &Vec<(DVec3, f64)>)| {
         let from_radar = view.source() - view.scene.radar;
-        words.extend(spaces.iter().flat_map(|(n, least)| four(*n, least + n.dot(from_radar))));
-    }
-    let outlines_at = words.len() as u32;
-    for (scene, view) in views {
+        spaces.iter().flat_map(|(n, least)| four(*n, least + n.dot(from_radar))).collect()
+    };
+    let outlines = |(scene, view): &(u32, &View<'_>)| {
         let edges = numbers[*scene as usize].edges;
-        for f in view.outline() {
+        let words = view.outline().iter().flat_map(|f| {
             let edge = if f.edge == NO_EDGE { NO_EDGE } else { edges + f.edge };
             let [a, b] = f.ends_m.map(|p| p - view.scene.radar);
-            words.extend(
-                three(a, [edge, 0]).into_iter().chain(three(b, [0; 2])).chain(three(f.inward, [0; 2])),
-            );
-        }
-    }
-    Some((words, LineParams { legs_at, spaces_at, outlines_at, ..Default::default() }))
+            [three(a, [edge, 0]), three(b, [0; 2]), three(f.inward, [0; 2])]
+        });
+        words.flatten().collect()
+    };
+    let hulls = |(_, view): &(u32, &View<'_>)| {
+        let words = view.outline().chunks(HULL as usize).flat_map(|fragments| {
+            let ends = fragments.iter().flat_map(|f| f.ends_m).map(|p| p - view.scene.radar);
+            let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            rounded_box(ends.fold(start, |(lo, hi), p| (lo.min(p), hi.max(p))))
+        });
+        words.collect()
+    };
+    let legs_at = extend(views.par_iter().map_tasks(legs).collect());
+    let spaces_at = extend(views.par_iter().zip(&all_spaces).map_tasks(spaces).collect());
+    let outlines_at = extend(views.par_iter().map_tasks(outlines).collect());
+    let hulls_at = extend(views.par_iter().map_tasks(hulls).collect());
+    let params = LineParams {
+        legs_at,
+        spaces_at,
+        outlines_at,
+        hulls_at,
+        views: views.len() as u32,
+        count: thread,
+        ..Default::default()
+    };
+    Some((words, params))
 }
 
 /// A segment of a view with shares from and to.

@@ -6,8 +6,10 @@
 //! What comes out names lines and shares of them (`line_gather`); positions follow in f64.
 
 use super::cpu::chains::{Chain, Follower};
-use super::cpu::lines::{Fragment, Line, Name, Scene, View};
-use super::line_arrays::{self, LineArrays, LineParams, OF_EDGE, OF_OUTLINE, OF_WALL, Word, segment, shares};
+use super::cpu::lines::{Fragment, Line, Name, Scene, View, wall_of};
+use super::line_arrays::{
+    self, LineArrays, LineParams, Numbers, OF_EDGE, OF_OUTLINE, OF_WALL, Word, segment, shares,
+};
 use super::{line_ahead, line_gather, line_shadow, line_sides, line_split, scan};
 use crate::base::error::{Error, Result};
 use crate::base::tasks::Tasks;
@@ -15,6 +17,7 @@ use crate::geom::edge_table::EdgeTable;
 use crate::geom::faces::Faces;
 use crate::gpu::{Buffer, Gpu, Kernel, Pending, Recorder, Threads};
 use crate::trace::beams::{BeamOptions, Frame};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -24,9 +27,11 @@ const FREE_POSITIVE: u32 = 8;
 const IS_SIDE: u32 = 32;
 const HALVES: u32 = 8;
 
-/// Nodes of the tree over edges that a thread of `line_ahead` walks through, at least, and threads of it, at most.
-const CHUNK: u32 = 64;
-const CHUNKS: usize = 1 << 20;
+/// Outlines and walls are cut so that none spans more than this in view, rad.
+const WIDEST: f64 = 0.1;
+/// Lists of `line_ahead`.
+const GROUPS_AHEAD: u32 = 0;
+const EDGES_AHEAD: u32 = 1;
 /// Lists of `line_split`.
 const BOUNDS: u32 = 0;
 const NEARER: u32 = 1;
@@ -200,6 +205,29 @@ fn lock(balance: &Mutex<Vec<Balance>>) -> MutexGuard<'_, Vec<Balance>> {
     balance.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// The shares between which a segment is cut, so that no part spans more than [`WIDEST`] in view.
+fn parts(source: DVec3, ends_m: [DVec3; 2]) -> impl Iterator<Item = [f64; 2]> {
+    let [a, b] = ends_m.map(|p| p - source);
+    let count = (a.angle_between(b) / WIDEST).ceil().clamp(1.0, 32.0);
+    (0..count as u32).map(move |k| [f64::from(k) / count, f64::from(k + 1) / count])
+}
+
+/// The name of a fragment that the device has found in a scene with such numbers, the outline of whose view begins with the fragment `first`.
+fn name_of(words: &[Word; 2], numbers: &Numbers, first: u32) -> Name {
+    let [_, named, state, face] = words[0];
+    let (kind, number) = (named >> 30, named & 0x3fff_ffff);
+    let line = match kind {
+        OF_EDGE if state & IS_SIDE != 0 => Line::Side { edge: number - numbers.edges, half: state >> HALVES },
+        OF_EDGE => {
+            let side = if state & FREE_POSITIVE != 0 { 1.0 } else { -1.0 };
+            Line::Shadow { edge: number - numbers.edges, side }
+        }
+        OF_WALL => Line::Wall { window: number / 4 - numbers.windows, wall: number % 4 },
+        _ => Line::Outline(number - first),
+    };
+    Name { line, shares: shares(words[1]), face: face - numbers.faces, is_along: state & ALONG != 0 }
+}
+
 /// Why a run ends.
 enum Stop {
     Failed(Error),
@@ -215,7 +243,8 @@ impl From<Error> for Stop {
 /// The lists of a run, by their places in `sizes`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Of {
-    /// Edges ahead.
+    /// Groups of edges ahead, and these edges.
+    Groups,
     Ahead,
     /// Their parts between bounds, and between nearer silhouettes.
     Bounds,
@@ -232,15 +261,15 @@ enum Of {
     Windows,
 }
 
-const LISTS: usize = 10;
+const LISTS: usize = 11;
 /// Words of `sizes`: trouble, sizes, and from `NEEDED` on what they would be.
 const SIZES: usize = 32;
 const NEEDED: usize = 16;
 /// Room of a list before it is known how long it is: so much, and so much for each edge of the scenes at the first bounce and for each
 /// fragment of an outline at later ones, which is enough for most frames. What has no room goes again.
 const LEAST_ROOM: usize = 1 << 12;
-const FIRST: [f64; LISTS] = [1.0, 1.2, 3.5, 1.3, 0.6, 1.1, 0.8, 0.0, 0.1, 0.1];
-const MIRRORS: [f64; LISTS] = [12.0, 16.0, 20.0, 5.0, 1.0, 2.5, 2.0, 0.0, 6.0, 5.0];
+const FIRST: [f64; LISTS] = [0.1, 1.0, 1.2, 3.5, 1.3, 0.6, 1.1, 0.8, 0.0, 0.1, 0.1];
+const MIRRORS: [f64; LISTS] = [16.0, 16.0, 20.0, 24.0, 6.0, 1.5, 3.0, 2.5, 0.0, 7.0, 6.0];
 
 struct Tracer<'a> {
     gpu: &'a Gpu,
@@ -291,38 +320,41 @@ impl Tracer<'_> {
             legs_at: at.legs_at,
             spaces_at: at.spaces_at,
             outlines_at: at.outlines_at,
+            hulls_at: at.hulls_at,
+            views: at.views,
             ..self.arrays.params
         };
-        let nodes = |scene: u32| {
-            let [first, end] = self.arrays.edge_nodes[scene as usize];
-            (end - first) as usize
-        };
-        let all_nodes: usize = views.iter().map(|(scene, _)| nodes(*scene)).sum();
-        let chunk = u32::try_from(all_nodes / CHUNKS).unwrap_or(u32::MAX).max(CHUNK);
-        let mut chunks: Vec<[u32; 2]> = Vec::new();
-        let mut outlines: Vec<Word> = Vec::new();
-        let (mut first, mut edges) = (0, 0);
-        let mut firsts = Vec::with_capacity(views.len());
-        for (v, (scene, view)) in views.iter().enumerate() {
-            let (v, scene) = (v as u32, *scene as usize);
-            let [first_node, end] = self.arrays.edge_nodes[scene];
-            chunks.extend((first_node..end).step_by(chunk as usize).map(|node| [v, node]));
-            firsts.push(first);
-            if view.legs.len() == 1 {
-                let first_wall = 4 * numbers[scene].windows;
-                let walls = first_wall..first_wall + 4 * view.scene.windows.len() as u32;
-                outlines.extend(walls.flat_map(|w| segment(v, OF_WALL, w, [0.0, 1.0])));
-                edges += view.scene.table.edges.len();
-            } else {
-                let of = first..first + view.outline().len() as u32;
-                first = of.end;
-                outlines.extend(of.flat_map(|f| segment(v, OF_OUTLINE, f, [0.0, 1.0])));
+        let firsts: Vec<u32> = views
+            .iter()
+            .scan(0, |next, (_, view)| {
+                let first = *next;
+                *next += view.outline().len() as u32;
+                Some(first)
+            })
+            .collect();
+        let edges: usize =
+            views.iter().filter(|(_, v)| v.legs.len() == 1).map(|(_, v)| v.scene.table.edges.len()).sum();
+        let outlines = (0..views.len()).into_par_iter().map_tasks(|v| {
+            let (scene, view) = views[v];
+            let cut = |kind: u32, number: u32, ends_m: [DVec3; 2]| {
+                parts(view.source(), ends_m).flat_map(move |shares| segment(v as u32, kind, number, shares))
+            };
+            if view.legs.len() > 1 {
+                let fragments = (firsts[v]..).zip(view.outline());
+                return fragments.flat_map(|(number, f)| cut(OF_OUTLINE, number, f.ends_m)).collect();
             }
-        }
+            let walls = (0..4 * view.scene.windows.len()).flat_map(|number| {
+                let (ends_m, _) = wall_of(&view.scene.windows[number / 4], number % 4);
+                cut(OF_WALL, 4 * numbers[scene as usize].windows + number as u32, ends_m)
+            });
+            walls.collect()
+        });
+        let outlines: Vec<Vec<Word>> = outlines.collect();
+        let outlines = outlines.concat();
         let basis = (outlines.len() / 2 + edges) as f64;
         let mut rooms = self.ratios.map(|ratio| LEAST_ROOM + (ratio * basis) as usize);
         let found = loop {
-            match self.run(&words, params, (&chunks, chunk), &outlines, rooms)? {
+            match self.run(&words, params, at.count, &outlines, rooms)? {
                 Ok(found) => break found,
                 // What comes behind a list that had no room is not known yet.
                 Err(needed) => {
@@ -334,33 +366,18 @@ impl Tracer<'_> {
                 }
             }
         };
-        let mut fragments: Vec<Vec<Fragment>> = views.iter().map(|_| Vec::new()).collect();
-        for words in found.chunks_exact(2) {
-            let [view, named, state, face] = words[0];
-            let (kind, number) = (named >> 30, named & 0x3fff_ffff);
-            let v = view as usize;
-            let (scene, view) = views[v];
-            let numbers = &numbers[scene as usize];
-            let line = match kind {
-                OF_EDGE if state & IS_SIDE != 0 => {
-                    Line::Side { edge: number - numbers.edges, half: state >> HALVES }
-                }
-                OF_EDGE => {
-                    let side = if state & FREE_POSITIVE != 0 { 1.0 } else { -1.0 };
-                    Line::Shadow { edge: number - numbers.edges, side }
-                }
-                OF_WALL => Line::Wall { window: number / 4 - numbers.windows, wall: number % 4 },
-                _ => Line::Outline(number - firsts[v]),
-            };
-            let name = Name {
-                line,
-                shares: shares(words[1]),
-                face: face - numbers.faces,
-                is_along: state & ALONG != 0,
-            };
-            fragments[v].push(view.fragment_named(&name));
-        }
-        Ok(fragments)
+        // Each list has what a view has found side by side.
+        let (found, _) = found.as_chunks::<2>();
+        let mut of_views: Vec<Vec<&[[Word; 2]]>> = vec![Vec::new(); views.len()];
+        found.chunk_by(|a, b| a[0][0] == b[0][0]).for_each(|run| of_views[run[0][0][0] as usize].push(run));
+        let named =
+            of_views.par_iter().zip(views).zip(&firsts).map_tasks(|((runs, (scene, view)), first)| {
+                let name = |words: &[Word; 2]| {
+                    view.fragment_named(&name_of(words, &numbers[*scene as usize], *first))
+                };
+                runs.iter().flat_map(|run| run.iter().map(name)).collect()
+            });
+        Ok(named.collect())
     }
 
     /// Follows the rays of views, in one submission: the fragments, or how long each list would have to be.
@@ -368,12 +385,12 @@ impl Tracer<'_> {
         &self,
         views: &[Word],
         params: LineParams,
-        (chunks, chunk): (&[[u32; 2]], u32),
+        threads: u32,
         outlines: &[Word],
         rooms: [usize; LISTS],
     ) -> std::result::Result<std::result::Result<Vec<Word>, [usize; LISTS]>, Stop> {
         let lists = rooms.iter().max().copied().unwrap_or(0) * 2 * size_of::<Word>();
-        let uploads = size_of_val(views).max(size_of_val(chunks)).max(size_of_val(outlines));
+        let uploads = size_of_val(views).max(size_of_val(outlines)).max(size_of::<u32>() * threads as usize);
         if lists.max(uploads) as u64 > self.gpu.max_binding_bytes() {
             return Err(Stop::Refused("more to see than one binding of the adapter holds"));
         }
@@ -381,13 +398,13 @@ impl Tracer<'_> {
         let mut sizes = [0; SIZES];
         sizes[1 + Of::Outlines as usize] = outlines.len() as u32 / 2;
         let (views, sizes) = (recorder.upload("views", views), recorder.upload("sizes", &sizes));
-        let chunks = recorder.upload("chunks", chunks);
         let outlines = recorder.upload("outlines", outlines);
         let counts_work = self.balance.is_some();
         let params = LineParams { counts_work: counts_work.into(), ..params };
         let body = self.body.clone();
         let mut run = Run { recorder, body, views, sizes, params, rooms, counts_work, work: Vec::new() };
-        let edges = run.ahead(&chunks, chunk);
+        let groups = run.ahead(GROUPS_AHEAD, None, threads as usize);
+        let edges = run.ahead(EDGES_AHEAD, Some(&groups), run.room(Of::Groups));
         let parts = run.split(BOUNDS, [Of::Ahead, Of::Bounds], &edges);
         let parts = run.split(NEARER, [Of::Bounds, Of::Nearer], &parts);
         run.decide(&line_sides::KERNEL, Of::Nearer, &parts);
@@ -463,33 +480,38 @@ impl Run<'_> {
         self.recorder.buffer("segments", 2 * self.room(of))
     }
 
-    /// The edges ahead of all views, as segments.
-    fn ahead(&mut self, chunks: &Buffer<[u32; 2]>, chunk: u32) -> Buffer<Word> {
-        let count = chunks.len();
+    /// The groups of edges ahead of all views, or the edges of such groups as segments.
+    fn ahead(&mut self, stage: u32, groups: Option<&Buffer<Word>>, count: usize) -> Buffer<Word> {
+        let (of, words, name) = match groups {
+            None => (Of::Groups, 1, "line_ahead, groups"),
+            Some(_) => (Of::Ahead, 2, "line_ahead, edges"),
+        };
         let counts = self.recorder.zeros::<u32>("counts", count + 1);
-        let words = self.list(Of::Ahead);
+        let ahead = self.recorder.buffer("ahead", words * self.room(of));
         let work = self.work(count);
         for mode in [0, 1] {
             let params = LineParams {
                 count: count as u32,
                 mode,
-                stage: chunk,
-                list_out: Of::Ahead as u32,
-                room: self.room(Of::Ahead) as u32,
+                stage,
+                list_in: Of::Groups as u32,
+                list_out: of as u32,
+                room: self.room(of) as u32,
                 ..self.params
             };
+            let groups = groups.unwrap_or(&self.views);
             self.recorder.dispatch(
                 &line_ahead::KERNEL,
                 &params,
-                &[&self.body, &self.views, chunks, &counts, &words, &self.sizes, &work],
+                &[&self.body, &self.views, groups, &counts, &ahead, &self.sizes, &work],
                 Threads::Linear(count as u64),
             );
             if mode == 0 {
                 scan::record(&mut self.recorder, &counts, count + 1);
             }
         }
-        self.read_work("line_ahead", &work);
-        words
+        self.read_work(name, &work);
+        ahead
     }
 
     /// The parts of segments.
@@ -578,6 +600,7 @@ impl Run<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::line_arrays::{GROUP, GROUPS, HULL};
     use super::*;
     use crate::gpu::shader_constant;
 
@@ -590,6 +613,14 @@ mod tests {
         let kinds = [("OF_EDGE", OF_EDGE), ("OF_WALL", OF_WALL), ("OF_OUTLINE", OF_OUTLINE)];
         for (name, value) in states.into_iter().chain(numbers).chain(kinds) {
             assert_eq!(of(params, name), value, "{name}");
+        }
+        for (name, value) in [("GROUP", GROUP), ("GROUPS", GROUPS), ("HULL", HULL)] {
+            assert_eq!(of(params, name), value, "{name}");
+        }
+        assert_eq!(shader_constant(params, "WIDEST"), Some(WIDEST));
+        let ahead = include_str!("../../shaders/trace/line_ahead.wgsl");
+        for (name, value) in [("GROUPS_AHEAD", GROUPS_AHEAD), ("EDGES_AHEAD", EDGES_AHEAD)] {
+            assert_eq!(of(ahead, name), value, "{name}");
         }
         let split = include_str!("../../shaders/trace/line_split.wgsl");
         for (name, value) in [("BOUNDS", BOUNDS), ("NEARER", NEARER), ("BEYOND", BEYOND)] {

@@ -6,11 +6,12 @@
 
 use crate::base::tasks::Tasks;
 use crate::geom::Surface;
-use crate::geom::faces::{Face, Faces, HalfSpace, LIES_M, MOST_CORNERS, NOT_CURVED};
+use crate::geom::faces::{Face, Faces, HalfSpace, LIES_M, MOST_CORNERS, NOT_CURVED, misses_segment};
 use crate::trace::MAX_BOUNCES;
 use crate::trace::beams::{BeamOptions, Frame, Port};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::cell::Cell;
 use std::f64::consts::PI;
 
 /// Polygons with more corners than this are halved before they are cut again.
@@ -524,8 +525,11 @@ pub struct Ends<'a> {
     pub surfaces: &'a [Surface],
     /// Wavenumber of the carrier, rad/m.
     pub wavenumber: f64,
-    /// Beams of which k Ω |R| / 2π, the most that they return however they are turned, is below this are passed over, 1/m.
+    /// Cells of beams of which k Ω |R| / 2π, the most that they return however they are turned, is below this are cut no further, 1/m.
     pub least: f64,
+    /// Whether those count, each as a whole. They do not where beams are many and narrow from the start; what lines light is one beam,
+    /// which is cut here alone.
+    pub keeps_weak: bool,
 }
 
 impl Ends<'_> {
@@ -1222,7 +1226,8 @@ impl Clipper<'_> {
         std::iter::successors(Some(last), parent).map(share).product()
     }
 
-    /// Lists what a beam that ends after it has left `source` would meet next, in cells no wider than the first Fresnel zone.
+    /// Lists what a beam that ends after it has left `source` would meet next, in cells no wider than the first Fresnel zone, or weaker
+    /// than what counts.
     pub(super) fn end(
         &self,
         ends: &Ends,
@@ -1236,13 +1241,14 @@ impl Clipper<'_> {
         while let Some(cell) = cells.pop() {
             let uv = middle(&cell);
             let solid_angle_sr = solid_angle_sr(&cell);
-            if cell.n < 3 || ends.most(solid_angle_sr) * left <= ends.least {
+            let is_weak = ends.most(solid_angle_sr) * left <= ends.least;
+            if cell.n < 3 || is_weak && !ends.keeps_weak {
                 continue;
             }
             let (lo, hi) = cell.bounds();
             let widest = (hi - lo).max_element();
             let range_m = frame.origin.distance(frame.lift(uv, nearness));
-            if widest * widest * range_m * ends.wavenumber > 2.0 * PI {
+            if !is_weak && widest * widest * range_m * ends.wavenumber > 2.0 * PI {
                 let across = if hi.x - lo.x > hi.y - lo.y { DVec2::X } else { DVec2::Y };
                 cells.extend(cell.split(0.5 * (lo + hi), across));
                 continue;
@@ -1254,15 +1260,16 @@ impl Clipper<'_> {
         }
     }
 
-    /// The first face that the ray at `uv` meets after it has left `source`, and where.
+    /// The first face that the ray at `uv` of a frame with a point source meets after it has left `source`, and where.
     fn met_by(&self, frame: &Frame, source: &Side, uv: DVec2) -> Option<(u32, DVec3)> {
         let mut ray = Polygon::EMPTY;
         ray.push(uv);
-        let around = DVec2::splat(self.eps);
-        let [a, b, c, d] = Self::prism(frame, (uv - around, uv + around));
-        let ahead = HalfSpace { normal: source.normal, offset: source.offset + self.faces.flat_m };
+        let start = frame.lift(uv, frame.nearness(source.normal, source.offset));
+        let beyond_all_m = start.distance(self.faces.centre_m) + self.faces.radius_m;
+        let end = Cell::new(start + frame.direction(uv) * beyond_all_m);
         let mut first: Option<(f64, u32, DVec3)> = None;
-        self.faces.within(&[a, b, c, d, ahead], |f| {
+        let misses = |centre: DVec3, half: DVec3| misses_segment(start, end.get(), LIES_M)(centre, half);
+        self.faces.visit_boxes(misses, |f| {
             let target = &self.faces.faces[f as usize];
             let Some(facing) = self.lit(frame, target) else { return };
             if self.ahead(target, source) == PlaneSide::Behind
@@ -1276,6 +1283,7 @@ impl Clipper<'_> {
             let is_ahead = source.normal.dot(place) - source.offset > self.faces.flat_m;
             if q > 0.0 && is_ahead && first.is_none_or(|(nearest, number, _)| (q, number) > (nearest, f)) {
                 first = Some((q, f, place));
+                end.set(place);
             }
         });
         first.map(|(_, face, place)| (face, place))

@@ -90,7 +90,8 @@ impl<'a> Follower<'a> {
             let view = view_of(self.scene, &self.chains, number)?;
             Some((number, view.through(&self.chains[number].lit)))
         };
-        level.filter(|i| self.is_mirror(&self.chains[*i])).filter_map(behind).collect()
+        let mirrors: Vec<usize> = level.filter(|i| self.is_mirror(&self.chains[*i])).collect();
+        mirrors.par_iter().filter_map_tasks(|i| behind(*i)).collect()
     }
 
     /// The chains that the fragments of each view make.

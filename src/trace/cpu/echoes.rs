@@ -111,7 +111,7 @@ impl<'a> FrameBeams<'a> {
         let last = options.convention == Convention::Last;
         let images = options.images && !last;
         let wavenumber = wavenumber(geometry.freq_hz);
-        let ends = |least| Ends { surfaces: &geometry.surfaces, wavenumber, least };
+        let ends = |least| Ends { surfaces: &geometry.surfaces, wavenumber, least, keeps_weak: false };
         let faces = geometry.faces();
         let is_rough = |f: &Face| geometry.surfaces[f.surface as usize].is_rough();
         FrameBeams {

@@ -1132,7 +1132,7 @@ fn beside_m(ends_m: [DVec3; 2]) -> f64 {
 }
 
 /// The ends of a wall of a window at the distance of the window's axes, and the unit vector to its inner side.
-fn wall_of(window: &Frame, number: usize) -> ([DVec3; 2], DVec3) {
+pub(in crate::trace) fn wall_of(window: &Frame, number: usize) -> ([DVec3; 2], DVec3) {
     let [u, v] = if number < 2 { [window.u, window.v] } else { [window.v, window.u] };
     let sign = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
     let side = window.origin + window.k + u * sign;

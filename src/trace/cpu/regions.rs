@@ -119,7 +119,7 @@ pub(super) fn clipped_by_lines(
         if ends.most(beams.iter().map(solid_angle_sr).sum()) <= ends.least {
             return Vec::new();
         }
-        let ends = Ends { least: 0.0, ..ends };
+        let ends = Ends { keeps_weak: true, ..ends };
         let mut met = Vec::new();
         for beam in &beams {
             let left = clipper.left(&ends, &nodes, number as u32, middle(beam));

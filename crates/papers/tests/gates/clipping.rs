@@ -98,7 +98,12 @@ fn tasks_find_what_one_thread_finds() {
         let TraceOptions { bounces, accuracy_db, images, .. } = look.options;
         let beams = BeamOptions { images, followed_alone, ..BeamOptions::new(bounces, accuracy_db, false) };
         let surfaces = &look.geometry.surfaces;
-        let ends = beams::Ends { surfaces, wavenumber: wavenumber(look.radar.carrier_hz), least: 1e-3 };
+        let ends = beams::Ends {
+            surfaces,
+            wavenumber: wavenumber(look.radar.carrier_hz),
+            least: 1e-3,
+            keeps_weak: false,
+        };
         beams::clip_windows(look.geometry.faces(), &windows(&look.radar, &look.pose), &beams, Some(ends))
     };
     for look in &looks()[..2] {
