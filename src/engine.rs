@@ -32,8 +32,7 @@ use crate::gpu::{Gpu, GpuCounts, Kernel, Profile, Want, adapters, selftest};
 use crate::rcs::cpu::beam_sum::{self, FrequencyPoint};
 use crate::rcs::cpu::ptd;
 use crate::rcs::{
-    self, Aspect, BistaticAspect, Diffraction, Distance, Ground, Impassable, RayGrid, RcsOptions, Scattering,
-    po_sum,
+    self, Aspect, BistaticAspect, Diffraction, Distance, Impassable, RayGrid, RcsOptions, Scattering, po_sum,
 };
 use crate::scene::Scene;
 use crate::trace::beams::BeamOptions;
@@ -434,29 +433,51 @@ impl Engine {
         finer: f64,
         watch: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<Scattering>> {
-        if options.height_m != 0.0 {
-            let (raised, below) = options.raised(scene);
-            let mut found = self.scattering_at(&raised, frequencies_hz, aspects, &below, finer, watch)?;
-            for (s, aspect) in found.iter_mut().zip(aspects.iter().cycle()) {
-                s.scale(
-                    [aspect.transmit, aspect.receive].map(|a| options.distance_ratio(a)).iter().product(),
-                );
-            }
-            return Ok(found);
+        if options.height_m == 0.0 {
+            return self.scattering_over_ground(scene, frequencies_hz, aspects, options, finer, watch);
         }
-        if options.ground != Ground::None {
-            return rcs::ground::scattering(scene, frequencies_hz, aspects, options, |s, f, l, o| {
-                // Each aspect is taken several times with its images.
-                let share = aspects.len() as f64 / l.len() as f64;
-                let done = std::sync::Mutex::new(0.0);
-                self.scattering_at(s, f, l, o, finer, &|n| {
-                    let mut sum = done.lock().unwrap_or_else(|e| e.into_inner());
-                    let before = *sum as u64;
-                    *sum += n as f64 * share;
-                    watch(*sum as u64 - before);
-                })
-            });
+        let (raised, below) = options.raised(scene);
+        let mut found =
+            self.scattering_over_ground(&raised, frequencies_hz, aspects, &below, finer, watch)?;
+        for (s, aspect) in found.iter_mut().zip(aspects.iter().cycle()) {
+            s.scale([aspect.transmit, aspect.receive].map(|a| options.distance_ratio(a)).iter().product());
         }
+        Ok(found)
+    }
+
+    /// [`Engine::scattering_at`] of bodies at the height at which they are.
+    fn scattering_over_ground(
+        &self,
+        scene: &Scene,
+        frequencies_hz: &[f64],
+        aspects: &[BistaticAspect],
+        options: &RcsOptions,
+        finer: f64,
+        watch: &(dyn Fn(u64) + Sync),
+    ) -> Result<Vec<Scattering>> {
+        rcs::ground::scattering(scene, frequencies_hz, aspects, options, |s, f, l, o| {
+            // Each aspect is computed several times, with its images.
+            let share = aspects.len() as f64 / l.len() as f64;
+            let done = std::sync::Mutex::new(0.0);
+            self.scattering_of_bodies(s, f, l, o, finer, &|n| {
+                let mut sum = done.lock().unwrap_or_else(|e| e.into_inner());
+                let before = *sum as u64;
+                *sum += n as f64 * share;
+                watch(*sum as u64 - before);
+            })
+        })
+    }
+
+    /// [`Engine::scattering_at`] of bodies in free space.
+    fn scattering_of_bodies(
+        &self,
+        scene: &Scene,
+        frequencies_hz: &[f64],
+        aspects: &[BistaticAspect],
+        options: &RcsOptions,
+        finer: f64,
+        watch: &(dyn Fn(u64) + Sync),
+    ) -> Result<Vec<Scattering>> {
         let highest = frequencies_hz.iter().copied().fold(f64::NAN, f64::max);
         if !highest.is_finite() || aspects.is_empty() {
             return Ok(Vec::new());

@@ -230,10 +230,10 @@ impl Frame {
     /// tx], 0 vertical).
     #[getter]
     fn returns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let heard = columns::heard(&self.described, &self.echoes);
+        let received = columns::received(&self.described, &self.echoes);
         let all = &self.echoes.list;
-        Records::new(heard.len())
-            .columns(py, &columns::echoes(), &heard)?
+        Records::new(received.len())
+            .columns(py, &columns::echoes(), &received)?
             .numbers(py, "path_length_m", all.iter().map(|r| r.path_length_m).collect(), "f8")
             .vectors(py, "spread", all.iter().flat_map(|r| r.path_gain.concat()).collect(), "c16", &[2, 2])
             .build(py)

@@ -136,15 +136,15 @@ mod tests {
         let (radar, all) = frame();
         let levels = Levels::new(&radar);
         let power: Vec<f64> = all.list.iter().map(|r| levels.amplitude(r).norm_sqr()).collect();
-        // Of the last five that are heard, and a little more.
+        // Of the last five that are received, and a little more.
         let five: f64 = power[55..60].iter().sum();
         let some = trimmed(Budget::Sum(1.01 * five));
         assert_eq!((some.left_out, some.list.len()), (5, all.list.len() - 5));
         assert!((some.left_out_power_w / five - 1.0).abs() < 1e-12);
         assert_eq!(some.list[..55], all.list[..55]);
         assert_eq!(some.list[55], all.list[60]);
-        let heard: f64 = power[..60].iter().sum();
-        assert_eq!(trimmed(Budget::Share(1.01 * five / heard)).left_out, 5);
+        let received: f64 = power[..60].iter().sum();
+        assert_eq!(trimmed(Budget::Share(1.01 * five / received)).left_out, 5);
         // In the main direction, where all of them stand.
         assert_eq!(trimmed(Budget::Each(power[30] * (1.0 + 1e-9))).left_out, 30);
         assert_eq!(trimmed(Budget::Nothing), all);

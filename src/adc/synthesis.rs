@@ -95,7 +95,7 @@ pub struct SynthesisStats {
     /// transmitter is synthesised and copied to all loops, which is exact.
     pub moving: u64,
     /// Echoes that the anti-alias filter stopped, and the sum of their powers in channel 0. A face that lies too far for any echo of
-    /// it to be heard is not traced and counts as one, without its power.
+    /// it to be received is not traced and counts as one, without its power.
     pub dropped: u64,
     /// Power of the echoes that fall out of the receiver's band, W.
     pub dropped_power_w: f64,
@@ -162,7 +162,7 @@ pub enum Set {
     Moving,
 }
 
-/// One transmitter heard by one receiver in one slot.
+/// One transmitter received by one receiver in one slot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TxRxPair {
     pub(super) tx: usize,
@@ -230,7 +230,7 @@ pub struct Plan<'a> {
     /// conj(a0) of eq. 12, `[return, kind]`.
     pub(super) amplitudes: Vec<Complex64>,
     pub(super) kinds: usize,
-    /// Σ|A|² over all echoes that are heard, for each kind.
+    /// Σ|A|² over all echoes that are received, for each kind.
     power: Vec<f64>,
 }
 
@@ -326,7 +326,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Power of all echoes that are heard in a channel, Σ|A|², W.
+    /// Power of all echoes that are received in a channel, Σ|A|², W.
     pub fn power(&self, channel: usize) -> f64 {
         let way = &self.ways[channel];
         self.power[way.kind] * way.factor.norm_sqr()

@@ -66,7 +66,7 @@ const NEAR_RAD: f64 = 0.01;
 
 impl Resolved {
     /// The same with the directions of other folds, of a point whose angles have these deviations where they are measured.
-    pub fn with_folds(
+    pub fn with_ambiguities(
         mut self,
         by_folds: &ByFolds,
         lobes: &AngleLobes,

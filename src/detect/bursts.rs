@@ -32,7 +32,7 @@ pub struct Burst<'a> {
     pub radar: &'a Radar,
     /// What the deviations of its points follow from.
     pub accuracy: &'a PointAccuracy,
-    /// The cells as the receivers heard them.
+    /// The cells as the receivers received them.
     pub snapshots: &'a Snapshots<f64>,
     /// Noise of one channel in each cell, W.
     pub noise_w: &'a [f64],

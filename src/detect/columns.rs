@@ -116,7 +116,7 @@ pub const ANGLE_CELLS: [Column<SpectrumCell>; 4] = [
 ];
 
 /// An echo as its radar hears it.
-pub struct HeardEcho<'a> {
+pub struct ReceivedEcho<'a> {
     /// The echo.
     pub echo: &'a Echo,
     /// Power of this echo alone, mean over channels, dBm.
@@ -126,21 +126,21 @@ pub struct HeardEcho<'a> {
 }
 
 /// The echoes of a frame as their radar hears them, in their order.
-pub fn heard<'a>(radar: &Radar, echoes: &'a Echoes) -> Vec<HeardEcho<'a>> {
+pub fn received<'a>(radar: &Radar, echoes: &'a Echoes) -> Vec<ReceivedEcho<'a>> {
     let levels = Levels::new(radar);
-    let heard = |echo: &'a Echo| {
+    let received = |echo: &'a Echo| {
         let (azimuth, elevation) = angles_from_direction(echo.arrival);
-        HeardEcho {
+        ReceivedEcho {
             echo,
             power_dbm: dbm_from_w(levels.amplitude(echo).norm_sqr()),
             angles_deg: [azimuth, elevation].map(f64::to_degrees),
         }
     };
-    echoes.list.iter().map(heard).collect()
+    echoes.list.iter().map(received).collect()
 }
 
 /// Columns of echoes as the tracer found them, in the sensor frame.
-pub const fn echoes<'a>() -> [Column<HeardEcho<'a>>; 7] {
+pub const fn echoes<'a>() -> [Column<ReceivedEcho<'a>>; 7] {
     [
         Column::number("range_m", "half of the path's length, in the middle of the frame", |e| {
             e.echo.range_m()

@@ -1,6 +1,6 @@
 //! `points.csv`, `returns.csv` and `angle_cells.csv`.
 
-use super::columns::{ANGLE_CELLS, POINTS, echoes as echo_columns, heard};
+use super::columns::{ANGLE_CELLS, POINTS, echoes as echo_columns, received};
 use super::points::Point;
 use super::spectra::SpectrumCell;
 use crate::formats::column::Column;
@@ -23,7 +23,7 @@ pub fn write_points<W: Write>(out: W, points: &[Point]) -> std::io::Result<W> {
 /// # Errors
 /// Returns an error if the output cannot be written.
 pub fn write_echoes<W: Write>(out: W, radar: &Radar, echoes: &Echoes) -> std::io::Result<W> {
-    write_rows(out, &echo_columns(), &heard(radar, echoes))
+    write_rows(out, &echo_columns(), &received(radar, echoes))
 }
 
 /// Writes the cells of angular spectra as CSV with a header; the columns are [`ANGLE_CELLS`].

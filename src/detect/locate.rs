@@ -8,7 +8,7 @@ use super::ambiguity::{
 use super::angle_ambiguity::ByFolds;
 use super::angle_ambiguity::{AngleLobes, MODEL_ERROR};
 use super::bursts::{self, Burst, Known};
-use super::points::{Detected, Point, least_range_m, peaks, point, range_rate_mps};
+use super::points::{Detected, Point, min_range_m, peaks, point, range_rate_mps};
 use super::same_slope;
 use super::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
 use crate::base::error::{Error, Result};
@@ -617,7 +617,7 @@ pub struct FrameMaps<'a> {
 /// Points of one frame without labels, strongest first. `maps` has one map for each ramp. What ramps of one slope see
 /// is put together ([`same_slope`]). With one slope that is all; with several, points are peaks that belong
 /// together of all different slopes ([`pair_slopes`]). `velocity_mps` is the radar's own in its frame,
-/// where it is known. What would stand nearer than [`least_range_m`] is no point.
+/// where it is known. What would stand nearer than [`min_range_m`] is no point.
 ///
 /// # Errors
 /// Returns the errors of [`detected`].
@@ -774,7 +774,7 @@ fn joined(
         let list = bodies.into_iter().map(|d| (point(part, &d, accuracy), d)).collect();
         seen.push(OfSlope { part, accuracy, list });
     }
-    let least_m = least_range_m(radar);
+    let least_m = min_range_m(radar);
     let is_off_radar = |p: &Point| p.range_m >= least_m;
     if seen.len() < 2 {
         return Ok(seen.into_iter().flat_map(|s| s.list).map(|(p, _)| p).filter(is_off_radar).collect());

@@ -53,7 +53,7 @@ pub struct Detected {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
     /// Range, m, at least half a resolution cell: nearer than that nothing is told from the radar itself
-    /// ([`least_range_m`]).
+    /// ([`min_range_m`]).
     pub range_m: f64,
     /// Range rate, m/s, positive when receding. As measured it lies within ±`Radar::max_velocity_mps`; beyond that
     /// where the array, empty Doppler bands, another slope or the ego's speed said which fold it is in (`ambiguity`).
@@ -207,7 +207,7 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
     let snr = if d.noise_w > 0.0 { d.power_w / d.noise_w } else { SNR_WITHOUT_NOISE };
     let averaged = snr * f64::from(d.looks);
     let mut std = accuracy.std(averaged, seen[0], seen[1]);
-    if radar.processing.keystone && radar.migration_folds().count() == 1 {
+    if radar.processing.keystone && radar.migration_ambiguities().count() == 1 {
         // The keystone transform held the body by the rate of its row: what was added smears it (eq. 89a).
         let smear_m = (d.unfolded_mps * radar.burst_time_s()).abs();
         std.range_m = std.range_m.hypot(smear_m / 12f64.sqrt());
@@ -218,7 +218,8 @@ pub fn point(radar: &Radar, d: &Detected, accuracy: &PointAccuracy) -> Point {
         std.elevation_rad = std.elevation_rad.map(|s| if known(elevation) { elevation } else { s });
     }
     let measures_angle = std.azimuth_rad.is_some() || std.elevation_rad.is_some();
-    resolved = resolved.with_folds(&d.by_folds, &accuracy.angle_lobes, [std.azimuth_rad, std.elevation_rad]);
+    resolved =
+        resolved.with_ambiguities(&d.by_folds, &accuracy.angle_lobes, [std.azimuth_rad, std.elevation_rad]);
     // A lobe that may be wrong is part of the deviation.
     let [by_azimuth, by_elevation] = resolved.variance.map(f64::sqrt);
     std.azimuth_rad = std.azimuth_rad.map(|s| s.hypot(by_azimuth));
@@ -269,7 +270,7 @@ pub(super) fn stretched([azimuth, elevation]: [f64; 2], measured: [bool; 2], lon
 
 /// The nearest range at which something can be told from the radar itself: half a resolution cell. What the map shows
 /// nearer than that, or at a negative range, is leakage, a constant of the mixer or noise, and no point.
-pub fn least_range_m(radar: &Radar) -> f64 {
+pub fn min_range_m(radar: &Radar) -> f64 {
     let lines = radar.lines();
     C0 / (4.0 * lines.step_hz.abs() * lines.count as f64)
 }

@@ -1,7 +1,7 @@
 //! Peaks that stand over the detector's threshold and became no point, and why.
 
 use super::accuracy::PointAccuracy;
-use super::points::{Point, least_range_m, range_m};
+use super::points::{Point, min_range_m, range_m};
 use crate::dsp::peaks::group;
 use crate::dsp::{Cell, RangeDoppler};
 use crate::scene::radar::Radar;
@@ -18,7 +18,7 @@ pub enum Why {
     BeyondLimit,
     /// The method for angles found no direction.
     NoDirection,
-    /// It stands nearer than anything can be told from the radar itself ([`least_range_m`]).
+    /// It stands nearer than anything can be told from the radar itself ([`min_range_m`]).
     AtRadar,
 }
 
@@ -82,7 +82,7 @@ pub fn of_map(
     // A point lies within half a cell of its cell's middle.
     let most_rate = radar.max_velocity_mps() * accuracy.coupling_s.abs();
     let nearest = |c: &Cell| range_m(radar, f64::from(c.range), 0.0, 0.0) - 0.5 * step - most_rate;
-    let why = |c: &Cell| if nearest(c) < least_range_m(radar) { Why::AtRadar } else { Why::NoDirection };
+    let why = |c: &Cell| if nearest(c) < min_range_m(radar) { Why::AtRadar } else { Why::NoDirection };
     out.extend(found.cells.iter().filter(|c| !gave.contains(&key(c))).map(|c| (*c, why(c))));
     out
 }

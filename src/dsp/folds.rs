@@ -19,13 +19,13 @@ const SHOWN: i64 = 2;
 ///
 /// # Errors
 /// Returns an error if the cube's shape is not the radar's, and what `process` fails with.
-pub fn over_folds<T>(
+pub fn over_ambiguities<T>(
     radar: &Radar,
     cube: &Cube<T>,
     process: impl Fn(&Transform, &Cfar) -> Result<RangeDoppler<f64>>,
 ) -> Result<RangeDoppler<f64>> {
     let mut transform = Transform::of_cube(cube, radar)?;
-    let folds = radar.migration_folds();
+    let folds = radar.migration_ambiguities();
     let count = folds.clone().count();
     if count == 1 {
         return process(&transform, &radar.processing.cfar);

@@ -41,12 +41,12 @@ pub fn decode_in(
                 _ => 1.0 / slots as f64,
             };
             let mut channels = vec![Complex64::ZERO; n_tx * n_rx];
-            for (slot, heard) in snapshot.chunks_exact(n_rx).enumerate() {
+            for (slot, received) in snapshot.chunks_exact(n_rx).enumerate() {
                 let back = Complex64::cis(-TAU * slot_turns * slot as f64) * norm;
                 for tx in 0..n_tx {
                     let weight = radar.multiplex.weight(slot, tx);
                     if weight != 0.0 {
-                        for (c, x) in channels[tx * n_rx..][..n_rx].iter_mut().zip(heard) {
+                        for (c, x) in channels[tx * n_rx..][..n_rx].iter_mut().zip(received) {
                             *c += x * back * weight;
                         }
                     }
@@ -58,12 +58,12 @@ pub fn decode_in(
             let power: Vec<f64> =
                 snapshot.chunks_exact(n_rx).map(|b| b.iter().map(Complex64::norm_sqr).sum()).collect();
             let band = |tx: usize, fold: usize| (tx + bands - fold) % bands;
-            let heard = |fold: usize| (0..n_tx).map(|tx| power[band(tx, fold)]).sum::<f64>();
+            let received = |fold: usize| (0..n_tx).map(|tx| power[band(tx, fold)]).sum::<f64>();
             // Of equal folds the slowest.
             let order = (0..bands).map(|i| if i % 2 == 0 { i / 2 } else { bands - i.div_ceil(2) });
             let mut fold = 0;
             for f in order {
-                if heard(f) > heard(fold) * (1.0 + 1e-12) {
+                if received(f) > received(fold) * (1.0 + 1e-12) {
                     fold = f;
                 }
             }
@@ -78,7 +78,7 @@ pub fn decode_in(
             let second = (0..bands).filter(|f| *f != fold).map(empty).fold(f64::INFINITY, f64::min);
             let empty_w = if bands > n_tx { [empty(fold), second] } else { [0.0; 2] };
             let least = (0..n_tx).map(|tx| power[band(tx, fold)]).fold(f64::INFINITY, f64::min);
-            let least_share = least * n_tx as f64 / heard(fold).max(f64::MIN_POSITIVE);
+            let least_share = least * n_tx as f64 / received(fold).max(f64::MIN_POSITIVE);
             let width = 2.0 * radar.max_velocity_mps();
             let all = width * bands as f64;
             let rate = range_rate_mps + fold as f64 * width;

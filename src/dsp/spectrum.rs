@@ -267,7 +267,7 @@ fn pieces_of(buffers: &[(usize, Buffer<Complex32>)], channels: usize, samples: u
 /// adapter fails.
 pub fn range_alone(gpu: &Gpu, cube: &Cube<f32>, t: &Transform) -> Result<Cube<f32>> {
     t.check_shape([cube.chirps, cube.channels, cube.samples])?;
-    t.check_apart()?;
+    t.check_separable()?;
     let mut recorder = gpu.recorder("range spectrum");
     let mut plan = Plan::new(&mut recorder, gpu, t, None)?;
     let mut pending = Vec::new();
@@ -300,7 +300,7 @@ pub fn range_alone(gpu: &Gpu, cube: &Cube<f32>, t: &Transform) -> Result<Cube<f3
 /// Returns an error for spectra of another shape, and the errors of [`range_alone`].
 pub fn doppler_alone(gpu: &Gpu, ranges: &Cube<f32>, t: &Transform) -> Result<Spectrum<f32>> {
     t.check_ranges([ranges.chirps, ranges.channels, ranges.samples])?;
-    t.check_apart()?;
+    t.check_separable()?;
     let mut recorder = gpu.recorder("Doppler spectrum");
     let mut plan = Plan::new(&mut recorder, gpu, t, None)?;
     let mut chunks = Vec::new();

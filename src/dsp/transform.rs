@@ -178,7 +178,7 @@ impl Transform {
     ///
     /// # Errors
     /// Returns an error for a keystone transform, which goes before that of range.
-    pub fn check_apart(&self) -> Result<()> {
+    pub fn check_separable(&self) -> Result<()> {
         if self.keystone.is_none() {
             return Ok(());
         }

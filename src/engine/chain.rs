@@ -263,7 +263,7 @@ impl Engine {
             (true, is_detected) => {
                 ran.count(Stage::Transform);
                 // With several Doppler folds the map is put together from what the detector finds in each.
-                if is_detected || radar.migration_folds().count() > 1 {
+                if is_detected || radar.migration_ambiguities().count() > 1 {
                     ran.count(Stage::Detection);
                     self.maps(radar, &cube)?
                 } else {
@@ -401,7 +401,7 @@ impl Engine {
     /// The plan of a frame that goes from echoes to detected cells on the device alone. None for other radars, for frames without samples
     /// and for the cpu engine.
     fn plan_on_device<'a>(&self, input: &FrameInput<'a>) -> Result<Option<Plan<'a>>> {
-        match input.radar.migration_folds().count() {
+        match input.radar.migration_ambiguities().count() {
             _ if !input.extent.reaches(Stage::Synthesis) => Ok(None),
             1 => self.plan_of_cube(input.radar, input.echoes, input.interference),
             _ => Ok(None),
@@ -496,7 +496,7 @@ impl Engine {
         Ok((samples, seen))
     }
 
-    /// Lines of a plan by this engine, the ways that are heard at once added up, and how echoes were summed.
+    /// Lines of a plan by this engine, the ways that are received at once added up, and how echoes were summed.
     fn lines<T: Precise>(&self, plan: &Plan<'_>, control: Control<'_>) -> Result<(Cube<T>, Methods)> {
         let (cube, methods) = match self {
             Engine::Cpu(_) => T::lines(plan, control)?,
@@ -527,19 +527,19 @@ impl Engine {
     /// finite, or the adapter fails.
     pub fn range_doppler(&self, radar: &Radar, cube: &AnyCube) -> Result<RangeDoppler<f64>> {
         use crate::dsp::cpu::{lines::prepared as lines, process_by};
-        use crate::dsp::folds::over_folds;
+        use crate::dsp::folds::over_ambiguities;
         match (self, cube) {
             (Engine::Cpu(_), AnyCube::F64(cube)) => {
                 let cube = &*lines(cube, radar)?;
-                over_folds(radar, cube, |t, cfar| Ok(process_by(cube, t, cfar)?.1))
+                over_ambiguities(radar, cube, |t, cfar| Ok(process_by(cube, t, cfar)?.1))
             }
             (Engine::Cpu(_), AnyCube::F32(cube)) => {
                 let cube = &*lines(cube, radar)?;
-                over_folds(radar, cube, |t, cfar| Ok(process_by(cube, t, cfar)?.1.widened()))
+                over_ambiguities(radar, cube, |t, cfar| Ok(process_by(cube, t, cfar)?.1.widened()))
             }
             (Engine::Gpu(gpu), AnyCube::F32(cube)) => {
                 let cube = &*lines(cube, radar)?;
-                over_folds(radar, cube, |t, cfar| {
+                over_ambiguities(radar, cube, |t, cfar| {
                     Ok(dsp::device::process_by(gpu, cube, t, cfar)?.1.widened())
                 })
             }
@@ -583,7 +583,7 @@ impl Engine {
             && Shaping::of(radar, 0.0).is_none()
             && !matches!(radar.multiplex, Multiplex::Ddm { .. })
             && !p.remove_static
-            && radar.migration_folds().count() == 1
+            && radar.migration_ambiguities().count() == 1
     }
 
     /// [`Engine::range_doppler`] in f32 of a cube larger than memory should hold: `source` fills in blocks of

@@ -47,7 +47,7 @@ impl FrameMemory {
         let spectrum_bytes = complex * product(&[p.doppler_fft, radar.channels(), radar.range_bins()]);
         // In the engine's precision and handed on in f64, with a mask.
         let cells = product(&[radar.doppler_rows(), radar.range_bins()]);
-        let maps = (parts * radar.migration_folds().count()) as f64;
+        let maps = (parts * radar.migration_ambiguities().count()) as f64;
         let map_bytes = 9.0 * cells * maps;
         let beams = product(&[p.azimuth_bins, p.elevation_bins]);
         let angle_bytes = beams * (8.0 + complex * (radar.virtual_channels() * bands) as f64);

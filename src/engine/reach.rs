@@ -8,10 +8,10 @@ use crate::scene::waveform::Waveform;
 use glam::DVec3;
 
 /// Range from which an echo can still pass the receiver, m: half the length of the longest path, when no path changes
-/// its length faster than `path_rate_mps`. It is infinite for codes and single tones, which are heard whatever their
+/// its length faster than `path_rate_mps`. It is infinite for codes and single tones, which are received whatever their
 /// delay. Of several ramps the one that hears farthest counts.
 ///
-/// A path over a place p is at least 2 |p - radar| long, so that nothing farther than this takes part in an echo that is heard, nor
+/// A path over a place p is at least 2 |p - radar| long, so that nothing farther than this takes part in an echo that is received, nor
 /// stands in the way of one.
 pub fn reach_m(radar: &Radar, path_rate_mps: f64) -> f64 {
     let of_part = |i: usize| longest_path_m(&radar.part(i), path_rate_mps);
@@ -64,9 +64,9 @@ fn highest_beat_hz(radar: &Radar) -> f64 {
     // A high-pass only takes from low beats; without it there is one edge on each side.
     let mut radar = radar.clone();
     radar.front_end.filters.high_pass = None;
-    let heard = |beat_hz: f64| passes_filter(&radar, beat_hz) || passes_filter(&radar, -beat_hz);
+    let received = |beat_hz: f64| passes_filter(&radar, beat_hz) || passes_filter(&radar, -beat_hz);
     let (mut low, mut high) = (0.0, radar.sample_rate_hz);
-    while heard(high) {
+    while received(high) {
         (low, high) = (high, 2.0 * high);
         if high > radar.carrier_hz {
             return f64::INFINITY;
@@ -74,7 +74,7 @@ fn highest_beat_hz(radar: &Radar) -> f64 {
     }
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if heard(middle) { low = middle } else { high = middle }
+        if received(middle) { low = middle } else { high = middle }
     }
     high
 }

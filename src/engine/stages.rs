@@ -77,7 +77,7 @@ fn wide(list: Vec<f32>) -> Vec<f64> {
 
 /// A cube whose samples are range bins.
 fn ranges_of<T: Real>(cube: &Cube<T>, t: &Transform) -> Result<Cube<T>> {
-    t.check_apart()?;
+    t.check_separable()?;
     let mut out = Cube::zeros(t.chirps, t.channels, t.range_bins);
     cpu::fft::range(cube, t, &mut out.data);
     Ok(out)
@@ -85,7 +85,7 @@ fn ranges_of<T: Real>(cube: &Cube<T>, t: &Transform) -> Result<Cube<T>> {
 
 fn doppler_of<T: Real>(ranges: &Cube<T>, t: &Transform) -> Result<Spectrum<T>> {
     t.check_ranges([ranges.chirps, ranges.channels, ranges.samples])?;
-    t.check_apart()?;
+    t.check_separable()?;
     let mut data = vec![Complex::default(); t.doppler_fft * t.columns()];
     data[..ranges.data.len()].copy_from_slice(&ranges.data);
     cpu::fft::doppler(t, &mut data);

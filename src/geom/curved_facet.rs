@@ -32,7 +32,7 @@ pub struct Crease {
 
 impl CurvedFacet {
     /// A bound of the curvature in any direction, 1/m.
-    pub fn most_bend(&self) -> f64 {
+    pub fn max_curvature(&self) -> f64 {
         let norm = |m: &DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
         self.bends.iter().map(norm).fold(0.0, f64::max)
     }

@@ -291,7 +291,7 @@ impl<'a> RigidScene<'a> {
     /// Mesh `mesh` as object number `number` shows it.
     fn place(&self, number: usize, mesh: usize, pose: Pose<Target, World>) -> Result<Arc<PlacedMesh>> {
         let last = || self.last[number].lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = last().as_ref().filter(|known| known.stands_at(&pose)) {
+        if let Some(known) = last().as_ref().filter(|known| known.is_at(&pose)) {
             return Ok(known.clone());
         }
         let placed = PlacedMesh::new(self.rigid(mesh).clone(), pose)

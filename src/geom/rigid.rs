@@ -281,7 +281,7 @@ impl PlacedMesh {
     }
 
     /// Whether it stands so to the last bit.
-    pub(super) fn stands_at(&self, pose: &Pose<Target, World>) -> bool {
+    pub(super) fn is_at(&self, pose: &Pose<Target, World>) -> bool {
         let bits = |p: &Pose<Target, World>| {
             (p.rotation.to_array().map(f64::to_bits), p.translation_m.to_array().map(f64::to_bits))
         };

@@ -44,7 +44,7 @@ fn report(level: log::Level, line: &str) -> Option<String> {
     (is_error && KNOWN_FALSE.iter().all(|(part, _)| !line.contains(part))).then(|| line.to_string())
 }
 
-/// Whether the environment asks for the layer, whose errors are heard from then on.
+/// Whether the environment asks for the layer, whose errors are received from then on.
 fn is_on() -> bool {
     static IS_ON: OnceLock<bool> = OnceLock::new();
     *IS_ON.get_or_init(|| {

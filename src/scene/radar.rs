@@ -533,7 +533,7 @@ impl Radar {
     }
     /// Doppler folds for which targets are kept in their range cells: whole unambiguous intervals of the map, from the least to
     /// the largest; zero alone where none were asked for.
-    pub fn migration_folds(&self) -> std::ops::RangeInclusive<i32> {
+    pub fn migration_ambiguities(&self) -> std::ops::RangeInclusive<i32> {
         let most = match self.processing.keystone {
             true => (0.5 * (self.processing.migration_max_mps / self.max_velocity_mps() - 1.0)).ceil(),
             false => 0.0,

@@ -648,7 +648,7 @@ fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Res
         None => Ok(0),
     };
     p.group = [cells(&f.group_doppler_cells)?, cells(&f.group_range_cells)?];
-    let folds = radar.migration_folds().count();
+    let folds = radar.migration_ambiguities().count();
     if let Some(t) = f.range_migration_max_mps.as_ref().filter(|_| folds > MOST_FOLDS) {
         let most = MOST_FOLDS as f64 * radar.max_velocity_mps();
         return Err(doc

@@ -250,7 +250,7 @@ pub struct Prepared<'a> {
 
 /// What a radar hears in a frame.
 #[derive(Debug, Clone)]
-pub struct Heard {
+pub struct TracedFrame {
     /// Middle of the frame, from the middle of frame 0.
     pub time_s: f64,
     /// Pose of the radar at that time.
@@ -394,8 +394,8 @@ impl<'a> Prepared<'a> {
     ///
     /// # Errors
     /// Returns an error if a material, a mesh or the weather cannot be used at the radar's frequency.
-    pub fn echoes(&self, engine: &Engine, which: usize, index: u32) -> Result<Heard> {
-        self.heard(engine, which, index, budget(&self.scenario, which))
+    pub fn echoes(&self, engine: &Engine, which: usize, index: u32) -> Result<TracedFrame> {
+        self.traced(engine, which, index, budget(&self.scenario, which))
     }
 
     /// The geometry where nothing moves, which all frames of a radar share; None where something does.
@@ -416,7 +416,7 @@ impl<'a> Prepared<'a> {
         self.digests.get_or_init(|| Digests::of(&self.scenario, &self.scene))
     }
 
-    fn heard(&self, engine: &Engine, which: usize, index: u32, budget: Budget) -> Result<Heard> {
+    fn traced(&self, engine: &Engine, which: usize, index: u32, budget: Budget) -> Result<TracedFrame> {
         if !self.products.reaches(Stage::Trace) {
             return Ok(self.untraced(which, index));
         }
@@ -431,7 +431,7 @@ impl<'a> Prepared<'a> {
         Ok(self.trimmed(&posed, echoes, budget, clock.lap()))
     }
 
-    /// What is heard of echoes that were traced before; the clock ran while they were read.
+    /// What is received of echoes that were traced before; the clock ran while they were read.
     fn recalled(
         &self,
         kept: KeptTrace,
@@ -439,7 +439,7 @@ impl<'a> Prepared<'a> {
         index: u32,
         budget: Budget,
         mut clock: Clock,
-    ) -> Result<Heard> {
+    ) -> Result<TracedFrame> {
         let options = trace_options(&self.scenario, which, index)?;
         let radar = &self.scenario.radars[which];
         let time_s = self.scenario.frames.time_s(index);
@@ -453,7 +453,7 @@ impl<'a> Prepared<'a> {
         };
         trim(radar, &mut echoes, budget);
         let seconds = [0.0, clock.lap()];
-        Ok(Heard {
+        Ok(TracedFrame {
             time_s,
             pose,
             velocity_mps,
@@ -495,8 +495,8 @@ impl<'a> Prepared<'a> {
         Ok(Posed { which, index, radar, time_s, pose, velocity_mps, geometry, options, geometry_s })
     }
 
-    /// What is heard of a frame, of all its echoes, which took `trace_s` to trace.
-    fn trimmed(&self, posed: &Posed<'_>, mut echoes: Echoes, budget: Budget, trace_s: f64) -> Heard {
+    /// What is received of a frame, of all its echoes, which took `trace_s` to trace.
+    fn trimmed(&self, posed: &Posed<'_>, mut echoes: Echoes, budget: Budget, trace_s: f64) -> TracedFrame {
         let start = Instant::now();
         let triangles = posed.geometry.get().triangle_count;
         let kept = self.products.has(Product::Echoes).then(|| {
@@ -506,7 +506,7 @@ impl<'a> Prepared<'a> {
             KeptTrace { origin, triangles, echoes: echoes.clone(), file: None }
         });
         trim(posed.radar, &mut echoes, budget);
-        Heard {
+        TracedFrame {
             time_s: posed.time_s,
             pose: posed.pose,
             velocity_mps: posed.velocity_mps,
@@ -523,10 +523,10 @@ impl<'a> Prepared<'a> {
     }
 
     /// A frame for products that follow from the scene alone: the radar's pose, and no echoes.
-    fn untraced(&self, which: usize, index: u32) -> Heard {
+    fn untraced(&self, which: usize, index: u32) -> TracedFrame {
         let time_s = self.scenario.frames.time_s(index);
         let (pose, velocity_mps) = radar_pose(&self.scenario.radars[which], &self.scenario.ego, time_s);
-        Heard {
+        TracedFrame {
             time_s,
             pose,
             velocity_mps,
@@ -548,8 +548,8 @@ impl<'a> Prepared<'a> {
     ) -> Result<Frame> {
         let wanted = Wanted { prepared: self, which, index };
         engine.check_memory(&self.scenario.radars[which], 0)?;
-        let heard = self.heard(engine, which, index, budget)?;
-        let mut made = made(engine, &[wanted], vec![heard], control);
+        let received = self.traced(engine, which, index, budget)?;
+        let mut made = made(engine, &[wanted], vec![received], control);
         made.pop().unwrap_or_else(|| Err(Error::Failed("no frame was made".into())))
     }
 }
@@ -653,12 +653,12 @@ pub fn frames(engine: &Engine, wanted: &[Wanted<'_, '_>], control: Control<'_>) 
     };
     let limit = engine.batch_bytes() as f64;
     let at_least = rayon::current_num_threads();
-    let (mut heard, mut failure, mut bytes) = (Vec::new(), None, 0.0);
-    while heard.len() < most && failure.is_none() {
+    let (mut received, mut failure, mut bytes) = (Vec::new(), None, 0.0);
+    while received.len() < most && failure.is_none() {
         if control.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
             return vec![Err(Error::Interrupted("the frames were cancelled".into()))];
         }
-        let left = &wanted[heard.len()..most];
+        let left = &wanted[received.len()..most];
         // What is certain before anything is traced; then as the number of echoes is known.
         let (mut expected, mut traced) = (bytes, 0.0);
         let fit = left.iter().enumerate().take_while(|(i, w)| {
@@ -667,7 +667,7 @@ pub fn frames(engine: &Engine, wanted: &[Wanted<'_, '_>], control: Control<'_>) 
             expected <= limit && (*i < at_least || traced <= limit)
         });
         let some = match fit.count() {
-            0 if heard.is_empty() => &left[..1],
+            0 if received.is_empty() => &left[..1],
             n => &left[..n],
         };
         if some.is_empty() {
@@ -677,14 +677,14 @@ pub fn frames(engine: &Engine, wanted: &[Wanted<'_, '_>], control: Control<'_>) 
             match one {
                 Ok(one) if failure.is_none() => {
                     bytes += wanted.bytes(engine, one.echoes.list.len());
-                    heard.push(one);
+                    received.push(one);
                 }
                 Err(e) if failure.is_none() => failure = Some(e),
                 _ => {}
             }
         }
     }
-    let mut frames = made(engine, &wanted[..heard.len()], heard, control);
+    let mut frames = made(engine, &wanted[..received.len()], received, control);
     if !matches!(frames.last(), Some(Err(_))) {
         frames.extend(failure.map(Err));
     }
@@ -695,8 +695,8 @@ pub fn frames(engine: &Engine, wanted: &[Wanted<'_, '_>], control: Control<'_>) 
 /// on and as the host has them.
 const TRACE_BYTES_OF_TRIANGLE: f64 = 4e3;
 
-/// What is heard in frames, which are traced together.
-fn all_heard(engine: &Engine, wanted: &[Wanted<'_, '_>]) -> Vec<Result<Heard>> {
+/// What is received in frames, which are traced together.
+fn all_heard(engine: &Engine, wanted: &[Wanted<'_, '_>]) -> Vec<Result<TracedFrame>> {
     let is_traced =
         |w: &Wanted<'_, '_>| w.prepared.recall.is_none() && w.prepared.products.reaches(Stage::Trace);
     if !wanted.iter().all(is_traced) {
@@ -704,7 +704,7 @@ fn all_heard(engine: &Engine, wanted: &[Wanted<'_, '_>]) -> Vec<Result<Heard>> {
             .par_iter()
             .map(|w| {
                 engine.check_memory(w.radar(), 0)?;
-                w.prepared.heard(engine, w.which, w.index, w.budget())
+                w.prepared.traced(engine, w.which, w.index, w.budget())
             })
             .collect();
     }
@@ -734,27 +734,27 @@ fn all_heard(engine: &Engine, wanted: &[Wanted<'_, '_>]) -> Vec<Result<Heard>> {
             Ok((posed, echoes))
         })
         .collect();
-    let heard = wanted
+    let received = wanted
         .par_iter()
         .zip(both)
         .map(|(w, one)| one.map(|(posed, echoes)| w.prepared.trimmed(&posed, echoes, w.budget(), trace_s)));
-    heard.collect()
+    received.collect()
 }
 
-/// Frames of what was heard in them, one for each; nothing after one that failed.
+/// Frames of what was received in them, one for each; nothing after one that failed.
 fn made(
     engine: &Engine,
     wanted: &[Wanted<'_, '_>],
-    heard: Vec<Heard>,
+    received: Vec<TracedFrame>,
     control: Control<'_>,
 ) -> Vec<Result<Frame>> {
     let mut failure = None;
-    let mut interference = Vec::with_capacity(heard.len());
-    for (w, heard) in wanted.iter().zip(&heard) {
+    let mut interference = Vec::with_capacity(received.len());
+    for (w, received) in wanted.iter().zip(&received) {
         let prepared = w.prepared;
         let ways = engine
-            .check_memory(w.radar(), heard.echoes.list.len())
-            .and_then(|()| arrivals(&prepared.scenario, &prepared.scene, w.which, heard.time_s));
+            .check_memory(w.radar(), received.echoes.list.len())
+            .and_then(|()| arrivals(&prepared.scenario, &prepared.scene, w.which, received.time_s));
         match ways {
             Ok(ways) => interference.push(ways),
             Err(e) => {
@@ -765,11 +765,11 @@ fn made(
     }
     let inputs: Vec<FrameInput<'_>> = wanted
         .iter()
-        .zip(&heard)
+        .zip(&received)
         .zip(&interference)
-        .map(|((w, heard), interference)| FrameInput {
+        .map(|((w, received), interference)| FrameInput {
             radar: w.radar(),
-            echoes: &heard.echoes,
+            echoes: &received.echoes,
             interference,
             seed: radar_seed(&w.prepared.scenario, w.which),
             frame: w.index,
@@ -784,14 +784,14 @@ fn made(
         }
     }
     let mut clock = Clock::start();
-    let own = |h: &Heard| h.pose.inverse().direction(h.velocity_mps);
+    let own = |h: &TracedFrame| h.pose.inverse().direction(h.velocity_mps);
     // Frames whose points nobody asks for stay without them.
     let has_points = |w: &Wanted<'_, '_>| w.prepared.products.reaches(Stage::Angles);
-    let maps = wanted.iter().zip(&heard).zip(&mut sampled).filter(|((w, _), _)| has_points(w));
-    let maps = maps.map(|((w, heard), made)| FrameMaps {
+    let maps = wanted.iter().zip(&received).zip(&mut sampled).filter(|((w, _), _)| has_points(w));
+    let maps = maps.map(|((w, received), made)| FrameMaps {
         radar: w.radar(),
         maps: &mut made.maps,
-        velocity_mps: Some(own(heard)),
+        velocity_mps: Some(own(received)),
     });
     let mut clouds = locate::points_of_frames(engine, maps.collect()).into_iter();
     let clouds: Vec<Result<(Vec<Point>, StageCounts)>> = wanted[..sampled.len()]
@@ -808,12 +808,12 @@ fn made(
         .collect();
     let labelled: Vec<Result<(Vec<Point>, StageCounts)>> = clouds
         .into_par_iter()
-        .zip(wanted.par_iter().zip(&heard))
-        .map(|(cloud, (w, heard))| {
+        .zip(wanted.par_iter().zip(&received))
+        .map(|(cloud, (w, received))| {
             let (mut cloud, mut ran) = cloud?;
             if w.prepared.products.reaches(Stage::Labels) {
-                let bodies = Bodies::new(&w.prepared.scene, heard.time_s, &heard.pose);
-                label::label(w.radar(), &mut cloud, &heard.echoes, &bodies)?;
+                let bodies = Bodies::new(&w.prepared.scene, received.time_s, &received.pose);
+                label::label(w.radar(), &mut cloud, &received.echoes, &bodies)?;
                 ran.count(Stage::Labels);
             }
             Ok((cloud, ran))
@@ -821,7 +821,7 @@ fn made(
         .collect();
     let angles_s = clock.lap() / sampled.len().max(1) as f64;
     let mut frames = Vec::with_capacity(wanted.len());
-    for (((w, heard), made), points) in wanted.iter().zip(heard).zip(sampled).zip(labelled) {
+    for (((w, received), made), points) in wanted.iter().zip(received).zip(sampled).zip(labelled) {
         let (points, located) = match points {
             Ok(points) => points,
             Err(e) => {
@@ -829,7 +829,7 @@ fn made(
                 break;
             }
         };
-        let Heard { time_s, pose, velocity_mps, triangles, echoes, kept, seconds, mut ran } = heard;
+        let TracedFrame { time_s, pose, velocity_mps, triangles, echoes, kept, seconds, mut ran } = received;
         let MadeFrame { cube, front_end, maps, ran: on_engine, seconds: [synthesis_s, processing_s] } = made;
         ran.add(&on_engine);
         ran.add(&located);

@@ -132,8 +132,8 @@ fn direct_cube(radar: &Radar, all: &Echoes) -> Cube<f64> {
     let (channels, samples) = (cube.channels, cube.samples);
     for (i, z) in cube.data.iter_mut().enumerate() {
         let (m, c, n) = (i / (channels * samples), i / samples % channels, i % samples);
-        let heard = all.list.iter().filter(|r| passes_filter(radar, beat_frequency_hz(radar, r)));
-        *z = heard.map(|r| direct(radar, r, m, c, n)).sum();
+        let received = all.list.iter().filter(|r| passes_filter(radar, beat_frequency_hz(radar, r)));
+        *z = received.map(|r| direct(radar, r, m, c, n)).sum();
     }
     cube
 }

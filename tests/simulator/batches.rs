@@ -9,7 +9,7 @@ use catseye::gpu::compare::opened_for_tests;
 use catseye::road::site::Site;
 use catseye::scene::radar::{AngleMethod, Sources};
 use catseye::scene::scenario;
-use catseye::simulate::{Frame, Heard, Prepared};
+use catseye::simulate::{Frame, Prepared, TracedFrame};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -34,15 +34,15 @@ fn used<T>(engine: &Engine, work: impl FnOnce() -> T) -> (T, GpuCounts) {
 }
 
 /// Echoes of some frames, which 64 frames then take in turn.
-fn heard(site: &Site, engine: &Engine) -> Vec<Heard> {
+fn received(site: &Site, engine: &Engine) -> Vec<TracedFrame> {
     let prepared = Prepared::new(&site.scenario, &site.scene).unwrap();
     (0..8).map(|index| prepared.echoes(engine, 0, index).unwrap()).collect()
 }
 
-fn inputs<'a>(site: &'a Site, heard: &'a [Heard]) -> Vec<FrameInput<'a>> {
+fn inputs<'a>(site: &'a Site, received: &'a [TracedFrame]) -> Vec<FrameInput<'a>> {
     let input = |frame: u32| FrameInput {
         radar: &site.scenario.radars[0],
-        echoes: &heard[frame as usize % heard.len()].echoes,
+        echoes: &received[frame as usize % received.len()].echoes,
         interference: &[],
         seed: 5,
         frame,
@@ -59,8 +59,8 @@ fn content(made: &MadeFrame) -> (&Option<catseye::engine::AnyCube>, &Vec<RangeDo
 #[test]
 fn frames_of_one_submission_are_those_of_many() {
     let (site, engine) = (site(), opened());
-    let heard = heard(&site, &engine);
-    let inputs = inputs(&site, &heard);
+    let received = received(&site, &engine);
+    let inputs = inputs(&site, &received);
     let few = &inputs[..12];
     let (singly, counts) = used(&engine, || -> Vec<MadeFrame> {
         few.iter().map(|i| engine.frame(i, Control::default()).unwrap()).collect()
@@ -89,8 +89,8 @@ fn frames_of_one_submission_are_those_of_many() {
 #[test]
 fn frames_of_a_submission_share_their_memory() {
     let site = site();
-    let heard = heard(&site, &Engine::Gpu(Box::new(opened_for_tests())));
-    let inputs = inputs(&site, &heard);
+    let received = received(&site, &Engine::Gpu(Box::new(opened_for_tests())));
+    let inputs = inputs(&site, &received);
     let of = |count: usize| {
         let engine = Engine::Gpu(Box::new(opened_for_tests()));
         let made = used(&engine, || engine.frames(&inputs[..count], Control::default()));
@@ -111,8 +111,8 @@ fn batches_are_bounded_and_leave_others_out() {
     let gpu = opened_for_tests().with_binding_limit(1 << 20);
     let engine = Engine::Gpu(Box::new(gpu.with_tracing_on_host(true)));
     assert_eq!(engine.batch_bytes(), 8 << 20);
-    let heard = heard(&site, &engine);
-    let mut inputs = inputs(&site, &heard);
+    let received = received(&site, &engine);
+    let mut inputs = inputs(&site, &received);
     inputs.truncate(12);
     let mut special = site.scenario.radars[0].clone();
     special.front_end.aperture_jitter_rms_s = Some(1e-12);
@@ -132,8 +132,8 @@ fn batches_are_bounded_and_leave_others_out() {
 #[test]
 fn an_error_is_that_of_its_frame() {
     let (site, engine) = (site(), opened());
-    let heard = heard(&site, &engine);
-    let mut inputs = inputs(&site, &heard);
+    let received = received(&site, &engine);
+    let mut inputs = inputs(&site, &received);
     inputs.truncate(6);
     let mut broken = site.scenario.radars[0].clone();
     broken.processing.cfar.pfa = 2.0;
@@ -224,8 +224,8 @@ fn mixed_radars_share_a_batch() {
 #[test]
 fn crowded_frames_share_their_second_submission() {
     let (site, engine) = (site(), opened());
-    let heard = heard(&site, &engine);
-    let mut inputs = inputs(&site, &heard);
+    let received = received(&site, &engine);
+    let mut inputs = inputs(&site, &received);
     inputs.truncate(5);
     let mut crowded = site.scenario.radars[0].clone();
     crowded.processing.cfar.pfa = 0.6;

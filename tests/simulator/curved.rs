@@ -517,7 +517,7 @@ fn convergence_covers_facets_that_are_finer_than_asked_for() {
 // Frames: facets keep the bend of the surface.
 
 /// What a radar 20 m from the origin of a mesh, turned, hears back in VV: amplitude (1/m) with its phase.
-fn heard(mesh: &Mesh, turn: DQuat, facets: Facets) -> Complex64 {
+fn received(mesh: &Mesh, turn: DQuat, facets: Facets) -> Complex64 {
     let mut scene = Scene { materials: vec![Material::pec()], ..Scene::default() };
     scene.add_mesh("body", "", mesh.clone(), Pose::new(turn, DVec3::X * RANGE_M));
     let geometry = RigidScene::new(Held::Shared(Arc::new(scene)), F, facets).unwrap().at(0.0, 0.0).unwrap();
@@ -550,9 +550,9 @@ fn few_facets_of_a_sphere_return_what_the_sphere_does() {
         let (mesh, want) = (sphere(radius_m, n), mirrored([radius_m; 2], RANGE_M - radius_m));
         let mut worst_flat = 0f64;
         for turn in turns() {
-            let off = db(heard(&mesh, turn, Facets::Curved).norm() / want);
+            let off = db(received(&mesh, turn, Facets::Curved).norm() / want);
             assert!(off.abs() < 0.4, "{radius_m} m, {} facets: {off:.3} dB", mesh.triangles.len());
-            worst_flat = worst_flat.max(db(heard(&mesh, turn, Facets::Flat).norm() / want).abs());
+            worst_flat = worst_flat.max(db(received(&mesh, turn, Facets::Flat).norm() / want).abs());
         }
         assert!(worst_flat > 3.0, "flat facets of {radius_m} m say the same: {worst_flat:.2} dB");
     }
@@ -571,7 +571,7 @@ fn few_facets_of_an_ellipsoid_return_what_it_does_from_every_side() {
         let product = (axes.x * axes.y * axes.z).powi(2) / out.powi(4);
         let away = RANGE_M - out;
         let far = product.sqrt() / (2.0 * away * away);
-        let off = db(heard(&mesh, turn, Facets::Curved).norm() / far);
+        let off = db(received(&mesh, turn, Facets::Curved).norm() / far);
         // At finite range less by a factor between those of the smallest and the largest radius.
         let near = [0.25, 2.0].map(|r: f64| db(away / (away + r)));
         assert!((near[1] - 0.4..near[0] + 0.4).contains(&off), "{off:.3} dB, {near:?}");
@@ -588,8 +588,8 @@ fn a_cylinder_of_few_facets_returns_what_one_of_many_does() {
     {
         let turn = DQuat::from_rotation_y(f64::to_radians(tilt_deg)) * DQuat::from_rotation_z(0.3);
         let fine = refined(&mesh, 2e-5).unwrap().unwrap();
-        let want = heard(&fine, turn, Facets::Flat);
-        let off = db(heard(&mesh, turn, Facets::Curved).norm() / want.norm());
+        let want = received(&fine, turn, Facets::Flat);
+        let off = db(received(&mesh, turn, Facets::Curved).norm() / want.norm());
         assert!(off.abs() < least, "{tilt_deg} degrees: {off:.3} dB off {:.2} dB", db(want.norm()));
     }
 }
@@ -612,7 +612,7 @@ fn facets_that_say_nothing_new_are_joined() {
         assert!((0.98..1.0).contains(&share), "{share}");
         let want = mirrored([radius; 2], RANGE_M - radius);
         for turn in turns() {
-            let off = db(heard(&coarse, turn, Facets::Curved).norm() / want);
+            let off = db(received(&coarse, turn, Facets::Curved).norm() / want);
             assert!(off.abs() < 0.4, "{radius} m: {off:.3} dB");
         }
     }

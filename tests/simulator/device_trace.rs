@@ -284,11 +284,11 @@ fn small_bindings_are_worked_within_or_said() {
         "[scene]\nroad = \"road/road_model_straight.toml\"\n[trace]\nfacets = 0\nbounces = 2\n[[object]]",
     ));
     let prepared = Prepared::new(&site.scenario, &site.scene).unwrap();
-    let heard = |engine: &Engine| prepared.echoes(engine, 0, 0).unwrap().echoes;
-    let (want, unbound) = (heard(&Engine::Cpu(Precision::F64)), heard(&device()));
+    let received = |engine: &Engine| prepared.echoes(engine, 0, 0).unwrap().echoes;
+    let (want, unbound) = (received(&Engine::Cpu(Precision::F64)), received(&device()));
     assert!(unbound.on_device && (unbound.power_w - want.power_w).abs() < AMPLITUDE * want.power_w);
     for kilobytes in [128, 600, 700, 1000, 3000] {
-        let got = heard(&Engine::Gpu(Box::new(opened_for_tests().with_binding_limit(kilobytes << 10))));
+        let got = received(&Engine::Gpu(Box::new(opened_for_tests().with_binding_limit(kilobytes << 10))));
         println!("{kilobytes} kB: {} echoes; fallback {:?}", got.list.len(), got.fallback);
         assert_eq!((got.on_device, got.fallback.is_none()), (kilobytes > 500, kilobytes > 500));
         match &got.fallback {

@@ -88,7 +88,10 @@ fn a_target_of_another_fold_stays_in_its_cell() {
             (60.0, 5, |max| radar(1e9, 30e-6, 512, 2, max)),
         ] {
             let (all, first) = (make(65.0), make(0.0));
-            assert_eq!((all.migration_folds().count(), first.migration_folds().count()), (folds, 1));
+            assert_eq!(
+                (all.migration_ambiguities().count(), first.migration_ambiguities().count()),
+                (folds, 1)
+            );
             let power = |radar: &Radar, rate: f64| {
                 let found =
                     engine.range_doppler(radar, &cube(&engine, radar, &[(20.0, rate, 30.0)])).unwrap();

@@ -219,7 +219,8 @@ fn skirts_have_the_range_correlation() {
         for group in (6..246).step_by(24) {
             let cells = group..group + 24;
             let measured: f64 = cells.clone().map(|k| power[k]).sum::<f64>() / 24.0;
-            let stated: f64 = cells.map(|k| profile().skirt_per_hz(k as f64 * 25e3, tau)).sum::<f64>() / 24.0;
+            let stated: f64 =
+                cells.map(|k| profile().residual_density_per_hz(k as f64 * 25e3, tau)).sum::<f64>() / 24.0;
             // Cells of a Hann window are correlated: 24 of them are worth about 12. A mean of
             // 256 · 12 exponential draws, 99.9 % two-sided.
             let interval = 3.3 / (256.0 * 12.0f64).sqrt();
@@ -263,9 +264,9 @@ fn ramps_keep_their_correlation() {
         for (k, z) in spectrum(&slow).iter().enumerate().skip(20).take(ramps / 2 - 20) {
             let (f, s) = density(k, z);
             if f < 2.8e3 {
-                measured += s / p.skirt_per_hz(f, tau);
+                measured += s / p.residual_density_per_hz(f, tau);
             } else if f > 4.5e3 {
-                outside += s / p.skirt_per_hz(2e3, tau);
+                outside += s / p.residual_density_per_hz(2e3, tau);
             }
         }
     }

@@ -221,7 +221,7 @@ fn few_and_equal_echoes() {
         check("one", &radar, &many(1, [3.0, 30.0], speed));
         let one = many(1, [3.0, 30.0], speed).list.remove(0);
         check_within(ALWAYS, "equal", &radar, &Echoes { list: vec![one; 30_000], ..Default::default() });
-        // Silent echoes beside one that is heard.
+        // Silent echoes beside one that is received.
         let mut silent = many(50, [3.0, 30.0], speed);
         for r in &mut silent.list[1..] {
             r.path_gain = [[Complex64::ZERO; 2]; 2];

@@ -297,7 +297,7 @@ fn bodies_are_made_once() {
     }
 }
 
-/// A radar hears in a frame the same whatever frames were heard before.
+/// A radar hears in a frame the same whatever frames were received before.
 #[test]
 fn the_order_of_frames_does_not_matter() {
     let (scene, s) = (street(), scenario("speed_mps = 12"));

@@ -154,9 +154,9 @@ fn ahead(kind: Kind, range_m: f64, aspect_deg: f64, speed_mps: f64, time_s: f64)
 fn sections_m2(scene: &Scene) -> BTreeMap<String, f64> {
     let scenario = watching();
     let engine = Engine::Cpu(Precision::F64);
-    let heard = Prepared::new(&scenario, scene).unwrap().echoes(&engine, 0, 0).unwrap();
+    let received = Prepared::new(&scenario, scene).unwrap().echoes(&engine, 0, 0).unwrap();
     let mut sections = BTreeMap::new();
-    for e in &heard.echoes.list {
+    for e in &received.echoes.list {
         let part = scene.objects.iter().find(|o| o.id == e.object_id());
         let s = e.path_gain[0][0] * e.range_m().powi(2);
         *sections.entry(part.map_or("", |o| &*o.class).to_string()).or_insert(0.0) += 4.0 * PI * s.norm_sqr();

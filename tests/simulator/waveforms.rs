@@ -83,7 +83,7 @@ fn echoes(all: &[(f64, f64)]) -> Echoes {
 fn cube(radar: &Radar, echoes: &Echoes) -> catseye::adc::Cube<f64> {
     match Engine::Cpu(Precision::F64).cube(radar, echoes, &[], 0, 0, Control::default()).unwrap() {
         (AnyCube::F64(c), front_end) => {
-            assert_eq!(front_end.dropped, 0, "an echo was not heard");
+            assert_eq!(front_end.dropped, 0, "an echo was not received");
             c
         }
         _ => panic!("not in f64"),

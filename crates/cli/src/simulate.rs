@@ -270,19 +270,19 @@ fn dry_run(scenario: &Scenario, global: &Global) -> Result<()> {
     scenario.radars.iter().try_for_each(|r| memory(r, 0).check(r))?;
     for (which, radar) in scenario.radars.iter().enumerate() {
         let start = Instant::now();
-        let heard = prepared.echoes(&engine, which, 0)?;
+        let received = prepared.echoes(&engine, which, 0)?;
         d.trace_s_per_frame += start.elapsed().as_secs_f64();
-        let echoes = heard.echoes.list.len();
+        let echoes = received.echoes.list.len();
         let needs = memory(radar, echoes);
         needs.check(radar)?;
-        d.triangles = heard.triangles;
+        d.triangles = received.triangles;
         d.echoes += echoes;
         d.cube_bytes += needs.cube_bytes as u64;
         d.spectrum_bytes = d.spectrum_bytes.max(needs.spectrum_bytes as u64);
         d.map_bytes += needs.map_bytes as u64;
         d.peak_bytes = d.peak_bytes.max(needs.peak_bytes as u64);
         d.echo_bytes += needs.echo_bytes as u64;
-        let expected = expected_bytes(scenario, scene, which, heard, site.road.as_ref())?;
+        let expected = expected_bytes(scenario, scene, which, received, site.road.as_ref())?;
         d.table_bytes_per_frame += expected.tables;
         d.picture_bytes_per_frame += expected.pictures;
         d.disk_bytes_per_frame += expected.arrays + expected.tables + expected.pictures;

@@ -20,7 +20,7 @@ use catseye::scene::scenario::Output;
 use catseye::scene::scenario::SitedScenario;
 use catseye::simulate::lidar::{self, scan};
 pub use catseye::simulate::truth::{PoseRecord, Truth};
-use catseye::simulate::{Frame, Heard, Stages};
+use catseye::simulate::{Frame, Stages, TracedFrame};
 use catseye::trace::Echoes;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -260,7 +260,7 @@ pub fn expected_bytes(
     scenario: &SitedScenario,
     scene: &Scene,
     which: usize,
-    heard: Heard,
+    received: TracedFrame,
     road: Option<&RoadTruth>,
 ) -> Result<FrameBytes> {
     let (radar, o) = (&scenario.radars[which], &scenario.output);
@@ -287,31 +287,31 @@ pub fn expected_bytes(
         bytes.tables += POINTS_BYTES;
     }
     if o.return_places {
-        let most = heard.echoes.list.iter().map(|e| u64::from(e.bounces)).max().unwrap_or(0);
-        bytes.arrays += HEADER_BYTES + 12 * most * heard.echoes.list.len() as u64;
+        let most = received.echoes.list.iter().map(|e| u64::from(e.bounces)).max().unwrap_or(0);
+        bytes.arrays += HEADER_BYTES + 12 * most * received.echoes.list.len() as u64;
     }
-    if let Some(kept) = &heard.kept {
+    if let Some(kept) = &received.kept {
         bytes.arrays += echo_file::table_bytes(kept);
     }
     // One lidar stands on the vehicle, however many radars there are.
     if o.lidar && which == 0 {
-        let points = scan(&scenario.lidar, scene, &scenario.ego, heard.time_s);
+        let points = scan(&scenario.lidar, scene, &scenario.ego, received.time_s);
         let counter = write_rows(Counter(0), &lidar::columns(), &points);
         bytes.tables += counter.map_err(|e| Error::Failed(format!("lidar: {e}")))?.0;
     }
     if o.returns {
-        let counter = write_echoes(Counter(0), radar, &heard.echoes);
+        let counter = write_echoes(Counter(0), radar, &received.echoes);
         bytes.tables += counter.map_err(|e| Error::Failed(format!("returns: {e}")))?.0;
     }
     if o.truth {
         let frame = Frame {
             index: 0,
             radar: which,
-            time_s: heard.time_s,
-            pose: heard.pose,
-            velocity_mps: heard.velocity_mps,
-            triangles: heard.triangles,
-            echoes: heard.echoes,
+            time_s: received.time_s,
+            pose: received.pose,
+            velocity_mps: received.velocity_mps,
+            triangles: received.triangles,
+            echoes: received.echoes,
             kept: None,
             front_end: Default::default(),
             cube: None,

@@ -285,7 +285,7 @@ fn point_table(site: &DrawnScene, radars: &[Frame]) -> Made {
 fn return_table(site: &DrawnScene, radars: &[Frame]) -> Made {
     let all = radars.iter().flat_map(|f| {
         let radar = &site.scenario.radars[f.radar];
-        columns::heard(radar, &f.echoes).into_iter().map(move |e| (radar, e))
+        columns::received(radar, &f.echoes).into_iter().map(move |e| (radar, e))
     });
     Rows::new(
         "returns",

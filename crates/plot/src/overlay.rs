@@ -6,7 +6,7 @@ use super::canvas::{Pen, Picture};
 use super::chart::{CURVE_COLOURS, ColourMap, Curve, Mark, Scale, finite_range, heat_map};
 use super::family::{Family, pale};
 use super::file::{in_file, places, rcs_rows};
-use super::rcs::{RCS_LABEL, RcsRow, curve, degrees, distinct, gigahertz, rcs_chart, told_apart};
+use super::rcs::{RCS_LABEL, RcsRow, curve, degrees, distinct, gigahertz, name_by_difference, rcs_chart};
 use catseye::base::error::{BadInput, Result};
 use catseye::formats::csv::Table;
 use std::path::Path;
@@ -72,7 +72,7 @@ pub fn rcs_overlay(title: &str, a: &[RcsRow], b: &[RcsRow]) -> Result<Picture> {
     let of_a = rows.len();
     rows.extend(b.iter().filter(placed));
     let mut title = title.to_string();
-    let who = told_apart(&mut rows, &mut title)?;
+    let who = name_by_difference(&mut rows, &mut title)?;
     let frequencies = distinct(rows.iter().map(|r| r.frequency_hz));
     let azimuths = distinct(rows.iter().map(|r| r.azimuth_deg));
     let elevations = distinct(rows.iter().map(|r| r.elevation_deg));

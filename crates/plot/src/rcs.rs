@@ -153,7 +153,7 @@ pub fn rcs_picture(title: &str, rows: &[RcsRow], style: RcsStyle) -> Result<Pict
     let placed = |r: &&RcsRow| (r.frequency_hz + r.azimuth_deg + r.elevation_deg).is_finite();
     let mut rows: Vec<RcsRow> = rows.iter().filter(placed).copied().collect();
     let mut title = title.to_string();
-    let who = told_apart(&mut rows, &mut title)?;
+    let who = name_by_difference(&mut rows, &mut title)?;
     let frequencies = distinct(rows.iter().map(|r| r.frequency_hz));
     let azimuths = distinct(rows.iter().map(|r| r.azimuth_deg));
     let elevations = distinct(rows.iter().map(|r| r.elevation_deg));
@@ -259,7 +259,7 @@ fn rcs_maps(
 
 /// Of rows with receivers elsewhere: where the receiver is, when it stays, stands in the title; when it moves, its
 /// angles take the place of the transmitter's. Gives whose angles those of the rows are, for labels.
-pub(super) fn told_apart(rows: &mut [RcsRow], title: &mut String) -> Result<&'static str> {
+pub(super) fn name_by_difference(rows: &mut [RcsRow], title: &mut String) -> Result<&'static str> {
     let angles = |of: &dyn Fn(&RcsRow, usize) -> f64| [0, 1].map(|i| distinct(rows.iter().map(|r| of(r, i))));
     let transmit = angles(&|r, i| [r.azimuth_deg, r.elevation_deg][i]);
     let receive = angles(&|r, i| r.receive_deg.map_or(f64::NAN, |a| a[i]));
@@ -327,11 +327,14 @@ mod tests {
         };
         let mut title = "plate".to_string();
         let mut rows = [row(60.0, -70.0), row(60.0, -60.0)];
-        assert_eq!(told_apart(&mut rows, &mut title).unwrap(), "receiver ");
+        assert_eq!(name_by_difference(&mut rows, &mut title).unwrap(), "receiver ");
         assert_eq!(title, "plate, transmitter at azimuth 60°, elevation 0°");
         assert_eq!([rows[0].azimuth_deg, rows[1].azimuth_deg], [-70.0, -60.0]);
         let mut title = String::new();
-        assert_eq!(told_apart(&mut [row(0.0, -2.5), row(1.0, -2.5)], &mut title).unwrap(), "transmitter ");
+        assert_eq!(
+            name_by_difference(&mut [row(0.0, -2.5), row(1.0, -2.5)], &mut title).unwrap(),
+            "transmitter "
+        );
         assert_eq!(title, ", receiver at azimuth −2.5°, elevation 0°");
         let e = rcs_picture("", &[row(0.0, 1.0), row(1.0, 2.0)], RcsStyle::Auto).unwrap_err();
         assert!(e.to_string().contains("both the transmitter and the receiver"), "{e}");

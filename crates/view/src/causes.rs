@@ -109,12 +109,12 @@ impl Returns {
             .collect();
         let total = found.len();
         // As the array hears them that looks at the point: its beam as a Gaussian of 0.886 λ/D between half powers.
-        let heard = |i: usize| {
+        let received = |i: usize| {
             let e = &self.list[i];
             let off = width.map_or(0.0, |w| (e.sine - sine) / (0.886 * w));
             e.power_dbm - 12.0 * off * off
         };
-        found.sort_by(|a, b| heard(*b).total_cmp(&heard(*a)));
+        found.sort_by(|a, b| received(*b).total_cmp(&received(*a)));
         found.truncate(MOST);
         let echoes: Vec<Value> = found.iter().map(|i| self.echo(*i)).collect();
         json!({ "echoes": echoes, "in_cell": total })

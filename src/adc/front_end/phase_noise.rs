@@ -32,7 +32,7 @@ impl PhaseNoise {
     /// Spectral density at offset f of the noise beside an echo of delay τ, over the echo, in 1/Hz:
     /// 4 sin²(π f τ) L(f) (Budge and Burt, "Range correlation effects in radars", IEEE National Radar
     /// Conference 1993).
-    pub fn skirt_per_hz(&self, offset_hz: f64, delay_s: f64) -> f64 {
+    pub fn residual_density_per_hz(&self, offset_hz: f64, delay_s: f64) -> f64 {
         4.0 * (PI * offset_hz * delay_s).sin().powi(2) * self.density_per_hz(offset_hz)
     }
 }
@@ -112,9 +112,9 @@ mod tests {
         }
         assert!((db(10f64.powf(6.5)) + 115.0).abs() < 1e-9);
         // Nothing at zero delay, four times the oscillator where half a period lies between, nothing again.
-        assert_eq!(p.skirt_per_hz(1e5, 0.0), 0.0);
-        assert!((p.skirt_per_hz(1e6, 0.5e-6) / p.density_per_hz(1e6) - 4.0).abs() < 1e-12);
-        assert!(p.skirt_per_hz(1e6, 1e-6) < 1e-30);
+        assert_eq!(p.residual_density_per_hz(1e5, 0.0), 0.0);
+        assert!((p.residual_density_per_hz(1e6, 0.5e-6) / p.density_per_hz(1e6) - 4.0).abs() < 1e-12);
+        assert!(p.residual_density_per_hz(1e6, 1e-6) < 1e-30);
     }
 
     #[test]

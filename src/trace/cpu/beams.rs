@@ -969,8 +969,9 @@ impl Clipper<'_> {
                 if let Some(facing) = self.lit(&frame, face).filter(|_| !later) {
                     let (p, whole) = self.start(&frame, window, face);
                     if p.n >= 3 {
-                        cut = self.unhidden(&frame, None, f as u32, facing, &p, &mut pieces, &mut scratch)
-                            || !whole;
+                        cut =
+                            self.visible_part(&frame, None, f as u32, facing, &p, &mut pieces, &mut scratch)
+                                || !whole;
                     }
                 }
                 counts.push(pieces.len() as u32);
@@ -1063,7 +1064,7 @@ impl Clipper<'_> {
     /// Appends what of `start`, a polygon on `target`, is seen along the rays of `frame` that set out from
     /// `source`. True when something was cut away.
     #[allow(clippy::too_many_arguments)] // what it takes to cut; a struct would only rename it
-    pub(super) fn unhidden(
+    pub(super) fn visible_part(
         &self,
         frame: &Frame,
         source: Option<&Side>,
@@ -1074,13 +1075,13 @@ impl Clipper<'_> {
         scratch: &mut Scratch,
     ) -> bool {
         let lit = |other: &Face| self.lit(frame, other);
-        self.unhidden_by(lit, frame, source, target, facing, start, pieces, scratch)
+        self.visible_past(lit, frame, source, target, facing, start, pieces, scratch)
     }
 
     /// The same with `lit` to say what the rays can meet, and its facing.
     #[allow(clippy::too_many_arguments)] // the state of one beam; a struct would only rename it
     #[inline]
-    pub(super) fn unhidden_by(
+    pub(super) fn visible_past(
         &self,
         lit: impl Fn(&Face) -> Option<f64>,
         frame: &Frame,
@@ -1116,7 +1117,7 @@ impl Clipper<'_> {
 
     /// The same among `others`, all that the rays can meet within a polygon that holds `start`.
     #[allow(clippy::too_many_arguments)] // the state of one beam; a struct would only rename it
-    fn unhidden_among(
+    fn visible_among(
         &self,
         others: &Targets,
         frame: &Frame,
@@ -1489,8 +1490,8 @@ impl Clipper<'_> {
             let visible = |(f, facing, p): &(u32, f64, Polygon),
                            parts: &mut Vec<Polygon>,
                            scratch: &mut Scratch| match few {
-                true => self.unhidden_among(targets, &frame, &source, *f, *facing, p, parts, scratch),
-                false => self.unhidden(&frame, Some(&source), *f, *facing, p, parts, scratch),
+                true => self.visible_among(targets, &frame, &source, *f, *facing, p, parts, scratch),
+                false => self.visible_part(&frame, Some(&source), *f, *facing, p, parts, scratch),
             };
             let child = |f: u32, facing: f64, (imaged, endless): (bool, bool)| Node {
                 parent: index,

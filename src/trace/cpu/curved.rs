@@ -227,7 +227,7 @@ impl<'a> Curved<'a> {
     }
 
     /// Place of the surface and its unit normal on the lit side.
-    pub(super) fn place_and_normal(&self, p: DVec2) -> (DVec3, DVec3) {
+    pub(super) fn position_and_normal(&self, p: DVec2) -> (DVec3, DVec3) {
         let (place, normal) = self.surface(p, &self.shares(p));
         (place, normal.normalize_or_zero())
     }
@@ -235,9 +235,9 @@ impl<'a> Curved<'a> {
     /// Second fundamental form of the surface, 1/m, positive where the lit side is convex.
     pub(super) fn shape(&self, p: DVec2) -> DMat3 {
         let step = 1e-4 * self.size();
-        let (_, normal) = self.place_and_normal(p);
+        let (_, normal) = self.position_and_normal(p);
         let [x, y] = [DVec2::X, DVec2::Y].map(|d| {
-            let [(to, n), (from, m)] = [d, -d].map(|d| self.place_and_normal(p + d * step));
+            let [(to, n), (from, m)] = [d, -d].map(|d| self.position_and_normal(p + d * step));
             ((to - from) / (2.0 * step), (n - m) / (2.0 * step))
         });
         let steps = DMat3::from_cols(x.0, y.0, normal);

@@ -331,7 +331,7 @@ impl Tracer<'_> {
 
     /// What of `start`, a polygon on `target`, is met first by a wave that sets out from `source`; where
     /// an opaque face lies in a transparent one, the opaque one is met.
-    fn unhidden(
+    fn visible_part(
         &self,
         wave: &Wave,
         source: Option<&Side>,
@@ -345,7 +345,7 @@ impl Tracer<'_> {
         let least = SLIVER * start.area().abs();
         let mut scratch = Scratch::new();
         let lit = |f: &Face| self.lit(frame, wave.cell, f);
-        c.unhidden_by(lit, frame, source, target, facing, &start, &mut seen, &mut scratch);
+        c.visible_past(lit, frame, source, target, facing, &start, &mut seen, &mut scratch);
         let face = &self.faces.faces[target as usize];
         if seen.is_empty() || self.media.kind(face) == Kind::Opaque {
             return seen;
@@ -393,7 +393,7 @@ impl Tracer<'_> {
                     let Some(facing) = self.lit(&frame, NO_CELL, face) else { return Vec::new() };
                     let mut p = Polygon::EMPTY;
                     self.faces.corners(face).iter().for_each(|c| p.push(frame.project(*c)));
-                    self.unhidden(&wave, None, f as u32, facing, p, &mut broken)
+                    self.visible_part(&wave, None, f as u32, facing, p, &mut broken)
                 })
                 .collect();
             (seen, broken)
@@ -496,7 +496,7 @@ impl Tracer<'_> {
             targets.push((f, facing, p));
         });
         for (f, facing, p) in targets {
-            let parts = self.unhidden(wave, Some(source), f, facing, p, broken);
+            let parts = self.visible_part(wave, Some(source), f, facing, p, broken);
             if !parts.is_empty() {
                 out.met.push((f, facing, parts));
             }

@@ -183,7 +183,7 @@ impl Clipper<'_> {
         let reach = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         let normal = (facet.normals[0] + facet.normals[1] + facet.normals[2]).normalize_or_zero();
         let turns = facet.normals.iter().map(|n| n.distance(normal)).fold(0.0, f64::max);
-        let curvature = facet.most_bend();
+        let curvature = facet.max_curvature();
         let has_crease = facet.creases.iter().any(Option::is_some);
         // The part of the unit vector from each place that lies in the facet, how far it may move over the facet, and whether the front
         // of the facet is lit.
@@ -243,7 +243,7 @@ impl Clipper<'_> {
                 continue;
             }
             let mut polygons = Vec::new();
-            self.unhidden(frame, None, f, facing, &start, &mut polygons, scratch);
+            self.visible_part(frame, None, f, facing, &start, &mut polygons, scratch);
             if !polygons.is_empty() {
                 out.push((self.node(u32::MAX, f, 1, (false, false), *frame, facing), polygons));
             }
@@ -272,7 +272,7 @@ impl Clipper<'_> {
                 let polygon = &clipped.onward[*beam as usize].polygon;
                 if let Some((own, start)) = self.met(&frame, &source, f, polygon, scratch) {
                     facing = own;
-                    self.unhidden(&frame, Some(&source), f, own, &start, &mut polygons, scratch);
+                    self.visible_part(&frame, Some(&source), f, own, &start, &mut polygons, scratch);
                 }
             }
             if !polygons.is_empty() {

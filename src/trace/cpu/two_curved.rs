@@ -350,7 +350,7 @@ impl Seeker<'_> {
     ) -> Option<Closed> {
         let sizes = [facets[0].size(), facets[1].size()];
         let at = |i: usize, x: DVec2| {
-            let (place, normal) = facets[i].place_and_normal(x);
+            let (place, normal) = facets[i].position_and_normal(x);
             (shifts[i].place(place), shifts[i].direction(normal))
         };
         let axes = [0, 1].map(|i| facets[i].axes().map(|a| shifts[i].direction(a)));

@@ -264,8 +264,8 @@ fn rcs(path: &Path) -> Result<Value> {
     let (comments, rows) = rcs_csv::read(path)?;
     let mut peaks = Map::new();
     for (k, name) in ["vv_dbsm", "vh_dbsm", "hv_dbsm", "hh_dbsm"].into_iter().enumerate() {
-        let heard = rows.iter().filter(|r| r.dbsm[k].is_finite());
-        if let Some(r) = heard.max_by(|a, b| a.dbsm[k].total_cmp(&b.dbsm[k])) {
+        let received = rows.iter().filter(|r| r.dbsm[k].is_finite());
+        if let Some(r) = received.max_by(|a, b| a.dbsm[k].total_cmp(&b.dbsm[k])) {
             let at = json!({ "dbsm": r.dbsm[k], "frequency_hz": r.frequency_hz, "azimuth_deg": r.azimuth_deg,
                 "elevation_deg": r.elevation_deg });
             peaks.insert(name.into(), at);

@@ -367,8 +367,8 @@ impl RcsRows {
         let is_place = |name: &String| name.ends_with("_hz") || name.ends_with("_deg");
         let mut out = Map::new();
         for (k, name) in self.columns.iter().enumerate().filter(|(_, n)| is_level(n)) {
-            let heard = self.rows.iter().filter_map(|r| r[k].as_f64().map(|x| (x, r)));
-            let Some((dbsm, row)) = heard.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+            let received = self.rows.iter().filter_map(|r| r[k].as_f64().map(|x| (x, r)));
+            let Some((dbsm, row)) = received.max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
             let mut at = Map::from_iter([("dbsm".to_string(), json!(dbsm))]);
             let places = self.columns.iter().zip(row).filter(|(n, _)| is_place(n));
             at.extend(places.map(|(n, v)| (n.clone(), v.clone())));

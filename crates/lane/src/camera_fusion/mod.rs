@@ -38,4 +38,4 @@ pub use recognise::{
     recognise,
 };
 pub use reconstruct::{EdgeOfPart, Middle, RoadModel, reconstruct};
-pub use targets::{EgoPath, EgoSample, LaneOffset, LanePlace, Trail, tell_lanes_apart};
+pub use targets::{EgoPath, EgoSample, LaneOffset, LanePlace, Trail, separate_lanes};

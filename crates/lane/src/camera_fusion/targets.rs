@@ -228,7 +228,7 @@ pub struct LanePlace {
 ///
 /// # Errors
 /// Returns an error if `lane_width_m` is not positive or there is no path.
-pub fn tell_lanes_apart(
+pub fn separate_lanes(
     trails: &[Trail],
     lane_width_m: f64,
     extension_m: f64,
@@ -293,7 +293,7 @@ mod tests {
             EgoPath::new(&[EgoSample { speed_mps: 1e308, curvature_1pm: 1e308, ..still(0.0) }], 9.0).is_err()
         );
         assert!(Trail::fit(&[]).is_err() && Trail::fit(&[DVec2::X]).is_err());
-        assert!(tell_lanes_apart(&[], 3.5, 20.0).is_err());
+        assert!(separate_lanes(&[], 3.5, 20.0).is_err());
     }
 
     #[test]
@@ -339,8 +339,7 @@ mod tests {
                         Trail::fit(&points).unwrap()
                     })
                     .collect();
-                for (place, lane) in tell_lanes_apart(&trails, 3.5, 40.0).unwrap().iter().zip(&lanes).skip(1)
-                {
+                for (place, lane) in separate_lanes(&trails, 3.5, 40.0).unwrap().iter().zip(&lanes).skip(1) {
                     all += 1;
                     right += usize::from(place.as_ref().is_ok_and(|p| p.lane == lane - lanes[0]));
                 }

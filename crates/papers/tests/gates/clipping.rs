@@ -227,7 +227,7 @@ fn ten_nanometres_change_nothing() {
     }
 }
 
-/// What hides a face is found among what its beam meets, and only within the receiver's reach; the echoes that are heard stay the
+/// What hides a face is found among what its beam meets, and only within the receiver's reach; the echoes that are received stay the
 /// same.
 #[test]
 fn short_cuts_leave_what_is_heard() {

@@ -348,19 +348,19 @@ fn bits(r: &Echo) -> Vec<u64> {
 }
 
 /// Samples and map of echoes, without noise.
-struct Heard {
+struct TracedFrame {
     samples: Vec<Complex64>,
     map: PowerMap<f64>,
 }
 
-impl Heard {
-    fn of(radar: &Radar, echoes: &Echoes) -> Heard {
-        Heard::map_of(radar, cube(radar, &echoes.list))
+impl TracedFrame {
+    fn of(radar: &Radar, echoes: &Echoes) -> TracedFrame {
+        TracedFrame::map_of(radar, cube(radar, &echoes.list))
     }
 
     /// The same of other echoes. Only what differs is synthesised and added to the samples: grids err by 1e-4 of what they hold, which lies
     /// over the weakest cells of frames with strong echoes, and would be taken for a difference.
-    fn with(&self, radar: &Radar, echoes: &Echoes, other: &Echoes, reach_s: f64) -> Heard {
+    fn with(&self, radar: &Radar, echoes: &Echoes, other: &Echoes, reach_s: f64) -> TracedFrame {
         let mut between = other.list.clone();
         between.extend(echoes.list.iter().map(|r| {
             let mut r = r.clone();
@@ -372,14 +372,14 @@ impl Heard {
         for (to, z) in sum.data.iter_mut().zip(&self.samples) {
             *to += num_complex::Complex32::new(z.re as f32, z.im as f32);
         }
-        Heard::map_of(radar, sum)
+        TracedFrame::map_of(radar, sum)
     }
 
-    fn map_of(radar: &Radar, cube: Cube<f32>) -> Heard {
+    fn map_of(radar: &Radar, cube: Cube<f32>) -> TracedFrame {
         let z = |z: &num_complex::Complex32| Complex64::new(z.re.into(), z.im.into());
         let samples = cube.data.iter().map(z).collect();
         let engine = Engine::Cpu(Precision::F32);
-        Heard { samples, map: engine.range_doppler(radar, &AnyCube::F32(cube)).unwrap().map }
+        TracedFrame { samples, map: engine.range_doppler(radar, &AnyCube::F32(cube)).unwrap().map }
     }
 }
 
@@ -401,8 +401,8 @@ struct Maps {
 }
 
 impl Maps {
-    fn of(got: &Heard, want: &Heard, noise_w: f64) -> Maps {
-        let parts = |h: &Heard| h.samples.iter().flat_map(|z| [z.re, z.im]).collect::<Vec<_>>();
+    fn of(got: &TracedFrame, want: &TracedFrame, noise_w: f64) -> Maps {
+        let parts = |h: &TracedFrame| h.samples.iter().flat_map(|z| [z.re, z.im]).collect::<Vec<_>>();
         let (over, near) = cells(&got.map, &want.map, noise_w);
         Maps {
             amplitude_l2: relative_l2(parts(got), parts(want)),
@@ -504,14 +504,14 @@ fn measure(frame: &Frame, extent: &Extent) -> Measured {
     let noise_w = noise_w(radar);
     let mut short = Radar { thermal_noise: false, chirps: LOOPS.min(radar.chirps), ..radar.clone() };
     short.processing.doppler_fft = short.chirps;
-    let want = Heard::of(&short, &host);
-    let heard = |other: &Echoes| want.with(&short, &host, other, geometry.reach_s);
-    let (got, stricter) = (heard(&device), heard(&finer));
+    let want = TracedFrame::of(&short, &host);
+    let received = |other: &Echoes| want.with(&short, &host, other, geometry.reach_s);
+    let (got, stricter) = (received(&device), received(&finer));
     let [in_host, in_device, in_other] = [&host, &device, &otherwise].map(|e| cell_sums(radar, &e.list));
     say_cells(frame, &short, [&want.map, &got.map, &stricter.map], noise_w, [&in_host, &in_device]);
     let device_maps = Maps::of(&got, &want, noise_w);
     let own = Maps::of(&stricter, &want, noise_w);
-    let recut_maps = Maps::of(&heard(&otherwise), &want, noise_w);
+    let recut_maps = Maps::of(&received(&otherwise), &want, noise_w);
     Measured {
         echoes: [host.list.len(), device.list.len()],
         bounces: host.bounces,
@@ -763,13 +763,13 @@ fn echoes_that_differ_are_told() {
 /// The same for maps: half a decibel in one sample's echo is a cell that differs.
 #[test]
 fn maps_that_differ_are_told() {
-    let heard = |a: f64| Heard {
+    let received = |a: f64| TracedFrame {
         samples: vec![Complex64::new(a, 0.0), Complex64::new(0.0, 1.0)],
         map: PowerMap { data: vec![a * a, 1.0, 1e-9], doppler_bins: 1, range_bins: 3 },
     };
-    let m = Maps::of(&heard(1.0), &heard(1.0), 1e-6);
+    let m = Maps::of(&received(1.0), &received(1.0), 1e-6);
     assert_eq!((m.amplitude_l2, m.map_l2, m.over, m.differ), (0.0, 0.0, 2, 0));
-    let m = Maps::of(&heard(1.1), &heard(1.0), 1e-6);
+    let m = Maps::of(&received(1.1), &received(1.0), 1e-6);
     assert!(
         (m.amplitude_l2 - 0.1 / 2f64.sqrt()).abs() < 1e-12 && (m.map_l2 - 0.21 / 2f64.sqrt()).abs() < 1e-12
     );

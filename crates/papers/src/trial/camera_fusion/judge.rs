@@ -3,7 +3,7 @@
 use crate::trial::kit::*;
 use crate::trial::report::number;
 use catseye_lane::camera_fusion::CameraFusionOptions;
-use catseye_lane::camera_fusion::{Insight, Part, RoadModel, compare_fits, tell_lanes_apart};
+use catseye_lane::camera_fusion::{Insight, Part, RoadModel, compare_fits, separate_lanes};
 use std::collections::BTreeMap;
 
 /// Pieces of the spline that is compared with the parabola, as in the core's tests.
@@ -125,7 +125,7 @@ impl Judged {
         }
         let trails: Vec<_> = insight.ways.iter().map(|w| w.trail.clone()).collect();
         if trails.len() > 1
-            && let Ok(told) = tell_lanes_apart(&trails, settings.lane_width_m, EXTENSION_M)
+            && let Ok(told) = separate_lanes(&trails, settings.lane_width_m, EXTENSION_M)
         {
             for (i, lane) in told.iter().enumerate().skip(1) {
                 if let (Some(a), Some(b)) = (known[0], known[i]) {
