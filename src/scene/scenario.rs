@@ -161,13 +161,13 @@ pub struct SceneTable {
     pub file: Option<At<String>>,
     /// Unit of the file: m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
     pub unit: Option<At<String>>,
-    /// Axis of the file that points up: y (default of glTF; STL and OBJ need it) or z.
+    /// Up axis of the file: y (default for glTF; required for STL and OBJ) or z.
     pub up: Option<At<String>>,
     /// Animations of the glTF file that move it: all (default) that do not contradict each other, none, or one by its name.
     pub animation: Option<At<String>>,
-    /// Edges of the file's meshes whose facets turn by more than this are creases, degrees (default 30; 0 takes every facet as flat).
+    /// Crease angle: edges at which adjacent facets turn by more than this are creases, degrees (default 30; with 0 every facet is flat).
     pub smooth_deg: Option<At<f64>>,
-    /// Radar material for surfaces of the file whose material is missing or unknown.
+    /// Radar material of surfaces whose material is missing or unknown.
     pub default_material: Option<At<String>>,
     /// Material of the file = material of the table.
     #[serde(default)]
@@ -207,7 +207,7 @@ pub struct ObjectTable {
     pub class: String,
     /// A .glb, .gltf, .stl or .obj file, relative to this file.
     pub file: Option<At<String>>,
-    /// Reflector and its sizes, as in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
+    /// Reflector kind and parameters, as in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
     pub reflector: Option<At<String>>,
     /// A vehicle or a person of the library, as roads have them: passenger-car, sedan, hatchback, suv, van, truck, semi-trailer,
     /// motorcycle, cyclist, pedestrian or child. Its origin lies on the road below its middle; wheels and limbs move as it goes.
@@ -237,7 +237,7 @@ pub struct ObjectTable {
     pub up: Option<At<String>>,
     /// How animations in the file are used.
     pub animation: Option<At<String>>,
-    /// Edges of the file's meshes whose facets turn by more than this are creases, degrees (default 30; 0 takes every facet as flat).
+    /// Crease angle: edges at which adjacent facets turn by more than this are creases, degrees (default 30; with 0 every facet is flat).
     pub smooth_deg: Option<At<f64>>,
     /// Material of what has none.
     pub default_material: Option<At<String>>,
