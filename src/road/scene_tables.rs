@@ -377,8 +377,8 @@ pub struct RowTable {
     pub gaps_m: Option<At<Vec<f64>>>,
     /// Code word that is encoded in the distances between reflectors; alternative to `spacing_m`.
     pub code: Option<CodeTable>,
-    /// Line along which the distances are measured: the row itself, which is longer or shorter than the axis
-    /// in bends, or the axis (default).
+    /// true: the distances are measured along the row itself, which is longer or shorter than the axis in
+    /// bends; false (default): along the axis.
     #[serde(default)]
     pub along_row: bool,
     /// Angle of the boresight to the left of the road's direction, degrees; default 180, towards traffic in
