@@ -221,13 +221,13 @@ pub struct ProcessingTable {
     /// Number of beams from -azimuth_max_deg to azimuth_max_deg; default 64.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_bins: Option<At<usize>>,
-    /// Largest azimuth of a beam, degrees; default 60.
+    /// Maximum azimuth of a beam, degrees; default 60.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_max_deg: Option<At<f64>>,
     /// Number of beams in elevation; default 1: elevation is not estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_bins: Option<At<usize>>,
-    /// Largest elevation of a beam, degrees; default 20.
+    /// Maximum elevation of a beam, degrees; default 20.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_max_deg: Option<At<f64>>,
     /// Maximum number of points in a frame; the strongest are kept; default 4096.

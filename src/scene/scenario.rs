@@ -347,7 +347,7 @@ impl Default for TraceTable {
     }
 }
 
-/// Which files are written for each frame.
+/// Files that are written for each frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {

@@ -119,7 +119,7 @@ pub struct WaveformTable {
     /// "pmcw": chip rate, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chip_rate_hz: Option<At<f64>>,
-    /// "pmcw": degree of a maximum-length sequence, which has 2^degree - 1 chips.
+    /// "pmcw": degree of a maximum-length sequence of 2^degree - 1 chips.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub code_degree: Option<At<u32>>,
     /// "pmcw": the code, an odd number of chips 1 and -1, in place of `code_degree`.
