@@ -13,7 +13,7 @@ pub struct Help {
     /// A command, or one of reflectors, materials, radars
     #[arg(value_name = "COMMAND|reflectors|materials|radars")]
     pub topic: Option<String>,
-    /// With reflectors: only this one
+    /// With reflectors: list only this kind
     #[arg(value_name = "KIND")]
     pub kind: Option<String>,
 }
