@@ -24,8 +24,9 @@ use std::path::{Path, PathBuf};
 /// Fit a front end to a measured cube and compare a simulated cube with it
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Writes front_end.toml (a fragment of a radar file), fit.json, comparison.csv and comparison.png. What depends on \
-                  the waveform (powers, delays, phase noise) holds for the radar that --radar names; without it a waveform is assumed."
+    after_help = "Writes front_end.toml (a fragment of a radar file), fit.json, comparison.csv and comparison.png. Values that \
+                  depend on the waveform (powers, delays, phase noise) are valid for the radar given by --radar; \
+                  without it a waveform is assumed."
 )]
 pub struct FitSensor {
     /// Measured cube [chirp, rx_virtual, sample] or [chirp, sample] of I and Q: NumPy (.npy), TI recording (.bin with its .cfg), HDF5 (.h5)

@@ -25,9 +25,9 @@ use std::path::{Path, PathBuf};
 /// Compute the radar cross section of a mesh file or a reflector: table, CSV, plot
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Angles are those of the radar seen from the target's origin: azimuth positive left, elevation positive up. Under \
-                  a target that --height-m raises, angles and range are seen from the point of the ground below its origin; levels \
-                  stay those of the target, for the distance of its origin. \
+    after_help = "Angles are those of the radar as seen from the target's origin: azimuth positive left, elevation positive up. For \
+                  a target above the ground (--height-m), angles and range are those from the point of the ground below its origin; cross \
+                  sections are those of the target, for the distance of its origin. \
                   All kinds of reflectors with their parameters, defaults and units: catseye help reflectors."
 )]
 pub struct Rcs {

@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 /// Show a run, one of its frames, a dataset, studies, a scene, a reflector or RCS tables as one HTML page that needs no network
 #[derive(Debug, Args)]
 #[command(
-    after_help = "A run shows its scene where it kept it ([output] scene = true), else boxes; ways of echoes need return_places = true, \
-                  thresholds cfar_threshold = true, and spectra over angle angle_spectra = true. The frames of a long run lie in a \
-                  folder beside the page, from which it takes them one by one. A reflector can be changed in its page, which works out its \
-                  cross section itself."
+    after_help = "A run shows its scene if it was written ([output] scene = true), else boxes. Paths of echoes need return_places = true, \
+                  detection thresholds cfar_threshold = true, and angular spectra angle_spectra = true. The frames of a long run are \
+                  in a folder beside the page, which loads them on demand. The page of a reflector lets the user edit the reflector and \
+                  computes its cross section."
 )]
 pub struct View {
     /// Folder of a run, a frame, a dataset or studies; scene (.glb, .gltf, .stl, .obj); reflector
