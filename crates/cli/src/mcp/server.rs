@@ -17,8 +17,8 @@ use std::sync::Arc;
 
 const INSTRUCTIONS: &str = "catseye simulates automotive radar: cross sections of targets (rcs), frames of road scenes with samples, maps, \
 points and truth (simulate). Units are SI and are in the names; angles are degrees. Axes: x forward, y left, z up; azimuth is positive \
-left, elevation positive up. range_rate_mps is positive when a target recedes. Cross sections in dBsm are 10 lg(sigma / 1 m2); the first letter \
-of VV, VH, HV, HH is the received polarisation. Scenarios, roads, radars, recipes and studies are TOML files: list_keys lists all \
+left, elevation positive up. range_rate_mps is positive when a target recedes. Cross sections in dBsm are 10 lg(sigma / 1 m2); the first \
+letter of VV, VH, HV, HH is the received polarisation. Scenarios, roads, radars, recipes and studies are TOML files: list_keys lists all \
 keys, examples lists files to start from, validate_file checks a file before it is run. Unknown keys are errors. Paths are relative to the \
 server's folder; paths outside it are refused. Use simulate with dry_run first for a large scene.";
 
