@@ -32,8 +32,8 @@ pub struct SegmentationOptions {
     /// Frame of the first run that the plot shows. Default: the middle one.
     pub picture_frame: Option<u32>,
     // Only for points without a scenario: there the radar's own mounting gives these.
-    /// Place of the radar ahead and to the left of the vehicle's reference point, m. A scenario has it in the radar's
-    /// mounting and refuses it here.
+    /// Position of the radar ahead and to the left of the vehicle's reference point, m. A scenario gives it by the
+    /// radar's mounting and refuses this key.
     #[schemars(skip)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radar_at_m: Option<[f64; 2]>,
