@@ -14,79 +14,91 @@ use std::borrow::Cow;
 /// Columns of detected points, in the sensor frame. Standard deviations are not a number where the array cannot tell the angle, and
 /// `range_rate_modulo_mps` is infinite where nothing folds; `share` is a share of power (CONVENTIONS eq. 160).
 pub const POINTS: [Column<Point>; 27] = [
-    Column::number("range_m", "in the middle of the frame", |p| p.range_m),
-    Column::number("range_rate_mps", "positive receding", |p| p.range_rate_mps),
-    Column::number("azimuth_deg", "positive left", |p| p.azimuth_rad.to_degrees()),
-    Column::number("elevation_deg", "positive up", |p| p.elevation_rad.to_degrees()),
-    Column::number("x_m", "forward", |p| p.position_m.x),
-    Column::number("y_m", "left", |p| p.position_m.y),
-    Column::number("z_m", "up", |p| p.position_m.z),
-    Column::number("power_dbm", "after beamforming, at the peak between cells", |p| p.power_dbm),
-    Column::number("snr_db", "after beamforming, over the noise of one channel's cell", |p| p.snr_db),
-    Column::number("rcs_dbsm", "as the antennas' polarisation sees it", |p| p.rcs_dbsm),
+    Column::number("range_m", "range in the middle of the frame", |p| p.range_m),
+    Column::number("range_rate_mps", "range rate, positive when the target recedes", |p| p.range_rate_mps),
+    Column::number("azimuth_deg", "azimuth, positive to the left", |p| p.azimuth_rad.to_degrees()),
+    Column::number("elevation_deg", "elevation, positive up", |p| p.elevation_rad.to_degrees()),
+    Column::number("x_m", "forward coordinate", |p| p.position_m.x),
+    Column::number("y_m", "left coordinate", |p| p.position_m.y),
+    Column::number("z_m", "up coordinate", |p| p.position_m.z),
+    Column::number("power_dbm", "power after beamforming, at the interpolated peak", |p| p.power_dbm),
+    Column::number(
+        "snr_db",
+        "signal-to-noise ratio: power after beamforming relative to the noise of one channel in a cell",
+        |p| p.snr_db,
+    ),
+    Column::number("rcs_dbsm", "radar cross section in the antennas' polarisation", |p| p.rcs_dbsm),
     Column {
         name: "object_id",
-        about: "of the object whose echoes made the point, 0 for none",
+        about: "id of the object whose echoes caused the point, 0 for none",
         get: Get::Count(|p| p.object_id),
     },
     Column {
         name: "class",
-        about: "of the object; of a point that no object made leakage (inside the radar), noise (also other radars) or weather",
+        about: "class of the object; for a point without an object: leakage (inside the radar), noise (also other radars) or weather",
         get: Get::Text(32, |p| Cow::Borrowed(&p.class)),
     },
-    Column::number("range_std_m", "standard deviation", |p| p.std.range_m),
-    Column::number("range_rate_std_mps", "standard deviation", |p| p.std.range_rate_mps),
-    Column::number("azimuth_std_deg", "standard deviation; NaN where the array cannot tell", |p| {
-        degrees(p.std.azimuth_rad)
-    }),
-    Column::number("elevation_std_deg", "standard deviation; NaN where the array cannot tell", |p| {
-        degrees(p.std.elevation_rad)
-    }),
+    Column::number("range_std_m", "standard deviation of the range", |p| p.std.range_m),
+    Column::number("range_rate_std_mps", "standard deviation of the range rate", |p| p.std.range_rate_mps),
+    Column::number(
+        "azimuth_std_deg",
+        "standard deviation of the azimuth; NaN where the array does not measure it",
+        |p| degrees(p.std.azimuth_rad),
+    ),
+    Column::number(
+        "elevation_std_deg",
+        "standard deviation of the elevation; NaN where the array does not measure it",
+        |p| degrees(p.std.elevation_rad),
+    ),
     Column {
         name: "ambiguity",
-        about: "of the range rate: unambiguous, resolved, ego_speed, ambiguous or unresolved",
+        about: "ambiguity of the range rate: unambiguous, resolved, ego_speed, ambiguous or unresolved",
         get: Get::Text(12, |p| p.ambiguity.name().into()),
     },
-    Column { name: "bounces", about: "reflections of its strongest echo", get: Get::Small(|p| p.bounces) },
+    Column {
+        name: "bounces",
+        about: "number of bounces of the point's strongest echo",
+        get: Get::Small(|p| p.bounces),
+    },
     Column::flag(
         "ghost",
-        "the point is off its object: its strongest echo was reflected by another one too, or more than once",
+        "true: the point is not at its object, because its strongest echo was also reflected by another object, or more than once",
         |p| p.ghost,
     ),
-    Column::number("share", "of the cell's echoes, that the object gave, 0 to 1", |p| p.share),
+    Column::number("share", "share of the object in the power of the cell's echoes, 0 to 1", |p| p.share),
     Column {
         name: "range_rate_modulo_mps",
-        about: "the radar itself knows the range rate but for multiples of this; infinite: for none",
+        about: "ambiguity interval of the range rate that the radar itself leaves; infinite: unambiguous",
         get: Get::Bound(|p| p.modulo_mps),
     },
     Column::flag(
         "at_search_edge",
-        "the direction is the edge of the angles that are searched, no measured one",
+        "true: the direction is at the edge of the searched angles: a bound, not a measurement",
         |p| p.at_search_edge,
     ),
     Column::flag(
         "side_lobe",
-        "the point is in a side lobe of its strongest echo, which is elsewhere in range, range rate or direction",
+        "true: the point is in a side lobe of its strongest echo, which is elsewhere in range, range rate or direction",
         |p| p.side_lobe,
     ),
     Column::flag(
         "folded",
-        "the point is out of place by a whole ambiguity: of range rate (which moves the range), range or direction",
+        "true: the point's position is wrong by an ambiguity interval of range rate (which shifts the range), range or direction",
         |p| p.folded,
     ),
     Column::flag(
         "aliased",
-        "the point's strongest echo is beyond the sampled band of beat frequencies",
+        "true: the point's strongest echo is beyond the sampled band of beat frequencies",
         |p| p.aliased,
     ),
     Column {
         name: "angle_ambiguity",
-        about: "of the direction: unambiguous, resolved (grating lobes ruled out) or ambiguous; empty where none is measured",
+        about: "ambiguity of the direction: unambiguous, resolved (grating lobes ruled out) or ambiguous; empty without a direction",
         get: Get::Text(12, |p| p.angle_ambiguity.map_or("", |a| a.name()).into()),
     },
     Column {
         name: "other_angles_deg",
-        about: "azimuth/elevation of up to four directions that an ambiguous point may have instead, with blanks between",
+        about: "azimuth/elevation of up to four alternative directions of an ambiguous point, separated by blanks",
         get: Get::Text(64, |p| other_angles(&p.other_angles_rad).into()),
     },
 ];
@@ -105,12 +117,12 @@ fn degrees(angle_rad: Option<f64>) -> f64 {
 
 /// Columns of the cells of `angle_spectra.npy`, in the order of its first axis.
 pub const ANGLE_CELLS: [Column<SpectrumCell>; 4] = [
-    Column { name: "range_bin", about: "column of the map", get: Get::Count(|c| c.range_bin) },
-    Column { name: "doppler_row", about: "row of the map", get: Get::Count(|c| c.doppler_row) },
-    Column::number("range_m", "of the peak between cells, in the middle of the frame", |c| c.range_m),
+    Column { name: "range_bin", about: "column of the range-Doppler map", get: Get::Count(|c| c.range_bin) },
+    Column { name: "doppler_row", about: "row of the range-Doppler map", get: Get::Count(|c| c.doppler_row) },
+    Column::number("range_m", "range of the interpolated peak, in the middle of the frame", |c| c.range_m),
     Column::number(
         "range_rate_mps",
-        "of the peak, positive receding; unfolded as far as the cell by itself tells",
+        "range rate of the peak, positive when the target recedes; the Doppler ambiguity is resolved as far as the cell alone allows",
         |c| c.range_rate_mps,
     ),
 ];
@@ -142,14 +154,20 @@ pub fn received<'a>(radar: &Radar, echoes: &'a Echoes) -> Vec<ReceivedEcho<'a>> 
 /// Columns of echoes as the tracer found them, in the sensor frame.
 pub const fn echoes<'a>() -> [Column<ReceivedEcho<'a>>; 7] {
     [
-        Column::number("range_m", "half of the path's length, in the middle of the frame", |e| {
+        Column::number("range_m", "range: half the path length, in the middle of the frame", |e| {
             e.echo.range_m()
         }),
-        Column::number("range_rate_mps", "positive receding", |e| e.echo.range_rate_mps()),
-        Column::number("azimuth_deg", "of arrival, positive left", |e| e.angles_deg[0]),
-        Column::number("elevation_deg", "of arrival, positive up", |e| e.angles_deg[1]),
-        Column::number("power_dbm", "of this echo alone, mean over channels", |e| e.power_dbm),
-        Column { name: "chain", about: "ids of the objects met, in order", get: Get::Ids(|e| e.echo.chain) },
-        Column { name: "bounces", about: "reflections", get: Get::Small(|e| e.echo.bounces) },
+        Column::number("range_rate_mps", "range rate, positive when the target recedes", |e| {
+            e.echo.range_rate_mps()
+        }),
+        Column::number("azimuth_deg", "azimuth of arrival, positive to the left", |e| e.angles_deg[0]),
+        Column::number("elevation_deg", "elevation of arrival, positive up", |e| e.angles_deg[1]),
+        Column::number("power_dbm", "power of this echo alone, mean over channels", |e| e.power_dbm),
+        Column {
+            name: "chain",
+            about: "ids of the objects that the path meets, in order",
+            get: Get::Ids(|e| e.echo.chain),
+        },
+        Column { name: "bounces", about: "number of bounces", get: Get::Small(|e| e.echo.bounces) },
     ]
 }

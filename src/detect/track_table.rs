@@ -8,33 +8,35 @@ use std::io::Write;
 /// Columns of the table in their order. Positions and velocities are over the ground, in the world's plane.
 pub const TRACKS: [Column<TrackRow>; 14] = [
     Column { name: "frame", about: "number of the frame", get: Get::Count(|r| r.frame) },
-    Column::number("time_s", "middle of the frame, from the middle of frame 0", |r| r.time_s),
+    Column::number("time_s", "time of the middle of the frame, from the middle of frame 0", |r| r.time_s),
     Column {
         name: "track_id",
-        about: "number of the track, never used again",
+        about: "number of the track, unique in a run",
         get: Get::Count(|r| r.track_id as u32),
     },
-    Column::number("x_m", "along the world's x axis", |r| r.x_m),
-    Column::number("y_m", "along the world's y axis", |r| r.y_m),
-    Column::number("vx_mps", "over the ground, along the world's x axis", |r| r.vx_mps),
-    Column::number("vy_mps", "over the ground, along the world's y axis", |r| r.vy_mps),
-    Column::number("x_std_m", "standard deviation", |r| r.x_std_m),
-    Column::number("y_std_m", "standard deviation", |r| r.y_std_m),
-    Column::number("vx_std_mps", "standard deviation", |r| r.vx_std_mps),
-    Column::number("vy_std_mps", "standard deviation", |r| r.vy_std_mps),
+    Column::number("x_m", "position along the world's x axis", |r| r.x_m),
+    Column::number("y_m", "position along the world's y axis", |r| r.y_m),
+    Column::number("vx_mps", "velocity over the ground along the world's x axis", |r| r.vx_mps),
+    Column::number("vy_mps", "velocity over the ground along the world's y axis", |r| r.vy_mps),
+    Column::number("x_std_m", "standard deviation of x_m", |r| r.x_std_m),
+    Column::number("y_std_m", "standard deviation of y_m", |r| r.y_std_m),
+    Column::number("vx_std_mps", "standard deviation of vx_mps", |r| r.vx_std_mps),
+    Column::number("vy_std_mps", "standard deviation of vy_mps", |r| r.vy_std_mps),
     Column {
         name: "state",
-        about: "confirmed: seen in this frame; coasting: predicted from earlier frames",
+        about: "confirmed: updated in this frame; coasting: predicted from earlier frames",
         get: Get::Text(12, |r| r.state.name().into()),
     },
     Column {
         name: "points",
-        about: "points of its plot in this frame; 0 while coasting",
+        about: "number of points of the track's plot in this frame; 0 while coasting",
         get: Get::Count(|r| r.points as u32),
     },
-    Column::flag("moving", "its speed over the ground exceeds 0.5 m/s and three standard deviations", |r| {
-        r.moving
-    }),
+    Column::flag(
+        "moving",
+        "true: the speed over the ground exceeds 0.5 m/s and three standard deviations",
+        |r| r.moving,
+    ),
 ];
 
 /// Slowest speed of what counts as moving, m/s: below it standing objects and slow pedestrians are not distinguished.

@@ -53,7 +53,7 @@ impl Method {
     }
 }
 
-/// How many sources a cell holds.
+/// Number of sources in a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SourceNumber {
     /// The number is given.
@@ -88,9 +88,9 @@ pub enum Smoothing {
 /// Settings of an estimator of angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// The estimator.
+    /// Angle estimation method.
     pub method: Method,
-    /// How many sources a cell holds.
+    /// Number of sources in a cell.
     pub sources: SourceNumber,
     /// Largest number of sources of one cell.
     pub max_sources: usize,

@@ -8,27 +8,27 @@ use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a lane is for.
+/// Type of a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LaneKind {
-    /// Cars.
+    /// A driving lane.
     Driving,
     /// Hard shoulder, an emergency lane.
     Emergency,
-    /// An emergency bay: a lane whose width grows from zero and goes back to it.
+    /// An emergency bay: a lane whose width increases from zero and returns to zero.
     Bay,
-    /// Entry, exit, or a lane that widens into one.
+    /// A ramp: entry, exit, or a lane that widens into one.
     Ramp,
     /// A shoulder.
     Shoulder,
-    /// Bicycles.
+    /// A bicycle lane.
     Bicycle,
-    /// Parking.
+    /// A parking lane.
     Parking,
-    /// Pedestrians.
+    /// A sidewalk.
     Sidewalk,
-    /// What parts two carriageways.
+    /// A median between two carriageways.
     Median,
     /// Ground beside the road.
     Verge,
@@ -41,30 +41,30 @@ impl LaneKind {
     }
 }
 
-/// Which way a lane is driven, seen along the axis.
+/// Driving direction of a lane relative to the axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Driven {
-    /// Along the axis.
+    /// In the direction of the axis.
     Forward,
-    /// Against the axis.
+    /// Opposite to the direction of the axis.
     Backward,
-    /// Either way.
+    /// Both directions.
     Both,
 }
 
-/// How a line is painted.
+/// Type of a painted line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LineKind {
-    /// Not at all.
+    /// No line.
     #[default]
     None,
     /// Solid.
     Solid,
     /// Dashed.
     Dashed,
-    /// Two solid lines, their width apart.
+    /// Two solid lines, separated by their width.
     Double,
 }
 
@@ -88,7 +88,7 @@ impl Side {
     }
 }
 
-/// Place in a lane.
+/// Reference in a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InLane {
@@ -118,7 +118,7 @@ pub struct Lane {
     pub line: LineKind,
 }
 
-/// How lines are painted.
+/// Dimensions and material of painted lines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Paint {
     /// Width of a line, m.
@@ -169,13 +169,13 @@ pub struct Road {
     pub axis: RoadAxis,
     /// Distance from the axis at which the lanes begin, to its left, m.
     pub lane_offset: Profile,
-    /// Lanes to the left of the axis, from it outwards.
+    /// Lanes to the left of the axis, from the axis outwards.
     pub left: Vec<Lane>,
     /// Lanes to the right, from the axis outwards.
     pub right: Vec<Lane>,
     /// Line along the axis.
     pub centre_line: LineKind,
-    /// How lines are painted.
+    /// Dimensions and material of painted lines.
     pub paint: Paint,
 }
 

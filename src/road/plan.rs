@@ -127,7 +127,7 @@ pub struct RailPlan {
 pub struct WallPlan {
     /// Class of the object.
     pub class: &'static str,
-    /// Lateral position of the wall's middle.
+    /// Lateral position of the wall's centre line.
     pub lateral: Lateral,
     /// Where it begins and ends, m along the axis.
     pub span_m: Range<f64>,
@@ -139,7 +139,7 @@ pub struct WallPlan {
     pub material: String,
 }
 
-/// Square posts with level bars.
+/// A fence of square posts with horizontal bars.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FencePlan {
     /// Where it runs.
@@ -160,7 +160,7 @@ pub struct FencePlan {
     pub material: String,
 }
 
-/// A beam over the road on two legs.
+/// A gantry: a beam across the road on two legs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GantryPlan {
     /// Place along the axis, m.

@@ -8,47 +8,48 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 
-/// Roads with what stands on them. Lengths in metres, angles in degrees; `s_m` is the arc length along a road's
-/// axis in plan, `t_m` the distance from the axis, positive to the left.
+/// A road scene: roads with road furniture, reflectors and vehicles. Lengths are in metres, angles in
+/// degrees; `s_m` is the arc length along a road's axis in plan, `t_m` the lateral distance from the axis,
+/// positive to the left.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "catseye road scene")]
 pub struct SceneFile {
     /// Name of the scene, shown in results.
     pub name: String,
-    /// Greatest distance of a facet from the curve that it stands for, m; from 1e-5 to 1, default 0.005.
+    /// Maximum distance of a facet from the curved surface that it approximates, m; 1e-5 to 1, default 0.005.
     pub sagitta_m: Option<At<f64>>,
-    /// How long the motion of vehicles is computed, s; from 0 to 3600, default 30. A scenario takes as long
-    /// as its frames last.
+    /// Duration for which the motion of vehicles is computed, s; 0 to 3600, default 30. A scenario uses the
+    /// duration of its frames instead.
     pub duration_s: Option<At<f64>>,
-    /// Materials of the scene's own, which surfaces, verges, rails, walls, fences and gantries may name.
+    /// Materials defined in this scene, for use in surfaces, verges, rails, walls, fences and gantries.
     #[serde(default)]
     pub material: Vec<MaterialTable>,
-    /// The roads of the scene, at least one; a road may begin at one that stands before it.
+    /// The roads of the scene, at least one; a road may begin at a road defined before it.
     pub road: Vec<RoadTable>,
 }
 
-/// A material of the scene's own: a row of the table that is changed, or one that is given whole.
+/// A material defined in this scene: a modified entry of the material table, or a complete definition.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialTable {
-    /// Its name, which no row of the table has.
+    /// Name of the material; it must differ from all names in the material table.
     pub name: At<String>,
-    /// A material of the table, with layers where it has some ("asphalt+water:0.0005"), from which it has what is not given here.
+    /// Material of the table, with layers where it has some ("asphalt+water:0.0005"), that gives all values not stated here.
     pub like: Option<At<String>>,
-    /// Relative permittivity [eps', eps''], the loss eps'' positive.
+    /// Relative permittivity [eps', eps'']; the loss eps'' is positive.
     pub eps_r: Option<At<[f64; 2]>>,
-    /// Conductivity, S/m; without eps_r it is that of a good conductor.
+    /// Conductivity, S/m; without eps_r the material is a good conductor.
     pub conductivity_s_per_m: Option<At<f64>>,
-    /// Standard deviation of the surface's height, m; from 0 (smooth, the default) to 1.
+    /// Standard deviation of the surface height (RMS roughness), m; 0 (default: smooth) to 1.
     pub roughness_rms_m: Option<At<f64>>,
-    /// Correlation length of the roughness, m; from 0 to 1000.
+    /// Correlation length of the roughness, m; 0 to 1000.
     pub correlation_length_m: Option<At<f64>>,
-    /// How it scatters back: "oh", "kulemin:GROUND" or "gamma:DB", with options as in "gamma:-20,cross_db=-8".
+    /// Backscatter model: "oh", "kulemin:GROUND" or "gamma:DB", with options as in "gamma:-20,cross_db=-8".
     pub backscatter: Option<At<String>>,
-    /// Lowest and highest frequency for which the values hold, Hz.
+    /// Lowest and highest frequency for which the values are valid, Hz.
     pub valid_hz: Option<At<[f64; 2]>>,
-    /// Where the values come from, for lists of materials.
+    /// Source of the values, shown in lists of materials.
     pub source: Option<String>,
 }
 
@@ -92,26 +93,26 @@ impl JsonSchema for Series {
     }
 }
 
-/// Where and how the axis begins: in the world, or at a place of a road that stands before it in the file.
+/// Start of the axis: in the world, or at a position on a road defined before it in the file.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StartTable {
-    /// Where the axis begins, [forward, left, up] in the world, m; default the origin.
+    /// Start of the axis, [forward, left, up] in the world, m; default the origin.
     pub position_m: Option<At<[f64; 3]>>,
-    /// Name of a road that stands before this one in the file, at which this one begins in place of
+    /// Name of a road defined before this one in the file, at which this road begins; alternative to
     /// `position_m`.
     pub road: Option<At<String>>,
-    /// Station on that other road where this one begins, m; default 0.
+    /// Station on the other road at which this road begins, m; default 0.
     pub s_m: Option<At<f64>>,
-    /// Distance from that other road's axis at which this one begins, m, positive to the left; default 0.
+    /// Distance of the start from the other road's axis, m, positive to the left; default 0.
     pub t_m: Option<At<f64>>,
-    /// Direction of the axis at its beginning, degrees to the left of the world's x axis or of the other
-    /// road's direction; from -360 to 360.
+    /// Direction of the axis at its start, degrees to the left of the world's x axis or of the other road's
+    /// direction; -360 to 360.
     #[serde(default)]
     pub heading_deg: At<f64>,
 }
 
-/// The shape of an element of the plan.
+/// Shape of an element of the plan view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ElementKind {
@@ -119,75 +120,73 @@ pub enum ElementKind {
     Straight,
     /// An arc of constant curvature.
     Arc,
-    /// A curve whose curvature changes evenly along it.
+    /// A clothoid: its curvature changes linearly with arc length.
     Clothoid,
 }
 
-/// An element of the plan. Radii are positive to the left and negative to the right.
+/// An element of the plan view. Radii are positive to the left and negative to the right.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ElementTable {
     /// Shape of the element.
     pub kind: At<ElementKind>,
-    /// Length of the element, m, more than 0; an arc may have `angle_deg` in its place.
+    /// Length of the element, m, greater than 0; an arc may give `angle_deg` instead.
     pub length_m: Option<At<f64>>,
-    /// Radius of an arc, m; at least 0.1, negative to the right.
+    /// Radius of an arc, m; magnitude at least 0.1, negative to the right.
     pub radius_m: Option<At<f64>>,
-    /// Angle through which an arc turns, degrees, more than 0 and less than 3600, in place of its length.
+    /// Angle of an arc, degrees, greater than 0 and less than 3600, in place of its length.
     pub angle_deg: Option<At<f64>>,
-    /// Radius at the beginning of a clothoid, m; default that at the end of the element before.
+    /// Radius at the start of a clothoid, m; default the radius at the end of the preceding element.
     pub from_radius_m: Option<At<f64>>,
-    /// Radius at the end of a clothoid, m; straight by default.
+    /// Radius at the end of a clothoid, m; default straight.
     pub to_radius_m: Option<At<f64>>,
 }
 
-/// Where two grades meet, with a parabola of length K |g1 - g2| between them.
+/// A vertical curve between two grades: a parabola of length K |g1 - g2|.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GradeTable {
-    /// Station of the point where the lines of the two grades meet, m.
+    /// Station of the intersection of the two grade lines, m.
     pub s_m: At<f64>,
-    /// Grade beyond that point, percent, positive uphill; from -100 to 100.
+    /// Grade beyond that station, percent, positive uphill; -100 to 100.
     pub grade_percent: At<f64>,
-    /// Length of the parabola for each percent by which the grade changes, m; 0 makes a kink.
+    /// Length of the parabola for each percent of change in grade (K), m; 0 makes a kink.
     #[serde(default)]
     pub k_m_per_percent: At<f64>,
 }
 
-/// A lane, beside the one before it or beside the axis.
+/// A lane, next to the preceding lane or to the axis.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LaneTable {
-    /// Number by which other keys and labels name the lane; default 1, 2, ... on the right and 11, 12, ... on
-    /// the left, from the axis outwards.
+    /// Number that identifies the lane in other keys and in labels; default 1, 2, ... on the right and 11,
+    /// 12, ... on the left, from the axis outwards.
     pub number: Option<At<i32>>,
-    /// What the lane is for; default driving.
+    /// Type of the lane; default driving.
     pub kind: Option<LaneKind>,
-    /// Direction in which the lane is driven; default forward on the right of the axis and backward on the
-    /// left.
+    /// Driving direction; default forward on the right of the axis and backward on the left.
     pub driven: Option<Driven>,
-    /// Width of the lane, m, from 0 to 1000: one number, or pairs [station, width] with straight lines
-    /// between.
+    /// Width of the lane, m, 0 to 1000: one number, or pairs [station, width] with linear interpolation.
     pub width_m: At<Series>,
-    /// Radar material of the lane, or "none" for no surface; default the road's for drivable lanes and
-    /// sidewalks, otherwise grass.
+    /// Radar material of the lane, or "none" for no surface; default the road's material for drivable lanes
+    /// and sidewalks, grass for others.
     pub surface: Option<At<String>>,
-    /// Line that is painted on the lane's edge away from the axis.
+    /// Painted line on the lane's outer edge, away from the axis.
     #[serde(default)]
     pub line: LineKind,
 }
 
-/// How lines are painted.
+/// Dimensions and material of painted lines.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PaintTable {
-    /// Width of a line, m; more than 0, at most 1000.
+    /// Width of a line, m; greater than 0, at most 1000.
     pub width_m: At<f64>,
-    /// Length of a dash of a dashed line, m; more than 0.001, at most 1000.
+    /// Length of a dash of a dashed line, m; greater than 0.001, at most 1000.
     pub dash_m: At<f64>,
-    /// Length of the gap between two dashes, m; more than 0, at most 1000.
+    /// Length of the gap between two dashes, m; greater than 0, at most 1000.
     pub gap_m: At<f64>,
-    /// Height of the paint over the road, m; from 0.0001 to 0.05.
+    /// Height of the paint above the road, m; 0.0001 to 0.05.
     pub thickness_m: At<f64>,
     /// Radar material of the paint.
     pub material: At<String>,
@@ -205,19 +204,19 @@ impl Default for PaintTable {
     }
 }
 
-/// A lateral place: from the axis, in a lane, or from the edge of the drivable lanes.
+/// A lateral position: from the axis, in a lane, or from the edge of the drivable lanes.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LateralTable {
     /// Distance from the axis, m, positive to the left: one number, or pairs [station, distance].
     pub t_m: Option<At<Series>>,
-    /// Number of the lane in which the place lies.
+    /// Number of the lane that the position refers to.
     pub lane: Option<At<i32>>,
-    /// Where in the lane, seen along the axis; default its centre.
+    /// Reference in the lane, seen along the axis; default its centre.
     pub side: Option<At<InLane>>,
-    /// The outer edge of the outermost drivable lane on this side.
+    /// Reference to the outer edge of the outermost drivable lane on this side.
     pub edge: Option<At<Side>>,
-    /// Distance from that place in the lane or from that edge, m, positive to the left; default 0.
+    /// Distance from that reference, m, positive to the left; default 0.
     pub offset_m: Option<At<Series>>,
 }
 
@@ -227,33 +226,33 @@ pub struct LateralTable {
 pub struct LineTable {
     /// Lateral position of the line: from the axis, in a lane, or from the edge of the drivable lanes.
     pub lateral: At<LateralTable>,
-    /// How the line is painted.
+    /// Type of the line.
     pub kind: LineKind,
-    /// Station where it begins, m; from 0 to the road's length, default 0.
+    /// Start station, m; 0 to the road's length, default 0.
     pub from_m: Option<At<f64>>,
-    /// Station where it ends, m; beyond `from_m`, at most and by default the road's length.
+    /// End station, m; greater than `from_m`, at most the road's length, which is the default.
     pub to_m: Option<At<f64>>,
-    /// How this line is painted; default the road's paint.
+    /// Dimensions and material of this line; default the road's paint.
     pub paint: Option<PaintTable>,
     /// Radar material of the road under the line; default the road's.
     pub under: Option<At<String>>,
 }
 
-/// A sheet of ground beside the outermost lane.
+/// A verge: a strip of ground beside the outermost lane.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VergeTable {
-    /// The side of the axis on which the sheet lies.
+    /// Side of the axis.
     pub side: Side,
-    /// Width of the sheet from the outermost lane outwards, m; more than 0, at most 1000.
+    /// Width of the verge from the outermost lane outwards, m; greater than 0, at most 1000.
     pub width_m: At<f64>,
-    /// How far it falls over its first metre, m; from 0 to 10, default 0.12.
+    /// Drop over the first metre, m; 0 to 10, default 0.12.
     pub drop_m: Option<At<f64>>,
     /// Radar material; default grass.
     pub material: Option<At<String>>,
-    /// Station where it begins, m; from 0 to the road's length, default 0.
+    /// Start station, m; 0 to the road's length, default 0.
     pub from_m: Option<At<f64>>,
-    /// Station where it ends, m; beyond `from_m`, at most and by default the road's length.
+    /// End station, m; greater than `from_m`, at most the road's length, which is the default.
     pub to_m: Option<At<f64>>,
 }
 
@@ -263,15 +262,15 @@ pub struct VergeTable {
 pub struct RailTable {
     /// Lateral position of the back of the rail's beam.
     pub lateral: At<LateralTable>,
-    /// The side on which the traffic is, which the rail's face looks at; default towards the axis.
+    /// Side of the traffic, towards which the rail faces; default towards the axis.
     pub faces: Option<Side>,
-    /// Station where it begins, m; from 0 to the road's length, default 0.
+    /// Start station, m; 0 to the road's length, default 0.
     pub from_m: Option<At<f64>>,
-    /// Station where it ends, m; beyond `from_m`, at most and by default the road's length.
+    /// End station, m; greater than `from_m`, at most the road's length, which is the default.
     pub to_m: Option<At<f64>>,
-    /// Height of the rail's upper edge, m; from 0.35 to 10, default 0.75.
+    /// Height of the rail's upper edge, m; 0.35 to 10, default 0.75.
     pub height_m: Option<At<f64>>,
-    /// Distance between posts, m; default 4, and 0 means no posts.
+    /// Distance between posts, m; default 4; 0 means no posts.
     pub post_spacing_m: Option<At<f64>>,
     /// Radar material; default steel.
     pub material: Option<At<String>>,
@@ -281,58 +280,58 @@ pub struct RailTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WallTable {
-    /// Lateral position of the wall's middle.
+    /// Lateral position of the wall's centre line.
     pub lateral: At<LateralTable>,
-    /// Station where it begins, m; from 0 to the road's length, default 0.
+    /// Start station, m; 0 to the road's length, default 0.
     pub from_m: Option<At<f64>>,
-    /// Station where it ends, m; beyond `from_m`, at most and by default the road's length.
+    /// End station, m; greater than `from_m`, at most the road's length, which is the default.
     pub to_m: Option<At<f64>>,
     /// Height, m; default 3 (kerb 0.12).
     pub height_m: Option<At<f64>>,
     /// Thickness, m; default 0.2 (kerb 0.15).
     pub thickness_m: Option<At<f64>>,
-    /// Radar material; default concrete. A wall with a metal face is "aluminium".
+    /// Radar material; default concrete. For a wall with a metal face use "aluminium".
     pub material: Option<At<String>>,
 }
 
-/// Square posts with level bars.
+/// A fence of square posts with horizontal bars.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FenceTable {
-    /// Lateral position of the fence's middle: from the axis, in a lane, or from the edge of the drivable
-    /// lanes.
+    /// Lateral position of the fence's centre line: from the axis, in a lane, or from the edge of the
+    /// drivable lanes.
     pub lateral: At<LateralTable>,
-    /// Station where it begins, m; from 0 to the road's length, default 0.
+    /// Start station, m; 0 to the road's length, default 0.
     pub from_m: Option<At<f64>>,
-    /// Station where it ends, m; beyond `from_m`, at most and by default the road's length.
+    /// End station, m; greater than `from_m`, at most the road's length, which is the default.
     pub to_m: Option<At<f64>>,
     /// Height of the fence, m; default 1.2.
     pub height_m: Option<At<f64>>,
     /// Distance between posts, m; default 2.5.
     pub post_spacing_m: Option<At<f64>>,
-    /// Edge of a post's square section, m; default 0.08.
+    /// Side of a post's square cross-section, m; default 0.08.
     pub post_m: Option<At<f64>>,
-    /// Number of level bars, from 1 to 100; default 3.
+    /// Number of horizontal bars, 1 to 100; default 3.
     pub bars: Option<At<u32>>,
-    /// Edge of a bar's square section, m; default 0.04.
+    /// Side of a bar's square cross-section, m; default 0.04.
     pub bar_m: Option<At<f64>>,
     /// Radar material; default steel.
     pub material: Option<At<String>>,
 }
 
-/// A beam over the road on two legs.
+/// A gantry: a beam across the road on two legs.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GantryTable {
-    /// Station where the gantry crosses the road, m; from 0 to the road's length.
+    /// Station of the gantry, m; 0 to the road's length.
     pub s_m: At<f64>,
     /// Lateral position of one leg; `to` is that of the other.
     pub from: At<LateralTable>,
     /// Lateral position of the other leg.
     pub to: At<LateralTable>,
-    /// Height of the beam's lower side over the road, m; default 5.5.
+    /// Clearance: height of the beam's lower side above the road, m; default 5.5.
     pub clearance_m: Option<At<f64>>,
-    /// Edge of the beam's square section, m; default 0.8.
+    /// Side of the beam's square cross-section, m; default 0.8.
     pub beam_m: Option<At<f64>>,
     /// Radar material; default steel.
     pub material: Option<At<String>>,
@@ -342,113 +341,113 @@ pub struct GantryTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CodeTable {
-    /// The code word, zeros and ones, as in "1011"; it is repeated along the row.
+    /// Code word of zeros and ones, as in "1011"; it is repeated along the row.
     pub word: At<String>,
-    /// Gap between two reflectors that means 0, m.
+    /// Gap between two reflectors that encodes 0, m.
     pub zero_m: At<f64>,
-    /// Gap between two reflectors that means 1, m; it differs from `zero_m`.
+    /// Gap between two reflectors that encodes 1, m; it must differ from `zero_m`.
     pub one_m: At<f64>,
-    /// Gap between one word and the next, m, which differs from the other two; without it there is none.
+    /// Gap between two words, m; it must differ from the other two gaps; default no such gap.
     pub sync_m: Option<At<f64>>,
 }
 
-/// A row of reflectors of one kind.
+/// A row of identical reflectors.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RowTable {
-    /// Name of the row in labels; default its class and its place in the file, as in "marker row 1".
+    /// Name of the row in labels; default its class and its number in the file, as in "marker row 1".
     pub name: Option<String>,
-    /// Class of the reflectors in labels; default marker. Another class, as in "pole", makes no markers in
-    /// the labels.
+    /// Class of the reflectors in labels; default marker. With another class, such as "pole", the labels list
+    /// no markers.
     pub class: Option<String>,
-    /// Reflector and its sizes, as in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
+    /// Reflector kind and parameters, as in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
     pub reflector: At<String>,
     /// Lateral position of the row: from the axis, in a lane, or from the edge of the drivable lanes.
     pub lateral: At<LateralTable>,
     /// Station of the first reflector, m; default 0.
     pub from_m: Option<At<f64>>,
-    /// Station beyond which no reflector stands, m; default the end of the road.
+    /// Last possible station of a reflector, m; default the end of the road.
     pub to_m: Option<At<f64>>,
-    /// Distance from one reflector to the next, m, more than 0; a row has either this, `gaps_m` or `code`.
+    /// Spacing of the reflectors, m, greater than 0; alternative to `gaps_m` and `code`.
     pub spacing_m: Option<At<f64>>,
-    /// Number of reflectors at `spacing_m`, at most what the road has room for; by default they fill the
+    /// Number of reflectors at `spacing_m`, at most as many as fit on the road; by default they fill the
     /// road.
     pub count: Option<At<u32>>,
-    /// Distances from each reflector to the next in turn, m, more than 0, in place of `spacing_m`.
+    /// Distances between successive reflectors, m, greater than 0; alternative to `spacing_m`.
     pub gaps_m: Option<At<Vec<f64>>>,
-    /// Code word whose digits are the distances between reflectors, in place of `spacing_m`.
+    /// Code word that is encoded in the distances between reflectors; alternative to `spacing_m`.
     pub code: Option<CodeTable>,
-    /// Whether these distances are measured along the row itself, which is longer or shorter than the axis in
-    /// bends, or along the axis (default).
+    /// true: the distances are measured along the row itself, which is longer or shorter than the axis in
+    /// bends; false (default): along the axis.
     #[serde(default)]
     pub along_row: bool,
-    /// Angle of the boresight to the left of the road's direction, degrees; default 180, towards traffic that
-    /// comes along it.
+    /// Angle of the boresight to the left of the road's direction, degrees; default 180, towards traffic in
+    /// the road's direction.
     pub yaw_deg: Option<At<f64>>,
-    /// Further yaw from each reflector to the next, degrees.
+    /// Yaw increment from each reflector to the next, degrees.
     #[serde(default)]
     pub turn_deg: At<f64>,
-    /// Pitch, degrees, positive nose down; a plate with -90 looks up.
+    /// Pitch, degrees, positive nose down; at -90 a plate faces up.
     #[serde(default)]
     pub pitch_deg: At<f64>,
     /// Roll, degrees, positive left side up.
     #[serde(default)]
     pub roll_deg: At<f64>,
-    /// Height of the reflector's origin over the road, m; from -10 to 100, default 0.002 for markers,
-    /// otherwise 0.
+    /// Height of the reflector's origin above the road, m; -10 to 100, default 0.002 for markers, 0 for
+    /// others.
     pub lift_m: Option<At<f64>>,
-    /// Whether the reflector's z axis is vertical also where the road slopes; default false for markers,
-    /// otherwise true.
+    /// true: the reflector's z axis is vertical even where the road slopes; default false for markers, true
+    /// for others.
     pub upright: Option<bool>,
 }
 
-/// A reflector, a manhole, or a glTF file at a place of the road.
+/// A reflector, a manhole or a mesh file at a position on the road.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectTable {
-    /// Name of the object in labels; default its place in the file, as in "object 1".
+    /// Name of the object in labels; default its number in the file, as in "object 1".
     pub name: Option<String>,
-    /// Class in labels; default what the file says, "manhole" for manholes, and "reflector" for other
+    /// Class in labels; default the class in the file, "manhole" for manholes, and "reflector" for other
     /// reflectors.
     pub class: Option<String>,
-    /// Reflector and its sizes, as in `catseye rcs`; an object has either this or `file`.
+    /// Reflector kind and parameters, as in `catseye rcs`; alternative to `file`.
     pub reflector: Option<At<String>>,
-    /// A .glb, .gltf, .stl or .obj file in the folder of this file or below it.
+    /// A .glb, .gltf, .stl or .obj file in the folder of this file or below it; alternative to `reflector`.
     pub file: Option<At<String>>,
-    /// Unit of length of the file: m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
+    /// Unit of length of the file: m (default for glTF; required for STL and OBJ), cm, mm, in or ft.
     pub unit: Option<At<String>>,
-    /// Axis of the file that points up: y (default of glTF; STL and OBJ need it) or z.
+    /// Up axis of the file: y (default for glTF; required for STL and OBJ) or z.
     pub up: Option<At<String>>,
-    /// Animations of the file that move it: all (default), none, or the name of one.
+    /// Animations of the file that are played: all (default), none, or the name of one.
     pub animation: Option<At<String>>,
-    /// Edges of the file's meshes whose facets turn by more than this are creases, degrees (default 30; 0 takes every facet as flat).
+    /// Crease angle: edges at which adjacent facets turn by more than this are creases, degrees (default 30; with 0 every facet is flat).
     pub smooth_deg: Option<At<f64>>,
-    /// Radar material for surfaces of the file whose material is missing or unknown.
+    /// Radar material of surfaces whose material is missing or unknown.
     pub default_material: Option<At<String>>,
-    /// Radar material of catseye's table for each material of the file, by its name there.
+    /// Map from the file's material names to radar materials of the table.
     #[serde(default)]
     pub materials: BTreeMap<String, At<String>>,
-    /// Station of the object's origin, m; from 0 to the road's length.
+    /// Station of the object's origin, m; 0 to the road's length.
     pub s_m: At<f64>,
     /// Lateral position of the object's origin: from the axis, in a lane, or from the edge of the drivable
     /// lanes.
     pub lateral: At<LateralTable>,
-    /// Angle of its x axis to the left of the road's direction, degrees; from -360 to 360.
+    /// Angle of the object's x axis to the left of the road's direction, degrees; -360 to 360.
     #[serde(default)]
     pub yaw_deg: At<f64>,
-    /// Pitch, degrees, positive nose down; from -360 to 360.
+    /// Pitch, degrees, positive nose down; -360 to 360.
     #[serde(default)]
     pub pitch_deg: At<f64>,
-    /// Roll, degrees, positive left side up; from -360 to 360.
+    /// Roll, degrees, positive left side up; -360 to 360.
     #[serde(default)]
     pub roll_deg: At<f64>,
-    /// Height of the object's origin over the road, m; from -100 to 1000.
+    /// Height of the object's origin above the road, m; -100 to 1000.
     #[serde(default)]
     pub lift_m: At<f64>,
-    /// Constant speed along its x axis, m/s; from -1000 to 1000.
+    /// Constant speed along the object's x axis, m/s; -1000 to 1000.
     #[serde(default)]
     pub speed_mps: At<f64>,
-    /// Whether the object's z axis is vertical also where the road slopes; otherwise it leans with the road.
+    /// true: the object's z axis is vertical even where the road slopes; false: it is perpendicular to the road.
     #[serde(default)]
     pub upright: bool,
 }
@@ -457,74 +456,74 @@ pub struct ObjectTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VehicleTable {
-    /// Name of the vehicle in labels; default its kind and its place in the file, as in "van 1".
+    /// Name of the vehicle in labels; default its kind and its number in the file, as in "van 1".
     pub name: Option<String>,
-    /// What goes there: a vehicle or a person of the library.
+    /// Kind of vehicle or person from the library.
     #[schemars(extend("enum" = VEHICLES))]
     pub kind: At<String>,
-    /// Cross section, dBsm, of a point in its middle that scatters in its place, alike in all directions; the radar then sees
-    /// through its body, which labels, masks and lidar show as before; from -200 to 200. Default: its shape scatters.
+    /// Radar cross section of an isotropic point at its centre that scatters instead of its shape, dBsm; -200
+    /// to 200. Its body is then transparent to the radar, while labels, masks and lidar show it as before.
+    /// Default: its shape scatters.
     pub rcs_dbsm: Option<At<f64>>,
-    /// Station of its middle, m; from 0 to the road's length.
+    /// Station of its centre, m; 0 to the road's length.
     pub s_m: At<f64>,
-    /// Lateral position of its middle: from the axis, in a lane, or from the edge of the drivable lanes.
+    /// Lateral position of its centre: from the axis, in a lane, or from the edge of the drivable lanes.
     pub lateral: At<LateralTable>,
-    /// Angle of its heading to the left of the direction in which its lane is driven (outside lanes, of the
-    /// road's direction), degrees.
+    /// Heading relative to the driving direction of its lane (outside lanes, to the road's direction),
+    /// degrees, positive to the left.
     #[serde(default)]
     pub heading_deg: At<f64>,
-    /// Constant speed, m/s; it follows the road, or goes straight on if it has a heading.
+    /// Constant speed, m/s; it follows the road, or drives straight on if it has a heading.
     #[serde(default)]
     pub speed_mps: At<f64>,
-    /// How it goes along the road over time, in place of a constant speed.
+    /// Speed and lateral motion over time, in place of a constant speed.
     pub drive: Option<DriveTable>,
 }
 
-/// A road: its axis, its lanes, and what stands on it.
+/// A road: its axis, its lanes and its objects.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RoadTable {
-    /// Name of the road, which no other road of the file has.
+    /// Name of the road, unique in the file.
     pub name: At<String>,
     #[serde(default)]
     pub start: StartTable,
-    /// The axis in plan: elements one after another, from the beginning. A road has either this or
-    /// `opendrive`.
+    /// Plan view of the axis: consecutive elements from its beginning. Alternative to `opendrive`.
     pub plan: Option<At<Vec<ElementTable>>>,
-    /// An OpenDRIVE file in the folder of this file or below it, in place of start, plan, grades, cross slope
-    /// and lane offset; its lanes are taken too, unless left or right are given.
+    /// OpenDRIVE file in the folder of this file or below it, in place of start, plan, grades, cross slope
+    /// and lane offset; it also gives the lanes, unless left or right are given.
     pub opendrive: Option<At<String>>,
-    /// Id of the road in that file; default its first road.
+    /// Id of the road in the OpenDRIVE file; default its first road.
     pub opendrive_road: Option<At<String>>,
-    /// Grade at the beginning, percent, positive uphill; from -100 to 100.
+    /// Grade at the beginning, percent, positive uphill; -100 to 100.
     #[serde(default)]
     pub grade_percent: At<f64>,
-    /// Changes of grade, in the order of their stations.
+    /// Changes of grade, ordered by station.
     #[serde(default)]
     pub grade: Vec<GradeTable>,
-    /// Cross slope, percent, positive when the left side is higher: one number, or pairs [station, slope];
+    /// Cross slope, percent, positive where the left side is higher: one number, or pairs [station, slope];
     /// default 0.
     pub cross_slope_percent: Option<At<Series>>,
-    /// Where the lanes begin, m to the left of the axis: one number, or pairs [station, offset]; default 0.
+    /// Lateral offset of the lanes from the axis, m, positive to the left: one number, or pairs [station, offset]; default 0.
     pub lane_offset_m: Option<At<Series>>,
-    /// Radar material of its lanes, or "none" for no surface; default asphalt.
+    /// Radar material of the lanes, or "none" for no surface; default asphalt.
     pub surface: Option<At<String>>,
-    /// Lanes to the left of the axis, from it outwards.
+    /// Lanes to the left of the axis, from the axis outwards.
     #[serde(default)]
     pub left: Vec<LaneTable>,
-    /// Lanes to the right of the axis, from it outwards.
+    /// Lanes to the right of the axis, from the axis outwards.
     #[serde(default)]
     pub right: Vec<LaneTable>,
-    /// Line that is painted where the lanes of both sides meet.
+    /// Painted line between the left and the right lanes.
     #[serde(default)]
     pub centre_line: LineKind,
-    /// How the lines of the road are painted.
+    /// Dimensions and material of the painted lines.
     #[serde(default)]
     pub paint: PaintTable,
     /// Further painted lines.
     #[serde(default)]
     pub line: Vec<LineTable>,
-    /// Sheets of ground beside the outermost lane.
+    /// Verges: strips of ground beside the outermost lane.
     #[serde(default)]
     pub verge: Vec<VergeTable>,
     /// W-beam guard rails.
@@ -536,19 +535,19 @@ pub struct RoadTable {
     /// Kerbs.
     #[serde(default)]
     pub kerb: Vec<WallTable>,
-    /// Fences of square posts with level bars.
+    /// Fences of square posts with horizontal bars.
     #[serde(default)]
     pub fence: Vec<FenceTable>,
-    /// Gantries: beams over the road on two legs.
+    /// Gantries: beams across the road on two legs.
     #[serde(default)]
     pub gantry: Vec<GantryTable>,
-    /// Rows of reflectors, each of one kind.
+    /// Rows of identical reflectors.
     #[serde(default)]
     pub markers: Vec<RowTable>,
-    /// Reflectors, manholes and mesh files at places of the road.
+    /// Single reflectors, manholes and mesh files at positions on the road.
     #[serde(default)]
     pub object: Vec<ObjectTable>,
-    /// Vehicles and people of the library.
+    /// Vehicles and people from the library.
     #[serde(default)]
     pub vehicle: Vec<VehicleTable>,
 }

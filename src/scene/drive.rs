@@ -10,40 +10,40 @@ use std::f64::consts::TAU;
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DriveTable {
-    /// Constant speed along the lane, m/s; from -150 to 150.
+    /// Constant speed along the lane, m/s; -150 to 150.
     pub speed_mps: At<f64>,
-    /// Speed over time in place of `speed_mps`: pairs [time in s, speed in m/s], with straight lines between, constant
-    /// before the first and after the last.
+    /// Speed over time in place of `speed_mps`: pairs [time in s, speed in m/s] with linear interpolation,
+    /// constant before the first and after the last.
     pub speed_profile: At<Vec<[f64; 2]>>,
-    /// Moves to the side, in the order of their times.
+    /// Lateral moves (lane changes), ordered by time.
     pub lane_change: Vec<LaneChangeTable>,
-    /// Sway about the middle of the lane.
+    /// Sinusoidal sway about the lane centre.
     pub sway: Option<SwayTable>,
-    /// Heading of the vehicle against its direction of travel, degrees, positive to the left.
+    /// Heading of the vehicle relative to its direction of travel, degrees, positive to the left.
     pub heading_error_deg: At<f64>,
 }
 
-/// A move to the side along a smooth curve (fifth degree: no step of acceleration).
+/// A lateral move along a polynomial of fifth degree, without a step of acceleration.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LaneChangeTable {
-    /// Time at which the move begins, s.
+    /// Start time of the move, s.
     pub at_s: At<f64>,
-    /// Distance of the move, m, positive to the left as the vehicle goes.
+    /// Lateral distance of the move, m, positive to the left in the direction of travel.
     pub by_m: At<f64>,
-    /// How long it takes, s.
+    /// Duration of the move, s.
     pub over_s: At<f64>,
 }
 
-/// Sway to and fro about the middle of the lane, as a sine.
+/// Sinusoidal sway about the lane centre.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SwayTable {
-    /// Largest distance from the middle, m.
+    /// Amplitude, m.
     pub amplitude_m: At<f64>,
-    /// Time of a whole swing, s.
+    /// Period, s.
     pub period_s: At<f64>,
-    /// Share of a period that has passed at time zero, from -1 to 1.
+    /// Phase at time zero as a fraction of a period, -1 to 1.
     #[serde(default)]
     pub phase: At<f64>,
 }
@@ -55,16 +55,16 @@ pub struct LaneChange {
     pub at_s: f64,
     /// How far it goes to the left, m.
     pub by_m: f64,
-    /// How long it takes, s.
+    /// Duration of the move, s.
     pub over_s: f64,
 }
 
 /// Sway that has been checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sway {
-    /// Largest distance from the middle, m.
+    /// Amplitude, m.
     pub amplitude_m: f64,
-    /// Time of a whole swing, s.
+    /// Period, s.
     pub period_s: f64,
     /// Phase at time zero, rad.
     pub phase: f64,
@@ -77,7 +77,7 @@ pub struct Drive {
     pub speed: Vec<[f64; 2]>,
     /// Moves to the side.
     pub lane_changes: Vec<LaneChange>,
-    /// Sway about the middle of the lane.
+    /// Sinusoidal sway about the lane centre.
     pub sway: Option<Sway>,
     /// Angle between the vehicle and its way, rad.
     pub heading_error_rad: f64,

@@ -20,11 +20,11 @@ pub struct PhaseNoise {
 pub struct Leakage {
     /// Power of a transmitter over that of its leakage in a receiver.
     pub isolation_db: f64,
-    /// Delay of the leaking wave, s.
+    /// Delay of the leakage, s.
     pub delay_s: f64,
 }
 
-/// A flat cover square to the boresight.
+/// A flat radome perpendicular to the boresight.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Bumper {
     /// |R|² of the cover, at most 0 dB.
@@ -38,7 +38,7 @@ pub struct Bumper {
 pub struct Butterworth {
     /// Order of the filter.
     pub order: usize,
-    /// Frequency at which the power is half, Hz.
+    /// Cut-off frequency (half power), Hz.
     pub corner_hz: f64,
 }
 
@@ -51,17 +51,17 @@ pub struct Filters {
     pub low_pass: Option<Butterworth>,
 }
 
-/// How an amplifier stops following.
+/// Saturation curve of an amplifier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SaturationKind {
     /// A tanh(x / A).
     Soft,
-    /// x up to A.
+    /// Clipping: x up to ±A.
     Hard,
 }
 
-/// Limit above which the amplifiers of the intermediate frequency no longer follow the input.
+/// Saturation of the amplifiers of the intermediate frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Saturation {
     /// How it stops following.
@@ -70,13 +70,13 @@ pub struct Saturation {
     pub full_scale_dbm: f64,
 }
 
-/// How a level is chosen from the two next to a sample.
+/// Quantiser characteristic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum QuantiserKind {
-    /// Zero is a level: kΔ for k in −2^(N−1)..2^(N−1).
+    /// Zero is an output value: kΔ for k in −2^(N−1)..2^(N−1).
     MidTread,
-    /// Zero is a threshold: (k + ½)Δ for the same k.
+    /// Zero is a decision threshold: (k + ½)Δ for the same k.
     MidRise,
 }
 
@@ -129,65 +129,65 @@ pub struct ChannelErrors {
 /// Settings of the whole front end; what is None is ideal.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrontEndSettings {
-    /// Noise of the oscillator's phase.
+    /// Phase noise of the oscillator.
     pub phase_noise: Option<PhaseNoise>,
     /// Leakage from the transmitters into the receivers.
     pub leakage: Option<Leakage>,
-    /// A cover in front of the antennas.
+    /// Radome: a flat cover in front of the antennas.
     pub bumper: Option<Bumper>,
     /// Filters between mixer and converter.
     pub filters: Filters,
-    /// Limit above which the amplifiers no longer follow the input.
+    /// Saturation of the receiver's amplifiers.
     pub saturation: Option<Saturation>,
-    /// The converter.
+    /// Analogue-to-digital converter.
     pub adc: Option<Adc>,
     /// Standard deviation of the instants at which samples are taken.
     pub aperture_jitter_rms_s: Option<f64>,
     /// Standard deviation of the instants at which ramps start, against the converter's clock.
     pub chirp_jitter_rms_s: Option<f64>,
-    /// Imbalance of I and Q.
+    /// I/Q imbalance.
     pub iq: Option<IqImbalance>,
-    /// A constant that the mixer adds.
+    /// DC offset of the mixer.
     pub dc: Option<DcOffset>,
-    /// Errors of the channels.
+    /// Gain, phase and position errors of the channels.
     pub channels: Option<ChannelErrors>,
 }
 
-/// Errors of the receiver. All may be left out, and what is left out is ideal.
+/// Front-end impairments. All keys are optional; without its key, a component is ideal.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FrontEndTable {
-    /// Noise of the oscillator's phase.
+    /// Phase noise of the oscillator.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phase_noise: Option<PhaseNoiseTable>,
     /// Leakage from the transmitters into the receivers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub leakage: Option<LeakageTable>,
-    /// A cover in front of the antennas.
+    /// Radome: a flat cover in front of the antennas.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bumper: Option<BumperTable>,
-    /// A filter that takes low beat frequencies away.
+    /// High-pass filter of the beat signal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub high_pass: Option<FilterTable>,
-    /// A filter against aliasing; without it the filter is ideal.
+    /// Anti-aliasing filter; default ideal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub low_pass: Option<FilterTable>,
-    /// Limit above which the amplifiers no longer follow the input.
+    /// Saturation of the receiver's amplifiers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub saturation: Option<SaturationTable>,
-    /// The converter.
+    /// Analogue-to-digital converter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adc: Option<AdcTable>,
-    /// Imbalance of I and Q.
+    /// I/Q imbalance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub iq_imbalance: Option<IqTable>,
-    /// A constant that the mixer adds.
+    /// DC offset of the mixer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc_offset: Option<DcTable>,
-    /// Jitter of chirps and samples.
+    /// Timing jitter of chirps and samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jitter: Option<JitterTable>,
-    /// Errors of the channels.
+    /// Gain, phase and position errors of the channels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub channels: Option<ChannelsTable>,
 }
@@ -196,10 +196,10 @@ pub struct FrontEndTable {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PhaseNoiseTable {
-    /// Distances from the carrier, rising, Hz.
+    /// Offset frequencies from the carrier in ascending order, Hz.
     pub offset_hz: At<Vec<f64>>,
-    /// Power of one sideband in 1 Hz over that of the carrier, dBc/Hz, for each distance; straight lines over lg f
-    /// between them, constant outside.
+    /// Single-sideband power in 1 Hz relative to the carrier, dBc/Hz, for each offset frequency; interpolated
+    /// linearly over lg f, constant outside.
     pub dbc_per_hz: At<Vec<f64>>,
 }
 
@@ -207,20 +207,20 @@ pub struct PhaseNoiseTable {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LeakageTable {
-    /// Power of a transmitter over that of its leakage, dB.
+    /// Ratio of transmit power to leakage power, dB.
     pub isolation_db: At<f64>,
-    /// Delay of the leaking wave, s.
+    /// Delay of the leakage, s.
     #[serde(default)]
     pub delay_s: At<f64>,
 }
 
-/// A flat cover square to the boresight.
+/// A flat radome perpendicular to the boresight.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BumperTable {
-    /// Reflected power over arriving power, dB.
+    /// Power reflection coefficient, dB.
     pub reflection_db: At<f64>,
-    /// Distance from the antennas, m.
+    /// Distance of the radome from the antennas, m.
     pub distance_m: At<f64>,
 }
 
@@ -230,88 +230,88 @@ pub struct BumperTable {
 pub struct FilterTable {
     /// Order of the filter.
     pub order: At<usize>,
-    /// Frequency at which the power is half, Hz.
+    /// Cut-off frequency (half power), Hz.
     pub corner_hz: At<f64>,
 }
 
-/// Limit above which the amplifiers of the intermediate frequency no longer follow the input.
+/// Saturation of the amplifiers of the intermediate frequency.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SaturationTable {
-    /// How the limit is reached: "soft" (tanh) or "hard".
+    /// Saturation curve: "soft" (tanh) or "hard" (clipping).
     pub kind: SaturationKind,
-    /// Power at the receiver's input of a tone that reaches the limit, dBm.
+    /// Saturation power: input power of a tone whose amplitude reaches the limit, dBm.
     pub full_scale_dbm: At<f64>,
 }
 
-/// The converter.
+/// Analogue-to-digital converter.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AdcTable {
-    /// Number of bits of a sample.
+    /// Resolution, bits per sample.
     pub bits: At<u32>,
-    /// Power at the receiver's input of a tone that fills the range, dBm.
+    /// Full scale: input power of a tone that just fills the converter's range, dBm.
     pub full_scale_dbm: At<f64>,
-    /// Levels of the quantiser: "mid-tread" (default: zero is a level) or "mid-rise".
+    /// Quantiser: "mid-tread" (default: zero is an output value) or "mid-rise".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kind: Option<QuantiserKind>,
 }
 
-/// Imbalance of a mixer with I and Q.
+/// I/Q imbalance of a quadrature mixer.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IqTable {
-    /// Amplitude of Q over that of I, dB.
+    /// Gain imbalance: amplitude of Q relative to I, dB.
     #[serde(default)]
     pub gain_db: At<f64>,
-    /// How far Q lags behind its 90 degrees, degrees.
+    /// Phase imbalance: lag of Q relative to quadrature, degrees.
     #[serde(default)]
     pub phase_deg: At<f64>,
 }
 
-/// A constant of the mixer's output.
+/// DC offset of the mixer's output.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DcTable {
-    /// Power of the constant, referred to the receiver's input, dBm.
+    /// Power of the offset, referred to the receiver's input, dBm.
     pub power_dbm: At<f64>,
-    /// Angle of the constant, degrees: 0 is I, 90 is Q.
+    /// Phase of the offset, degrees: 0 is I, 90 is Q.
     #[serde(default)]
     pub angle_deg: At<f64>,
 }
 
-/// Jitter of chirps and samples.
+/// Timing jitter of chirps and samples.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JitterTable {
-    /// RMS jitter of the instants at which samples are taken, s.
+    /// RMS jitter of the sampling instants, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub aperture_rms_s: Option<At<f64>>,
-    /// RMS jitter of the instants at which ramps start, against the converter's clock, s.
+    /// RMS jitter of the ramp starts relative to the converter's clock, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chirp_start_rms_s: Option<At<f64>>,
 }
 
-/// Errors of the channels, the same in all frames.
+/// Channel errors, the same in all frames.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelsTable {
     /// RMS gain error of each transmitter and of each receiver, dB.
     #[serde(default)]
     pub gain_rms_db: At<f64>,
-    /// Standard deviation of the channels' phases, degrees.
+    /// Standard deviation of the channel phases, degrees.
     #[serde(default)]
     pub phase_rms_deg: At<f64>,
-    /// RMS error of each coordinate of each antenna, m.
+    /// RMS error of each coordinate of each antenna position, m.
     #[serde(default)]
     pub position_rms_m: At<f64>,
-    /// Which device of the series: other seeds draw other errors.
+    /// Seed of the random channel errors: each seed is another device of the series.
     #[serde(default)]
     pub seed: At<u64>,
-    /// Gain of each channel (transmitter by transmitter), dB, on top of what is drawn.
+    /// Gain of each channel (transmitter by transmitter), dB, added to the random errors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_db: Option<At<Vec<f64>>>,
-    /// Phase of each channel, degrees.
+    /// Phase of each channel, degrees, added to the random errors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase_deg: Option<At<Vec<f64>>>,
 }

@@ -21,7 +21,7 @@ pub struct Interferer {
     pub start_hz: f64,
     /// Falling when negative.
     pub slope_hz_per_s: f64,
-    /// Length of a ramp, s.
+    /// Duration of a ramp, s.
     pub ramp_time_s: f64,
     /// Time from ramp to ramp, s; the interferer is silent after the ramp.
     pub period_s: f64,
@@ -29,7 +29,7 @@ pub struct Interferer {
     pub start_s: Option<f64>,
     /// Whether each ramp starts with the same phase; otherwise a phase is drawn for each.
     pub coherent: bool,
-    /// Power that it sends, dBm.
+    /// Transmit power, dBm.
     pub power_dbm: f64,
     /// Its antenna, in the origin of its own frame.
     pub antenna: Antenna,
@@ -78,44 +78,44 @@ impl Interferer {
     }
 }
 
-/// Another radar that sends into the view of ours.
+/// An interfering FMCW radar.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InterfererTable {
     /// Name of the radar.
     pub name: String,
-    /// Centre of its sweep.
+    /// Centre frequency of the sweep, Hz.
     pub carrier_hz: At<f64>,
-    /// Swept upwards during `ramp_time_s`; downwards when negative.
+    /// Bandwidth swept during `ramp_time_s`, Hz, negative for a falling ramp.
     pub bandwidth_hz: At<f64>,
-    /// Length of a ramp, s.
+    /// Duration of a ramp, s.
     pub ramp_time_s: At<f64>,
-    /// Time from ramp to ramp, s.
+    /// Time from the start of one ramp to the start of the next, s.
     pub chirp_period_s: At<f64>,
-    /// Time at which one of its ramps starts, s, against the middle of the frame; drawn at random when left out.
+    /// Start time of one of its ramps relative to the middle of the frame, s; default random.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_s: Option<At<f64>>,
-    /// Whether all its ramps start with the same phase (default: each with its own).
+    /// true: all ramps start with the same phase; default false: each ramp starts with a random phase.
     #[serde(default)]
     pub coherent: bool,
-    /// Power that it sends, dBm.
+    /// Transmit power, dBm.
     pub power_dbm: At<f64>,
-    /// Gain of its antenna, dBi.
+    /// Antenna gain, dBi.
     #[serde(default)]
     pub gain_dbi: At<f64>,
-    /// V, H, +45, -45, RHCP or LHCP (default V).
+    /// Polarisation: V, H, +45, -45, RHCP or LHCP (default V).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarisation: Option<At<String>>,
-    /// Power pattern cos(azimuth)^n cos(elevation)^m; the same gain everywhere when both are left out.
+    /// Exponent n of the power pattern cos(azimuth)^n cos(elevation)^m; isotropic without both exponents.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_exponent: Option<At<f64>>,
-    /// Exponent of the cosine over elevation.
+    /// Exponent m of the power pattern over elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_exponent: Option<At<f64>>,
-    /// Place in the world at time zero, [forward, left, up], m.
+    /// Position at the middle of frame 0, [forward, left, up] in the world, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_m: Option<At<[f64; 3]>>,
-    /// 180 looks back along the road. On a trajectory it counts from the heading.
+    /// Yaw of the boresight, degrees, positive to the left; 180 looks back along the road. With a trajectory it is relative to the heading.
     #[serde(default)]
     pub yaw_deg: At<f64>,
     /// Pitch, degrees.
@@ -127,7 +127,7 @@ pub struct InterfererTable {
     /// Velocity in the world, m/s.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
-    /// Where the interferer is at which time, and where it heads, in place of position and velocity.
+    /// Trajectory of the interferer with its heading, in place of position and velocity.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trajectory: Option<TrajectoryTable>,
 }

@@ -17,23 +17,23 @@ const ROOF_M: DVec3 = DVec3::new(0.95, 0.0, 1.85);
 /// A circle that is closed to this share of a step has no second ray in its first direction.
 const CLOSED: f64 = 1e-9;
 
-/// An ideal lidar, whose points are kept with `output.lidar` (in recipes `keep.lidar`). It looks in all directions of a regular
-/// pattern at the middle of the frame.
+/// An ideal lidar; `output.lidar` (in recipes `keep.lidar`) writes its points. It scans all directions of a
+/// regular pattern at the middle of the frame.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LidarTable {
-    /// Number of channels, which lie above one another, 1 to 512.
+    /// Number of channels (elevations), 1 to 512.
     pub channels: At<u32>,
-    /// Elevations of the lowest and the highest channel, degrees, positive up. The others lie evenly between them; a single
-    /// channel has the first.
+    /// Elevations of the lowest and the highest channel, degrees, positive up. The others are evenly spaced
+    /// between them; a single channel has the first.
     pub elevation_deg: At<[f64; 2]>,
     /// First and last azimuth, degrees, positive to the left; a full circle ends one step before its start.
     pub azimuth_deg: At<[f64; 2]>,
-    /// Angle from one azimuth to the next, degrees.
+    /// Azimuth step, degrees.
     pub azimuth_step_deg: At<f64>,
-    /// Surfaces at this distance and farther give no point, m.
+    /// Maximum range, m; surfaces at this distance or farther give no point.
     pub max_range_m: At<f64>,
-    /// Where it stands on the vehicle, by default above the roof: 0.95 m ahead of the rear-axle centre and 1.85 m above it.
+    /// Pose on the vehicle; default above the roof, 0.95 m ahead of the rear-axle centre and 1.85 m above it.
     pub mounting: Option<MountingTable>,
 }
 
@@ -57,7 +57,7 @@ pub struct Lidar {
     pub elevations_rad: Vec<f64>,
     /// Azimuths, in rising order, rad, positive to the left.
     pub azimuths_rad: Vec<f64>,
-    /// Surfaces at this distance and farther give no point, m.
+    /// Maximum range, m; surfaces at this distance or farther give no point.
     pub max_range_m: f64,
     /// Pose in the vehicle.
     pub mounting: Pose<Sensor, Vehicle>,

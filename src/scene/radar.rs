@@ -8,13 +8,13 @@ use glam::DVec3;
 use num_complex::Complex64;
 use std::sync::Arc;
 
-/// Whether samples are real or complex.
+/// Real or complex sampling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Sampling {
-    /// One real mixer: N/2 range cells.
+    /// Real samples of one mixer: N/2 range cells.
     Real,
-    /// Complex (I and Q): N range cells.
+    /// Complex samples (I and Q): N range cells.
     Iq,
 }
 
@@ -103,15 +103,15 @@ pub struct Antenna {
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Window {
-    /// No window.
+    /// Rectangular, that is, no window.
     Rectangle,
-    /// Hann.
+    /// Hann window.
     Hann,
-    /// Hamming.
+    /// Hamming window.
     Hamming,
-    /// Blackman.
+    /// Blackman window.
     Blackman,
-    /// Dolph-Chebyshev.
+    /// Dolph-Chebyshev window.
     DolphChebyshev {
         /// Level of the side lobes under the main lobe, dB.
         side_lobe_db: f64,
@@ -132,7 +132,7 @@ impl Window {
     }
 }
 
-/// The detector's statistic of its training cells.
+/// CFAR statistic of the training cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CfarKind {
@@ -162,13 +162,13 @@ pub struct Cfar {
     pub pfa: f64,
 }
 
-/// How directions are found in a detected cell (CONVENTIONS eq. 19, 90-99).
+/// Angle estimation method for a detected cell (CONVENTIONS eq. 19, 90-99).
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
 )]
 #[serde(rename_all = "kebab-case")]
 pub enum AngleMethod {
-    /// One beam after another; one point for each cell.
+    /// Conventional beamformer (Bartlett); one point for each cell.
     #[default]
     Bartlett,
     /// Capon's beamformer.
@@ -177,11 +177,11 @@ pub enum AngleMethod {
     Ml,
     /// MUSIC.
     Music,
-    /// Root-MUSIC, for uniform lines.
+    /// Root-MUSIC, for uniform linear arrays.
     RootMusic,
-    /// ESPRIT, for uniform lines and rectangles.
+    /// ESPRIT, for uniform linear and rectangular arrays.
     Esprit,
-    /// MUSIC on a subspace that is tracked through snapshots.
+    /// MUSIC on a signal subspace that is tracked over snapshots.
     BiSvd,
 }
 
@@ -192,7 +192,7 @@ impl AngleMethod {
     }
 }
 
-/// How many sources a cell holds.
+/// Number of sources in a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Sources {
     /// The number is given.
@@ -214,12 +214,12 @@ pub struct CalibrationFile {
     pub text: String,
 }
 
-/// How directions are found.
+/// Angle estimation (direction of arrival).
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct AngleSettings {
-    /// The estimator.
+    /// Angle estimation method.
     pub method: AngleMethod,
-    /// How many sources a cell holds.
+    /// Number of sources in a cell.
     pub sources: Sources,
     /// Largest number of sources of one cell.
     pub max_sources: usize,
@@ -268,7 +268,7 @@ pub struct Processing {
     pub elevation_bins: usize,
     /// Largest elevation up and down, rad.
     pub elevation_fov_rad: f64,
-    /// How directions are found.
+    /// Angle estimation (direction of arrival).
     pub angle: AngleSettings,
     /// Take out what does not change from chirp to chirp.
     pub remove_static: bool,
@@ -278,7 +278,7 @@ pub struct Processing {
     pub migration_max_mps: f64,
     /// Peaks within so many [doppler, range] cells of a stronger one belong to it; zero for all peaks.
     pub group: [usize; 2],
-    /// The detector.
+    /// CFAR detector.
     pub cfar: Cfar,
     /// Keep at most this many points a frame, strongest first.
     pub max_points: usize,
@@ -294,17 +294,17 @@ pub struct Radar {
     pub carrier_hz: f64,
     /// What it sends.
     pub waveform: Waveform,
-    /// How transmitters share a frame.
+    /// Multiplexing of the transmitters.
     pub multiplex: Multiplex,
     /// Time from the start of a chirp (run, pulse, code) to the first sample, s.
     pub adc_start_s: f64,
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
     pub sample_rate_hz: f64,
     /// Samples of a chirp.
     pub samples: usize,
     /// Loops: chirps of each ramp and slot in a frame.
     pub chirps: usize,
-    /// Whether samples are real or complex.
+    /// Real or complex sampling.
     pub sampling: Sampling,
     /// Transmit antennas.
     pub tx: Vec<Antenna>,
@@ -322,7 +322,7 @@ pub struct Radar {
     pub mounting: Pose<Sensor, Vehicle>,
     /// How it moves on its vehicle, where it is not fixed to it.
     pub motion: Option<Arc<Motion>>,
-    /// What is made of the samples.
+    /// Signal processing of the samples.
     pub processing: Processing,
 }
 

@@ -20,78 +20,79 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 use std::path::Path;
 
-/// A radar. Lengths are in metres, times in seconds, angles in degrees.
+/// A radar file. Lengths are in metres, times in seconds, angles in degrees.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "catseye radar")]
 pub struct RadarFile {
-    /// Shown in results.
+    /// Name of the radar, shown in results.
     pub name: String,
-    /// What the radar sends.
+    /// Transmitted waveform.
     pub waveform: WaveformTable,
-    /// What is taken of the echo.
+    /// Sampling of the received signal.
     pub receiver: ReceiverTable,
-    /// Power of the transmitters.
+    /// Transmit power.
     pub transmitter: TransmitterTable,
-    /// Errors of the receiver; ideal when left out.
+    /// Front-end impairments; default an ideal front end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub front_end: Option<FrontEndTable>,
-    /// What holds for every antenna that does not say otherwise.
+    /// Default properties of all antennas; a `[[tx]]` or `[[rx]]` table may override them.
     #[serde(default)]
     pub antenna: AntennaTable,
-    /// Transmitters, in the order in which they send.
+    /// Transmit antennas, in the order in which they transmit.
     pub tx: Vec<ElementTable>,
     /// Receive antennas.
     pub rx: Vec<ElementTable>,
     /// Pose of the radar on the vehicle.
     #[serde(default)]
     pub mounting: MountingTable,
-    /// What is made of the samples.
+    /// Signal processing of the samples.
     #[serde(default)]
     pub processing: ProcessingTable,
 }
 
-/// Power of the transmitters.
+/// Transmit power.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TransmitterTable {
-    /// Power of one transmitter at its antenna's input, dBm.
+    /// Power of one transmitter at its antenna input, dBm.
     pub power_dbm: At<f64>,
 }
 
-/// Kind of an antenna's pattern.
+/// Antenna pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PatternName {
-    /// The same gain everywhere.
+    /// The same gain in all directions.
     Isotropic,
-    /// Power cos(azimuth)^azimuth_exponent cos(elevation)^elevation_exponent, zero behind.
+    /// Power cos(azimuth)^azimuth_exponent cos(elevation)^elevation_exponent, zero in the rear hemisphere.
     CosinePower,
-    /// A table from a CSV file (`table_file`) or from the three `table_…` lists.
+    /// A table, from a CSV file (`table_file`) or from the three `table_…` lists.
     Table,
 }
 
-/// Antenna properties; all may be left out.
+/// Antenna properties; all keys are optional.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AntennaTable {
     /// Polarisation: V, H, +45, -45, RHCP or LHCP (default V).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarisation: Option<At<String>>,
-    /// Peak gain over isotropic, dBi; default 0, and for a table its largest value.
+    /// Peak gain, dBi; default 0, and for a table its largest value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gain_dbi: Option<At<f64>>,
-    /// Kind of the pattern; default "isotropic".
+    /// Antenna pattern; default "isotropic".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<At<PatternName>>,
-    /// Exponent of the cosine over azimuth.
+    /// Exponent of the cosine pattern over azimuth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_exponent: Option<At<f64>>,
-    /// Exponent of the cosine over elevation.
+    /// Exponent of the cosine pattern over elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_exponent: Option<At<f64>>,
-    /// CSV with the header azimuth_deg,elevation_deg,gain_db and a row for each point of a full grid,
-    /// beside the radar file. Bilinear between the points; the largest gain is the peak.
+    /// CSV file, relative to the radar file, with the header azimuth_deg,elevation_deg,gain_db and one row
+    /// for each point of a full grid. The gain is interpolated bilinearly; its largest value is the peak
+    /// gain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_file: Option<At<String>>,
     /// Azimuths of the pattern's columns, degrees.
@@ -100,38 +101,38 @@ pub struct AntennaTable {
     /// Elevations of the pattern's rows, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_elevation_deg: Option<At<Vec<f64>>>,
-    /// Gains of the pattern, dB, row after row: azimuth runs fastest.
+    /// Gains of the pattern, dB, row by row: azimuth varies fastest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_gain_db: Option<At<Vec<f64>>>,
 }
 
-/// One transmit or receive antenna; what is left out is taken from `[antenna]`.
+/// One transmit or receive antenna; missing keys are taken from `[antenna]`.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ElementTable {
-    /// Place of the phase centre, [forward, left, up] from the radar's phase centre, m; or give
+    /// Position of the phase centre, [forward, left, up] from the radar's phase centre, m; alternative to
     /// `position_half_wavelengths`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_m: Option<At<[f64; 3]>>,
-    /// The same place in units of half the wavelength at `carrier_hz`, in place of `position_m`.
+    /// The same position in half wavelengths at `carrier_hz`; alternative to `position_m`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_half_wavelengths: Option<At<[f64; 3]>>,
-    /// Polarisation, as that of `[antenna]`.
+    /// Polarisation, as in `[antenna]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarisation: Option<At<String>>,
-    /// Gain, dBi.
+    /// Peak gain, dBi.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gain_dbi: Option<At<f64>>,
-    /// Kind of the pattern.
+    /// Antenna pattern.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<At<PatternName>>,
-    /// Exponent of the cosine over azimuth.
+    /// Exponent of the cosine pattern over azimuth.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_exponent: Option<At<f64>>,
-    /// Exponent of the cosine over elevation.
+    /// Exponent of the cosine pattern over elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_exponent: Option<At<f64>>,
-    /// CSV file of the pattern.
+    /// CSV file of the pattern, as in `[antenna]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_file: Option<At<String>>,
     /// Azimuths of the pattern's columns, degrees.
@@ -140,17 +141,17 @@ pub struct ElementTable {
     /// Elevations of the pattern's rows, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_elevation_deg: Option<At<Vec<f64>>>,
-    /// Gain of the pattern, row after row, dB.
+    /// Gains of the pattern, dB, row by row: azimuth varies fastest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_gain_db: Option<At<Vec<f64>>>,
 }
 
-/// Pose of the radar on the vehicle: from the rear-axle centre, on the height that `ego.position_m` gives
-/// (0 by default, so that heights count from the road).
+/// Pose of the radar on the vehicle, relative to the rear-axle centre at the height that `ego.position_m`
+/// gives (default 0, so that heights are above the road).
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MountingTable {
-    /// Place of the radar, [forward, left, up] from the rear-axle centre, m.
+    /// Position of the radar, [forward, left, up] from the rear-axle centre, m.
     #[serde(default)]
     pub position_m: At<[f64; 3]>,
     /// Yaw of the radar, degrees, positive to the left.
@@ -164,29 +165,29 @@ pub struct MountingTable {
     pub roll_deg: At<f64>,
 }
 
-/// A window by its name.
+/// Name of a window without parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WindowName {
-    /// No window.
+    /// Rectangular, that is, no window.
     Rectangle,
-    /// Hann.
+    /// Hann window.
     Hann,
-    /// Hamming.
+    /// Hamming window.
     Hamming,
-    /// Blackman.
+    /// Blackman window.
     Blackman,
-    /// Dolph-Chebyshev.
+    /// Dolph-Chebyshev window.
     DolphChebyshev,
 }
 
-/// A window with its settings.
+/// A window with its parameters.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WindowTable {
     /// Name of the window.
     pub kind: At<WindowName>,
-    /// How far the side lobes lie below the peak, dB; for dolph-chebyshev, and only for it.
+    /// Side-lobe attenuation below the peak, dB; required by dolph-chebyshev and only allowed there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub side_lobe_db: Option<At<f64>>,
 }
@@ -197,7 +198,7 @@ impl From<WindowName> for WindowTable {
     }
 }
 
-/// Processing of the samples; all keys may be left out.
+/// Signal processing of the samples; all keys are optional.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessingTable {
@@ -210,8 +211,8 @@ pub struct ProcessingTable {
     /// Window over the virtual array; default Hann.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle_window: Option<WindowTable>,
-    /// Length of the range FFT, at least the lines of a chirp, which are its samples except for pulses and codes (default: the
-    /// next power of two).
+    /// Length of the range FFT, at least the number of lines of a chirp, which equals the number of samples
+    /// except for pulses and codes (default: the next power of two).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_fft: Option<At<usize>>,
     /// Length of the Doppler FFT, at least `chirps` (default: the next power of two).
@@ -220,38 +221,39 @@ pub struct ProcessingTable {
     /// Number of beams from -azimuth_max_deg to azimuth_max_deg; default 64.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_bins: Option<At<usize>>,
-    /// Largest azimuth of a beam, degrees; default 60.
+    /// Maximum azimuth of a beam, degrees; default 60.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub azimuth_max_deg: Option<At<f64>>,
-    /// Number of beams in elevation; default 1, which means no elevation.
+    /// Number of beams in elevation; default 1: elevation is not estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_bins: Option<At<usize>>,
-    /// Largest elevation of a beam, degrees; default 20.
+    /// Maximum elevation of a beam, degrees; default 20.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub elevation_max_deg: Option<At<f64>>,
-    /// Largest number of points of a frame, of which the strongest are kept; default 4096.
+    /// Maximum number of points in a frame; the strongest are kept; default 4096.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_points: Option<At<usize>>,
-    /// Whether the mean over the chirps is subtracted, which removes what stands still; default false.
+    /// true: the mean over the chirps is subtracted, which removes targets without range rate; default false.
     #[serde(default, skip_serializing_if = "is_false")]
     pub remove_static: bool,
-    /// What is done about targets that move through range cells during the frame; default "none".
+    /// Correction of range migration, that is, of targets that move through range cells during the frame; default "none".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_migration: Option<At<MigrationName>>,
-    /// With "keystone": range rate up to which targets are held in their range cells, also in other Doppler folds than the first, m/s.
-    /// Each fold is one more transform of the frame. Default 0: the first fold alone.
+    /// "keystone": largest range rate for which range migration is corrected, m/s, also in ambiguity
+    /// intervals other than the first. Each interval costs one more transform of the frame. Default 0: the
+    /// first interval alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_migration_max_mps: Option<At<f64>>,
-    /// Number of range cells within which a peak belongs to a stronger one; default 0.
+    /// Number of range cells within which a peak is merged with a stronger one; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group_range_cells: Option<At<usize>>,
-    /// Number of Doppler cells within which a peak belongs to a stronger one; default 0.
+    /// Number of Doppler cells within which a peak is merged with a stronger one; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group_doppler_cells: Option<At<usize>>,
-    /// How directions are found.
+    /// Angle estimation (direction of arrival).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle: Option<AngleTable>,
-    /// The detector.
+    /// CFAR detector.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cfar: Option<CfarTable>,
 }
@@ -261,13 +263,13 @@ const FASTEST_MPS: f64 = 200.0;
 /// Most Doppler folds for which targets are held in their range cells.
 const MOST_FOLDS: usize = 31;
 
-/// What is done about range migration.
+/// Correction of range migration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MigrationName {
-    /// Targets move through range cells during the frame.
+    /// No correction.
     None,
-    /// The keystone transform holds them where they are in the middle of the frame.
+    /// The keystone transform keeps each target in its range cell at the middle of the frame.
     Keystone,
 }
 
@@ -275,44 +277,44 @@ fn is_false(x: &bool) -> bool {
     !x
 }
 
-/// How directions are found.
+/// Angle estimation (direction of arrival).
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AngleTable {
-    /// The estimator.
+    /// Angle estimation method.
     pub method: At<AngleMethod>,
-    /// Number of sources in a cell, or the criterion that finds it: "mdl", "aic" or "residual" (default: as many as are needed
-    /// until only noise is left).
+    /// Number of sources in a cell, or the criterion that estimates it: "mdl", "aic" or "residual" (default:
+    /// sources are added until only noise remains).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sources: Option<At<SourcesTable>>,
-    /// Largest number of sources in a cell; default 3.
+    /// Maximum number of sources in a cell; default 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_sources: Option<At<usize>>,
-    /// Rows and columns of the subarrays for spatial smoothing; by default the program chooses them.
+    /// Rows and columns of the subarrays for spatial smoothing; default chosen from the array.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub subarray: Option<At<[usize; 2]>>,
-    /// Whether forward-backward averaging is done; by default wherever there are subarrays.
+    /// true: forward-backward averaging; default true where there are subarrays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forward_backward: Option<bool>,
-    /// "bi-svd": forgetting factor; default 0.9.
+    /// "bi-svd": forgetting factor of the subspace tracker; default 0.9.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forgetting: Option<At<f64>>,
-    /// Steering vectors as catseye calibrate writes them, in a file beside the radar file.
+    /// File of measured steering vectors (`catseye calibrate` writes one), relative to the radar file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibration_file: Option<At<String>>,
 }
 
-/// How many sources a cell holds.
+/// Number of sources in a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum SourcesTable {
-    /// This many.
+    /// A fixed number.
     Given(usize),
-    /// The criterion that finds the number.
+    /// A criterion that estimates the number.
     By(SourcesName),
 }
 
-/// Criteria of the number of sources.
+/// Criteria that estimate the number of sources.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SourcesName {
@@ -320,31 +322,31 @@ pub enum SourcesName {
     Mdl,
     /// Akaike's information criterion.
     Aic,
-    /// The power that is left over.
+    /// Residual power: sources are added until the residual is noise.
     Residual,
 }
 
-/// The detector's statistic of its training cells.
+/// CFAR statistic of the training cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum CfarName {
-    /// Mean of the training cells.
+    /// CA-CFAR: mean of the training cells.
     Ca,
-    /// The larger of the means before and behind.
+    /// GO-CFAR: larger of the means of the leading and lagging training cells.
     Go,
-    /// The smaller of the two.
+    /// SO-CFAR: smaller of these two means.
     So,
-    /// The `rank`-th smallest training cell.
+    /// OS-CFAR: the `rank`-th smallest training cell.
     Os,
 }
 
-/// The detector. A one-dimensional one along range has no guard and training cells in Doppler.
+/// CFAR detector. A one-dimensional detector along range has no guard and training cells in Doppler.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CfarTable {
-    /// Which statistic of the training cells is taken.
+    /// CFAR statistic of the training cells.
     pub kind: At<CfarName>,
-    /// "os": rank of the training cell that is taken, from 1 for the smallest; default three quarters of their number.
+    /// "os": rank of the training cell that is used, from 1 for the smallest; default three quarters of their number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank: Option<At<usize>>,
     /// Number of guard cells in range on each side.
@@ -359,7 +361,7 @@ pub struct CfarTable {
     /// Number of training cells in Doppler on each side, outside the guard cells.
     #[serde(default)]
     pub train_doppler_cells: At<usize>,
-    /// Probability that a cell with noise alone is detected.
+    /// Probability of false alarm in a cell that contains only noise.
     pub false_alarm_probability: At<f64>,
 }
 

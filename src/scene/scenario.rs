@@ -29,75 +29,75 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A scene, a radar and motion. Lengths in metres, speeds in m/s, angles in degrees.
+/// A scenario: scene, radars and motion. Lengths are in metres, speeds in m/s, angles in degrees.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "catseye scenario")]
 pub struct ScenarioFile {
-    /// Shown in results.
+    /// Name of the scenario, shown in results.
     pub name: String,
-    /// Seed of the noise; the same seed gives the same bytes. Default 0.
+    /// Seed of the random numbers; the same seed gives the same bytes. Default 0.
     #[serde(default)]
     pub seed: u64,
-    /// A preset (`catseye help radars` lists them), the path of a radar file, or the radar itself as a table.
+    /// The radar: a preset (`catseye help radars` lists them), the path of a radar file, or a table with the keys of a radar file.
     pub radar: Option<At<RadarRef>>,
     /// Several radars on the vehicle, in place of `radar`.
     #[serde(default)]
     pub radars: Vec<MountedRadar>,
-    /// What stands in the scene.
+    /// Contents of the scene.
     #[serde(default)]
     pub scene: SceneTable,
     /// Point targets.
     #[serde(default)]
     pub point: Vec<PointTable>,
-    /// Objects that are added to the scene.
+    /// Further objects in the scene.
     #[serde(default)]
     pub object: Vec<ObjectTable>,
-    /// Radars of others, which send into the view of ours.
+    /// Interfering FMCW radars.
     #[serde(default)]
     pub interferer: Vec<InterfererTable>,
-    /// Whether several radars of the vehicle hear each other. Default false.
+    /// true: the vehicle's radars interfere with each other. Default false.
     #[serde(default)]
     pub mutual_interference: bool,
-    /// Rain, fog, wet roads. Default dry.
+    /// Rain, fog and wet roads. Default dry.
     #[serde(default)]
     pub weather: WeatherTable,
     /// The vehicle that carries the radar.
     #[serde(default)]
     pub ego: EgoTable,
-    /// How many frames, and when.
+    /// Number and times of the frames.
     #[serde(default)]
     pub frames: FramesTable,
-    /// How waves are followed.
+    /// Settings of the ray tracer.
     #[serde(default)]
     pub trace: TraceTable,
-    /// An ideal lidar beside the radars, whose points `output.lidar` writes.
+    /// An ideal lidar in addition to the radars; `output.lidar` writes its points.
     #[serde(default)]
     pub lidar: LidarTable,
-    /// What is kept of each frame.
+    /// Files that are written for each frame.
     #[serde(default)]
     pub output: Output,
-    /// Settings of `catseye lane`, which reads them; other commands pass over them.
+    /// Settings of `catseye lane`; other commands ignore them.
     #[schemars(with = "Option<BTreeMap<String, serde_json::Value>>")]
     pub lane: Option<serde::de::IgnoredAny>,
 }
 
-/// One of several radars.
+/// One of several radars on the vehicle.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MountedRadar {
-    /// Folder of its files; no two radars share it.
+    /// Name of the radar and of the folder of its files, unique in the scenario.
     pub name: At<String>,
     /// A preset or the path of a radar file.
     pub radar: At<String>,
-    /// Mounting of this radar, in place of the mounting that the radar file gives.
+    /// Mounting of this radar, in place of that in the radar file.
     pub mounting: Option<MountingTable>,
-    /// How the radar moves on the vehicle, whose rear-axle centre is the origin, in place of a mounting; if the vehicle
-    /// stands at the origin, how it moves in the world.
+    /// Trajectory of the radar relative to the vehicle's rear-axle centre, in place of a mounting; for a
+    /// vehicle at the origin, the trajectory in the world.
     pub trajectory: Option<TrajectoryTable>,
 }
 
-/// A name or a whole radar.
+/// A preset, a file or a complete radar.
 #[derive(Debug, Clone)]
 pub enum RadarRef {
     /// A preset or a file.
@@ -135,15 +135,15 @@ impl JsonSchema for RadarRef {
     }
 }
 
-/// The scenes that come with the program.
+/// Built-in scenes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Builtin {
-    /// Nothing but the points and objects of this file.
+    /// An empty scene, with only the points and objects of this file.
     Empty,
     /// 100 m of two-lane road with markers, rails, a manhole and two cars.
     MarkedRoad,
-    /// The benchmark scene, nothing in it moves.
+    /// The benchmark scene without motion.
     W3,
     /// The benchmark scene with moving cars.
     W3Moving,
@@ -153,28 +153,28 @@ pub enum Builtin {
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneTable {
-    /// A scene that comes with the program.
+    /// A built-in scene.
     pub builtin: Option<At<Builtin>>,
-    /// A road scene (TOML, as `catseye scene` takes it), relative to this file.
+    /// A road scene (TOML, as for `catseye scene`), relative to this file.
     pub road: Option<At<String>>,
     /// A .glb, .gltf, .stl or .obj file, relative to this file.
     pub file: Option<At<String>>,
-    /// Unit of the file: m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
+    /// Unit of length of the file: m (default for glTF; required for STL and OBJ), cm, mm, in or ft.
     pub unit: Option<At<String>>,
-    /// Axis of the file that points up: y (default of glTF; STL and OBJ need it) or z.
+    /// Up axis of the file: y (default for glTF; required for STL and OBJ) or z.
     pub up: Option<At<String>>,
-    /// Animations of the glTF file that move it: all (default) that do not contradict each other, none, or one by its name.
+    /// Animations of the glTF file that are played: all (default) that do not contradict each other, none, or the name of one.
     pub animation: Option<At<String>>,
-    /// Edges of the file's meshes whose facets turn by more than this are creases, degrees (default 30; 0 takes every facet as flat).
+    /// Crease angle: edges at which adjacent facets turn by more than this are creases, degrees (default 30; with 0 every facet is flat).
     pub smooth_deg: Option<At<f64>>,
-    /// Radar material for surfaces of the file whose material is missing or unknown.
+    /// Radar material of surfaces whose material is missing or unknown.
     pub default_material: Option<At<String>>,
-    /// Material of the file = material of the table.
+    /// Map from the file's material names to radar materials of the table.
     #[serde(default)]
     pub materials: BTreeMap<String, At<String>>,
 }
 
-/// An isotropic scatterer.
+/// An isotropic point target.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointTable {
@@ -184,40 +184,41 @@ pub struct PointTable {
     /// Class of the target.
     #[serde(default)]
     pub class: String,
-    /// Place at the middle of frame 0, [forward, left, up] in the world, m.
+    /// Position at the middle of frame 0, [forward, left, up] in the world, m.
     pub position_m: Option<At<[f64; 3]>>,
-    /// Velocity in the world, m/s; default at rest.
+    /// Velocity in the world, m/s; default static.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
-    /// Where the point is at which time, in place of position and velocity.
+    /// Trajectory of the point, in place of position and velocity.
     pub trajectory: Option<TrajectoryTable>,
     /// Radar cross section, dBsm.
     pub rcs_dbsm: At<f64>,
 }
 
-/// A file of a mesh, a reflector, a vehicle or a scattering table, placed in the world.
+/// An object in the world: a mesh file, a reflector, a vehicle or an RCS table.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectTable {
     /// Name of the object.
     #[serde(default)]
     pub name: String,
-    /// Class in labels; default what the file says, and "reflector" for a reflector.
+    /// Class in labels; default the class in the file, and "reflector" for a reflector.
     #[serde(default)]
     pub class: String,
     /// A .glb, .gltf, .stl or .obj file, relative to this file.
     pub file: Option<At<String>>,
-    /// Reflector and its sizes, as in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
+    /// Reflector kind and parameters, as in `catseye rcs`: "type1:width_m=0.16,height_m=0.004".
     pub reflector: Option<At<String>>,
-    /// A vehicle or a person of the library, as roads have them: passenger-car, sedan, hatchback, suv, van, truck, semi-trailer,
-    /// motorcycle, cyclist, pedestrian or child. Its origin lies on the road below its middle; wheels and limbs move as it goes.
+    /// Kind of vehicle or person from the library: passenger-car, sedan, hatchback, suv, van, truck,
+    /// semi-trailer, motorcycle, cyclist, pedestrian or child. Its origin is on the road below its centre;
+    /// wheels and limbs move with its motion.
     pub vehicle: Option<At<String>>,
-    /// An RCS table (CSV, as `catseye rcs` writes it), relative to this file: the object scatters as it says.
+    /// RCS table (CSV, as `catseye rcs` writes it), relative to this file, that gives the object's scattering matrix.
     pub rcs_table: Option<At<String>>,
     /// Position of the object's origin in the world, m.
     pub position_m: Option<At<[f64; 3]>>,
     /// Yaw of the object's x axis (a reflector's boresight), degrees, positive to the left; 180 faces a radar
-    /// that looks along +x. On a trajectory it counts from the heading.
+    /// that looks along +x. With a trajectory it is relative to the heading.
     #[serde(default)]
     pub yaw_deg: At<f64>,
     /// Pitch, degrees, positive nose down.
@@ -226,22 +227,22 @@ pub struct ObjectTable {
     /// Roll, degrees, positive left side up.
     #[serde(default)]
     pub roll_deg: At<f64>,
-    /// Velocity in the world, m/s, which is added to what the file gives its nodes.
+    /// Velocity in the world, m/s, added to the velocities that the file gives its nodes.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
-    /// Where the object's origin is at which time, and where it heads, in place of position and velocity.
+    /// Trajectory of the object's origin with its heading, in place of position and velocity.
     pub trajectory: Option<TrajectoryTable>,
-    /// Unit of the file's lengths.
+    /// Unit of length of the file, as in `scene`.
     pub unit: Option<At<String>>,
-    /// Which axis of the file points up.
+    /// Up axis of the file, as in `scene`.
     pub up: Option<At<String>>,
-    /// How animations in the file are used.
+    /// Animations of the file that are played, as in `scene`.
     pub animation: Option<At<String>>,
-    /// Edges of the file's meshes whose facets turn by more than this are creases, degrees (default 30; 0 takes every facet as flat).
+    /// Crease angle: edges at which adjacent facets turn by more than this are creases, degrees (default 30; with 0 every facet is flat).
     pub smooth_deg: Option<At<f64>>,
-    /// Material of what has none.
+    /// Radar material of surfaces whose material is missing or unknown.
     pub default_material: Option<At<String>>,
-    /// Materials by the names in the file.
+    /// Map from the file's material names to radar materials of the table.
     #[serde(default)]
     pub materials: BTreeMap<String, At<String>>,
 }
@@ -250,43 +251,43 @@ pub struct ObjectTable {
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EgoTable {
-    /// Position of its rear axle's centre at the middle of frame 0, m; height 0 lets the radar's mounting
-    /// height count from the road.
+    /// Position of the rear-axle centre at the middle of frame 0, m; at height 0 the radar's mounting height
+    /// is its height above the road.
     #[serde(default)]
     pub position_m: At<[f64; 3]>,
-    /// Heading, positive to the left.
+    /// Heading, degrees, positive to the left.
     #[serde(default)]
     pub yaw_deg: At<f64>,
     /// Speed along the heading, m/s.
     #[serde(default)]
     pub speed_mps: At<f64>,
-    /// In place of the position and yaw: it follows a road of `scene.road`, at the speed above or as `drive` says.
+    /// Position on a road of `scene.road` in place of position and yaw; the vehicle follows the road at `speed_mps` or as `drive` states.
     pub on_road: Option<OnRoadTable>,
-    /// How it goes along that road.
+    /// Speed and lateral motion along that road.
     pub drive: Option<DriveTable>,
-    /// Where the centre of the rear axle is at which time, and where the vehicle heads, in place of all other keys.
+    /// Trajectory of the rear-axle centre with the vehicle's heading, in place of all other keys.
     pub trajectory: Option<TrajectoryTable>,
 }
 
-/// A place on a road of the scene.
+/// A position on a road of the scene.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OnRoadTable {
     /// Name of the road; default the first.
     pub road: Option<At<String>>,
-    /// Number of the lane in whose middle it drives; default on the axis.
+    /// Number of the lane in whose centre the vehicle drives; default the road's axis.
     pub lane: Option<At<i32>>,
-    /// Station along the road at time zero, m.
+    /// Station along the road at the middle of frame 0, m.
     #[serde(default)]
     pub s_m: At<f64>,
-    /// Distance to the left of the lane's middle, as the vehicle goes, m.
+    /// Lateral offset from the lane centre, m, positive to the left in the direction of travel.
     #[serde(default)]
     pub offset_m: At<f64>,
-    /// Whether it goes against the direction of the road; default as the lane is driven.
+    /// true: the vehicle drives against the direction of the road; default the driving direction of the lane.
     pub against: Option<bool>,
 }
 
-/// How many frames, and when.
+/// Number and times of the frames.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FramesTable {
@@ -302,32 +303,32 @@ impl Default for FramesTable {
     }
 }
 
-/// How waves are followed.
+/// Settings of the ray tracer.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TraceTable {
-    /// Scatterers on all rough surfaces in a frame, about, and as many of rain.
+    /// Approximate number of scatterers on all rough surfaces in a frame; rain has the same number.
     pub rays: At<u64>,
-    /// Reflections that are followed, 1 to 8; one on a large plane ahead of what it lights comes on top. Without it there are three, and
-    /// more as `most_bounces` says.
+    /// Number of bounces that are traced, 1 to 8; one more is possible on a large plane ahead of the surface
+    /// that it lights. Default 3, and more as `most_bounces` states.
     pub bounces: Option<At<u32>>,
-    /// Reflections are followed on, up to this, until what one more would bring to the frame is below the accuracy; 8 if
-    /// `bounces` is not given, else no more than it says.
+    /// Bounces are traced up to this number until one more would contribute less than the accuracy to the
+    /// frame. Default 8 without `bounces`, otherwise `bounces`.
     pub most_bounces: Option<At<u32>>,
-    /// Error to allow in the coherent sum of what a smooth surface radiates, dB.
+    /// Error allowed in the coherent sum of the radiation of a smooth surface, dB.
     pub accuracy_db: At<f64>,
-    /// Largest number of triangles that the scene may have after the facets of curved surfaces were cut where they turn too much. A scene that has more to
-    /// begin with keeps them.
+    /// Maximum number of triangles of the scene after the facets of strongly curved surfaces are subdivided.
+    /// A scene with more triangles than this keeps them.
     pub facets: At<u64>,
-    /// An echo is left out where it is weaker than the thermal noise of a cell of the map, after all channels, by more than this says
-    /// (dB over the noise; a negative value lies under it). Each counts as if it stood in the antennas' main direction. This replaces the budget
-    /// that `exact` tells of. Without noise all echoes are kept.
+    /// Echoes below this power are left out, dB relative to the thermal noise of a cell of the map after all
+    /// channels (negative: below the noise). Each echo counts as if it were in the main direction of the
+    /// antennas. This replaces the threshold that `exact` describes. Without noise all echoes are kept.
     pub floor_db: Option<At<f64>>,
-    /// Keeps every single echo. Otherwise echoes of one place by one way are added up, and the weakest are left out as long as
-    /// the sum of their powers stays 10 dB under the noise of a cell after all channels (without noise: 100 dB under the sum of
-    /// all).
+    /// true: every echo is kept. false: echoes of one position and one path are merged, and the weakest are
+    /// left out as long as the sum of their powers stays 10 dB below the noise of a cell after all channels
+    /// (without noise: 100 dB below the sum of all).
     pub exact: At<bool>,
-    /// Which bounces of a chain radiate.
+    /// Bounces of a chain that radiate to the receiver.
     pub convention: Convention,
 }
 
@@ -346,38 +347,39 @@ impl Default for TraceTable {
     }
 }
 
-/// Which files are written for each frame.
+/// Files that are written for each frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// adc.npy, the samples.
+    /// adc.npy: the ADC samples.
     pub adc: bool,
-    /// Whether range_doppler.npy is written.
+    /// range_doppler.npy: the range-Doppler map.
     pub range_doppler: bool,
-    /// cfar_threshold.npy: the power that each cell of the map has to exceed, in the map's shape.
+    /// cfar_threshold.npy: the detection threshold of each cell of the map, in the map's shape.
     pub cfar_threshold: bool,
-    /// angle_spectra.npy and angle_cells.csv: what the angle method saw in every direction, for each cell that it searched.
+    /// angle_spectra.npy and angle_cells.csv: the angular spectrum of each cell that the angle method searched.
     pub angle_spectra: bool,
-    /// Whether points.csv is written.
+    /// points.csv: the detected points.
     pub points: bool,
-    /// tracks.csv and ego_motion.csv of a run of several frames, from their points.
+    /// tracks.csv and ego_motion.csv: tracks and ego motion estimated from the points of a run of several frames.
     pub tracks: bool,
-    /// returns.csv, every echo.
+    /// returns.csv: all echoes.
     pub returns: bool,
-    /// return_places.npy: where the path of each echo touches something, a row for each row of returns.csv.
+    /// return_places.npy: the positions at which the path of each echo meets surfaces, one row for each row of returns.csv.
     pub return_places: bool,
-    /// echoes.npy and echoes.json: every echo in full, from which `simulate --from` makes frames of another radar at the same place.
+    /// echoes.npy and echoes.json: all echoes with all values (cached echoes), from which `simulate --from` computes frames of
+    /// another radar at the same position.
     pub echoes: bool,
-    /// Whether truth.json is written.
+    /// truth.json: the ground truth.
     pub truth: bool,
-    /// Classes and points on grids: mask_road.npy, mask_markers.npy, grid_road.npy, grid_markers.npy.
+    /// mask_road.npy, mask_markers.npy, grid_road.npy, grid_markers.npy: classes and points on grids.
     pub masks: bool,
-    /// lidar.csv: the nearest surfaces around the vehicle, as the ideal lidar of `[lidar]` sees them; default false.
+    /// lidar.csv: the points of the ideal lidar of `[lidar]`; default false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub lidar: bool,
-    /// scene.glb beside the frames: the whole scene as binary glTF with its motions and, of a road, its labels.
+    /// scene.glb: the whole scene as binary glTF with its motions and, for a road, its labels; one file per run.
     pub scene: bool,
-    /// Whether the PNGs are written.
+    /// PNG plots.
     pub plots: bool,
 }
 
@@ -430,13 +432,13 @@ pub struct Scenario<E = EgoPlan> {
     pub weather: Weather,
     /// The vehicle that carries the radar.
     pub ego: E,
-    /// How many frames, and when.
+    /// Number and times of the frames.
     pub frames: Frames,
-    /// How waves are followed.
+    /// Settings of the ray tracer.
     pub trace: TraceSettings,
     /// The ideal lidar on the vehicle.
     pub lidar: Lidar,
-    /// What is kept of each frame.
+    /// Files that are written for each frame.
     pub output: Output,
     /// How long its trajectories last; frames may last longer.
     pub trajectories: Vec<Lasting>,
@@ -445,7 +447,7 @@ pub struct Scenario<E = EgoPlan> {
 /// Where the scene comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SceneSource {
-    /// A scene that comes with the program.
+    /// A built-in scene.
     Builtin(Builtin),
     /// A road scene.
     Road {
@@ -627,7 +629,7 @@ impl Ego {
     }
 }
 
-/// How many frames, and when.
+/// Number and times of the frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frames {
     /// Number of frames.
@@ -661,7 +663,7 @@ pub struct TraceSettings {
     pub floor_db: Option<f64>,
     /// Whether every single echo is kept.
     pub exact: bool,
-    /// Which bounces of a chain radiate.
+    /// Bounces of a chain that radiate to the receiver.
     pub convention: Convention,
 }
 

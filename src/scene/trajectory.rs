@@ -28,27 +28,27 @@ pub(super) const FAR_M: f64 = 1e6;
 /// Fastest motion, m/s.
 const FASTEST_MPS: f64 = 1e5;
 
-/// How places lie between waypoints.
+/// Interpolation of positions between waypoints.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Between {
     /// Cubic spline with continuous velocity and acceleration (not-a-knot ends).
     #[default]
     Spline,
-    /// Piecewise cubic (Fritsch and Carlson) with continuous velocity that never overshoots: what stops stays where it stops.
+    /// Monotone piecewise cubic (Fritsch and Carlson) with continuous velocity and no overshoot: an object that stops stays at rest.
     Pchip,
-    /// Straight lines; the velocity jumps at each waypoint.
+    /// Linear; the velocity is discontinuous at each waypoint.
     Linear,
 }
 
-/// What happens before the first and after the last waypoint.
+/// Motion before the first and after the last waypoint.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outside {
-    /// It goes straight on with the velocity that it has there.
+    /// Straight on with the velocity at that waypoint.
     #[default]
     GoOn,
-    /// It stands at that waypoint.
+    /// At rest at that waypoint.
     Stay,
 }
 
@@ -58,40 +58,41 @@ impl Outside {
     }
 }
 
-/// A way through waypoints, in place of a position, a heading and a velocity.
+/// A trajectory through waypoints, in place of position, heading and velocity.
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TrajectoryTable {
-    /// A CSV file of waypoints, relative to this file: columns time_s, x_m, y_m and, where they are known, z_m, yaw_deg, pitch_deg,
-    /// roll_deg; other columns are passed over.
+    /// CSV file of waypoints, relative to this file: columns time_s, x_m, y_m and optionally z_m, yaw_deg,
+    /// pitch_deg, roll_deg; other columns are ignored.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<At<String>>,
-    /// The waypoints, in place of a file; times rise.
+    /// The waypoints with ascending times, in place of a file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub waypoint: Vec<WaypointTable>,
-    /// How it goes from waypoint to waypoint.
+    /// Interpolation between waypoints.
     #[serde(default)]
     pub interpolation: Between,
-    /// What it does before the first and after the last waypoint.
+    /// Motion before the first and after the last waypoint.
     #[serde(default)]
     pub outside: Outside,
-    /// The time of the waypoints at which the scenario begins, s: the middle of frame 0.
+    /// Time of the waypoints that corresponds to the middle of frame 0, s.
     #[serde(default)]
     pub start_s: At<f64>,
-    /// The place of the waypoints that is the origin of the world, m: large map coordinates become small ones.
+    /// Position in the coordinates of the waypoints that becomes the origin of the world, m, for example to
+    /// make large map coordinates small.
     #[serde(default)]
     pub origin_m: At<[f64; 3]>,
 }
 
-/// A place at a time.
+/// A waypoint: a position at a time.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WaypointTable {
     /// Time of the waypoint, s.
     pub time_s: At<f64>,
-    /// Place of the waypoint: forward, left, up in the world, m.
+    /// Position of the waypoint, [forward, left, up] in the world, m.
     pub position_m: At<[f64; 3]>,
-    /// Heading, positive to the left; all waypoints have one, or none has and the heading is that of the way.
+    /// Heading, degrees, positive to the left; given for all waypoints or for none. Default: the direction of the path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub yaw_deg: Option<At<f64>>,
     /// Pitch, degrees, positive nose down.

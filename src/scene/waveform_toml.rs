@@ -10,14 +10,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Kinds of waveforms.
+/// Waveforms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WaveformName {
-    /// Linear ramps: `bandwidth_hz` and `ramp_time_s`, or a `[[waveform.ramp]]` for each of several slopes.
+    /// FMCW: `bandwidth_hz` and `ramp_time_s`, or one `[[waveform.ramp]]` for each chirp type.
     #[default]
     Fmcw,
-    /// One tone after another, one sample each: `step_hz`.
+    /// Stepped frequency, one sample per tone: `step_hz`.
     SteppedFrequency,
     /// Impulse radio: `bandwidth_hz` of a Gaussian pulse, or `pulse_file`.
     Pulse,
@@ -25,35 +25,35 @@ pub enum WaveformName {
     Pmcw,
 }
 
-/// In which order the chirps of several ramps are sent.
+/// Order in which the chirps of several chirp types are transmitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RampOrderName {
-    /// One chirp of each ramp in every loop.
+    /// Chirp types interleaved: one chirp of each per loop.
     InTurn,
-    /// All chirps of a ramp before those of the next.
+    /// All chirps of one type before those of the next.
     Bursts,
 }
 
-/// How transmitters share a frame.
+/// Multiplexing of the transmitters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum MultiplexName {
-    /// Transmitters in turn.
+    /// Time-division multiplexing: one transmitter after another.
     Tdm,
-    /// All at once with the signs of a Hadamard matrix.
+    /// Binary phase modulation: all transmitters at once, coded with the signs of a Hadamard matrix.
     Bpm,
-    /// All at once, each in a Doppler band of its own.
+    /// Doppler-division multiplexing: all transmitters at once, each in its own Doppler band.
     Ddm,
 }
 
-/// What is taken of the echo.
+/// Sampling of the received signal.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReceiverTable {
-    /// "iq": complex samples, as many range cells as samples; "real": half as many.
+    /// "iq": complex samples, N range cells for N samples; "real": real samples, N/2 range cells.
     pub sampling: Sampling,
-    /// Samples a second, Hz.
+    /// Sample rate, Hz.
     pub sample_rate_hz: At<f64>,
     /// Number of samples of one chirp.
     pub samples: At<usize>,
@@ -62,7 +62,7 @@ pub struct ReceiverTable {
     pub adc_start_s: At<f64>,
     /// Noise figure, dB.
     pub noise_figure_db: At<f64>,
-    /// Whether thermal noise is added.
+    /// true: thermal noise is added.
     #[serde(default = "yes")]
     pub thermal_noise: bool,
 }
@@ -71,78 +71,79 @@ fn yes() -> bool {
     true
 }
 
-/// What the radar sends.
+/// Transmitted waveform.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WaveformTable {
-    /// Kind of the waveform.
+    /// Waveform.
     #[serde(default)]
     pub kind: At<WaveformName>,
-    /// Centre of the sweep or of the band, Hz.
+    /// Centre frequency of the sweep or band, Hz.
     pub carrier_hz: At<f64>,
-    /// "fmcw": bandwidth swept during `ramp_time_s`, Hz, negative when the frequency falls. "pulse": full width of the
-    /// Gaussian pulse's spectrum at -10 dB, Hz.
+    /// "fmcw": bandwidth swept during `ramp_time_s`, Hz, negative for a falling ramp. "pulse": full width of
+    /// the Gaussian pulse's spectrum at -10 dB, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth_hz: Option<At<f64>>,
-    /// "fmcw": length of a ramp, s.
+    /// "fmcw": duration of a ramp, s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ramp_time_s: Option<At<f64>>,
-    /// Time from the start of one chirp, run of tones, pulse or code to the start of the next, s, whichever transmitter
-    /// sends it.
+    /// Time from the start of one chirp, tone sequence, pulse or code to the start of the next, s, for any
+    /// transmitter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chirp_period_s: Option<At<f64>>,
-    /// "fmcw": several slopes in turn, in place of `bandwidth_hz`, `ramp_time_s` and `chirp_period_s`.
+    /// "fmcw": several interleaved chirp types, in place of `bandwidth_hz`, `ramp_time_s` and `chirp_period_s`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ramp: Vec<RampTable>,
-    /// With several [[waveform.ramp]]: "in-turn" sends one chirp of each in every loop, "bursts" all chirps of one before those of
-    /// the next. Bursts of one slope with different `chirp_period_s` tell range rates apart that one burst folds together (staggered
-    /// repetition); default "in-turn".
+    /// With several [[waveform.ramp]]: "in-turn" (default) interleaves the chirp types, one chirp of each per
+    /// loop; "bursts" transmits all chirps of one type before those of the next. Bursts of one slope with
+    /// different `chirp_period_s` (staggered repetition) resolve range rates that are ambiguous within one
+    /// burst.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ramp_order: Option<At<RampOrderName>>,
-    /// "stepped-frequency": distance from one tone to the next, Hz; there are as many tones as samples.
+    /// "stepped-frequency": step between adjacent tones, Hz; the number of tones equals the number of samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step_hz: Option<At<f64>>,
-    /// "pulse": CSV with the header time_s,re,im beside the radar file: the envelope over the carrier at
+    /// "pulse": CSV file, relative to the radar file, with the header time_s,re,im: the complex envelope at
     /// equidistant times, in place of `bandwidth_hz`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pulse_file: Option<At<String>>,
-    /// "pulse": the envelope [re, im, re, im, ...] itself, from the first time on.
+    /// "pulse": samples of the complex envelope [re, im, re, im, ...], in order of time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pulse_samples: Option<At<Vec<f64>>>,
     /// "pulse": sample rate of `pulse_samples`, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pulse_rate_hz: Option<At<f64>>,
-    /// "pulse": index of the one of `pulse_samples` that leaves at time zero, from 0.
+    /// "pulse": index of the sample of `pulse_samples` that is transmitted at time zero, counted from 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pulse_zero: Option<At<usize>>,
-    /// "pmcw": chips a second, Hz.
+    /// "pmcw": chip rate, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chip_rate_hz: Option<At<f64>>,
-    /// "pmcw": degree of a maximum-length sequence, which has 2^degree - 1 chips.
+    /// "pmcw": degree of a maximum-length sequence of 2^degree - 1 chips.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub code_degree: Option<At<u32>>,
-    /// "pmcw": the chips themselves, an odd number of 1 and -1, in place of `code_degree`.
+    /// "pmcw": the code, an odd number of chips 1 and -1, in place of `code_degree`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub code: Option<At<Vec<i8>>>,
-    /// Number of chirps in a frame, of each ramp and each transmitter's slot.
+    /// Number of chirps in a frame for each chirp type and each transmitter slot.
     pub chirps: At<usize>,
-    /// How transmitters share a frame; default "tdm".
+    /// Multiplexing of the transmitters; default "tdm".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub multiplex: Option<At<MultiplexName>>,
-    /// "ddm": number of Doppler bands that no transmitter has; default 1.
+    /// "ddm": number of Doppler bands without a transmitter; default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub empty_bands: Option<At<usize>>,
 }
 
-/// One slope of several.
+/// One of several chirp types.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RampTable {
-    /// Bandwidth swept during `ramp_time_s`, Hz, negative when the frequency falls.
+    /// Bandwidth swept during `ramp_time_s`, Hz, negative for a falling ramp.
     pub bandwidth_hz: At<f64>,
-    /// Length of the ramp, s.
+    /// Duration of the ramp, s.
     pub ramp_time_s: At<f64>,
-    /// Time from the start of this ramp to the start of what follows, s.
+    /// Time from the start of this ramp to the start of the next ramp, s.
     pub chirp_period_s: At<f64>,
 }
 

@@ -11,23 +11,23 @@ use serde::Deserialize;
 /// Greatest rain rate that is taken, mm/h: the range of the rates behind ITU-R P.838 is about that.
 const RAIN_MAX_MM_PER_H: f64 = 200.0;
 
-/// Rain, fog and wet roads; without the table the air is dry and takes nothing away.
+/// Rain, fog and wet roads; without this table the air is dry and lossless.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WeatherTable {
-    /// Attenuates all echoes and scatters back. Default 0.
+    /// Rain rate, mm/h; rain attenuates all echoes and adds backscatter. Default 0.
     pub rain_mm_per_h: At<f64>,
-    /// Liquid water of fog.
+    /// Liquid water content of fog, g/m³.
     pub fog_g_per_m3: Option<At<f64>>,
-    /// Visibility in the fog, m, in place of fog_g_per_m3.
+    /// Visibility in fog, m; alternative to `fog_g_per_m3`.
     pub visibility_m: Option<At<f64>>,
-    /// Temperature of the air, °C. Default 20.
+    /// Air temperature, °C. Default 20.
     pub temperature_c: Option<At<f64>>,
-    /// In the world; carries the drops. Default 0.
+    /// Wind velocity in the world, m/s; it moves the rain drops. Default 0.
     pub wind_mps: At<[f64; 3]>,
-    /// Thickness of the water on `wet_materials`. Default 0.
+    /// Thickness of the water film on `wet_materials`, mm. Default 0.
     pub wet_film_mm: At<f64>,
-    /// Names of the scene's materials that the water lies on. Default asphalt, concrete and concrete-pavement.
+    /// Names of the scene's materials that carry the water film. Default asphalt, concrete and concrete-pavement.
     pub wet_materials: Option<At<Vec<String>>>,
 }
 

@@ -42,16 +42,16 @@ pub struct LidarPoint<'a> {
 /// Columns of `lidar.csv` and of the table `lidar` of datasets.
 pub const fn columns<'a>() -> [Column<LidarPoint<'a>>; 9] {
     [
-        Column::number("range_m", "from the lidar, in the middle of the frame", |p| p.range_m),
+        Column::number("range_m", "distance from the lidar, in the middle of the frame", |p| p.range_m),
         Column::number(
             "range_rate_mps",
-            "of the surface, positive receding; it includes the vehicle's own motion",
+            "range rate of the surface, positive when it recedes; it includes the vehicle's own motion",
             |p| p.range_rate_mps,
         ),
-        Column::number("x_m", "forward, from the vehicle's origin", |p| p.position_m.x),
-        Column::number("y_m", "left, from the vehicle's origin", |p| p.position_m.y),
-        Column::number("z_m", "up, from the vehicle's origin", |p| p.position_m.z),
-        Column::number("incidence_deg", "between the ray and the surface's normal, 0 to 90", |p| {
+        Column::number("x_m", "forward coordinate from the vehicle's origin", |p| p.position_m.x),
+        Column::number("y_m", "left coordinate from the vehicle's origin", |p| p.position_m.y),
+        Column::number("z_m", "up coordinate from the vehicle's origin", |p| p.position_m.z),
+        Column::number("incidence_deg", "angle between the ray and the surface normal, 0 to 90", |p| {
             p.incidence_rad.to_degrees()
         }),
         Column {
@@ -61,10 +61,14 @@ pub const fn columns<'a>() -> [Column<LidarPoint<'a>>; 9] {
         },
         Column {
             name: "object_id",
-            about: "of the object whose surface it is",
+            about: "id of the object to which the surface belongs",
             get: Get::Count(|p| p.object_id),
         },
-        Column { name: "class", about: "of the object", get: Get::Text(32, |p| Cow::Borrowed(p.class)) },
+        Column {
+            name: "class",
+            about: "class of the object",
+            get: Get::Text(32, |p| Cow::Borrowed(p.class)),
+        },
     ]
 }
 

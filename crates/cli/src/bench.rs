@@ -14,14 +14,14 @@ use serde_json::Value;
 #[derive(Debug, Args)]
 #[command(after_help = format!("Workloads:\n{}", list()))]
 pub struct Bench {
-    /// Fewer directions, rays and frames: minutes instead of a quarter of an hour
+    /// Use fewer directions, rays and frames: takes minutes instead of a quarter of an hour
     #[arg(long)]
     pub quick: bool,
-    /// Only these workloads
+    /// Run only these workloads
     #[arg(long, value_delimiter = ',', value_name = "W1,W4,...")]
     pub only: Vec<String>,
-    /// Under each workload its kernels: how often each ran, workgroups, threads, bytes bound and, if the adapter has timestamp
-    /// queries, its time on the device
+    /// List the kernels of each workload: number of runs, workgroups, threads, bytes bound and, if the
+    /// adapter has timestamp queries, the time on the device
     #[arg(long)]
     pub profile: bool,
 }

@@ -16,13 +16,13 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-/// Calibrate an array on a simulated turntable: one steering vector for each angle, and its ambiguity
+/// Calibrate an array on a simulated turntable: one steering vector for each angle, and the ambiguity of the array
 #[derive(Debug, Args)]
 pub struct Calibrate {
-    /// Preset or radar TOML, with its channel errors
+    /// Preset or radar file (TOML) with channel errors
     #[arg(long)]
     pub radar: String,
-    /// Azimuths of the reflector in the radar's frame, positive left
+    /// Azimuths of the reflector in the radar's frame, positive to the left
     #[arg(long, default_value = "-60:60:1", value_name = "LIST", allow_hyphen_values = true)]
     pub azimuth_deg: String,
     /// Elevations of the reflector in the radar's frame, positive up
@@ -34,16 +34,16 @@ pub struct Calibrate {
     /// Reflector, with its x axis towards the radar (catseye help reflectors lists all)
     #[arg(long, default_value = "point:rcs_dbsm=14.5")]
     pub target: String,
-    /// Half width over which neighbouring angles are smoothed, degrees; 0 for none
+    /// Half width of the smoothing over neighbouring angles, degrees; 0: no smoothing
     #[arg(long, default_value_t = 0.0, value_name = "DEG")]
     pub smoothing_deg: f64,
-    /// Keep the channels' levels, too, not their phases alone
+    /// Calibrate the channels' amplitudes as well as their phases
     #[arg(long)]
     pub levels: bool,
-    /// Calibration file
+    /// Calibration file to write (CSV)
     #[arg(short, long, value_name = "FILE.csv")]
     pub output: PathBuf,
-    /// Picture of the ambiguity matrix |S^H S|
+    /// Plot of the ambiguity matrix |S^H S| to write
     #[arg(long, value_name = "FILE.png|FILE.svg|FILE.pdf")]
     pub plot: Option<PathBuf>,
 }

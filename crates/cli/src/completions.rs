@@ -5,11 +5,11 @@ use clap::Args;
 use clap_complete::Shell;
 use std::io::Write as _;
 
-/// Print the script that lets a shell complete commands and options
+/// Print the shell script that completes commands and options
 #[derive(Debug, Args)]
 #[command(after_help = "For bash, in the current shell: source <(catseye completions bash)")]
 pub struct Completions {
-    /// The shell
+    /// Shell
     #[arg(value_name = "bash|zsh|fish|elvish|powershell")]
     pub shell: Shell,
 }

@@ -14,18 +14,18 @@ use catseye_io::recording;
 use clap::Args;
 use std::path::{Path, PathBuf};
 
-/// Convert a cube of samples: NumPy, TI DCA1000 recording with its .cfg, HDF5
+/// Convert a cube of ADC samples between formats: NumPy, TI DCA1000 recording with its .cfg, HDF5
 #[derive(Debug, Args)]
 pub struct Convert {
-    /// A .npy, .bin (with its .cfg) or .h5 file
+    /// Cube to read: a .npy, .bin (with its .cfg) or .h5 file
     pub cube: PathBuf,
-    /// Preset or radar TOML; a recording may do without
+    /// Preset or radar file (TOML); not needed for a recording with a .cfg
     #[arg(long)]
     pub radar: Option<String>,
-    /// Ends in .npy, .bin or .h5
+    /// Cube to write: a .npy, .bin or .h5 file
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
-    /// Full scale of a .bin that is written (default: the lowest that cuts nothing)
+    /// Full scale of a .bin to write (default: the lowest at which no sample is clipped)
     #[arg(long, value_name = "DBM")]
     pub output_full_scale_dbm: Option<f64>,
     #[command(flatten)]

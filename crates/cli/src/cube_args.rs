@@ -14,34 +14,34 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Reading the cube")]
 pub struct CubeArgs {
-    /// Axes of a .npy or .h5 file, slowest first, of frame, chirp, rx, sample, iq
+    /// Axes of a .npy or .h5 file, slowest first, from: frame, chirp, rx, sample, iq
     #[arg(long, value_name = "LIST")]
     pub axes: Option<String>,
-    /// Frame of a file that holds several
+    /// Index of the frame in a file with several frames
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub frame: usize,
-    /// TI configuration of a .bin: .cfg, .mmwave.json or .setup.json (default: the one of the same name)
+    /// TI configuration of a .bin: .cfg, .mmwave.json or .setup.json (default: the file of the same name)
     #[arg(long, value_name = "FILE")]
     pub cfg: Option<PathBuf>,
     /// Dataset of an .h5 file, or REAL,IMAGINARY
     #[arg(long, value_name = "NAME")]
     pub dataset: Option<String>,
-    /// Power of a sample of modulus 2^(bits-1) of a .bin; without it samples stay counts
+    /// Power of a sample of modulus 2^(bits-1) of a .bin; without it samples stay in counts
     #[arg(long, value_name = "DBM")]
     pub full_scale_dbm: Option<f64>,
-    /// Which of I and Q a .bin has first (default: what the .cfg says)
+    /// Order of I and Q in a .bin (default: as the .cfg states)
     #[arg(long, value_name = "iq|qi", value_parser = choice(&[("iq", IqOrder::Iq), ("qi", IqOrder::Qi)]))]
     pub iq_order: Option<IqOrder>,
-    /// A .bin with one lane for each receiver, as of xWR14xx
+    /// The .bin has one lane for each receiver, as from xWR14xx
     #[arg(long)]
     pub four_lanes: bool,
-    /// How numbers are stored: as they are, or as unsigned 16-bit words of signed counts
+    /// Number format: plain, or unsigned 16-bit words that contain signed counts
     #[arg(long, default_value = "plain", action = clap::ArgAction::Set, value_name = "plain|unsigned16", value_parser = choice(&[("plain", false), ("unsigned16", true)]))]
     pub words: bool,
-    /// Take the conjugate of every sample: for cubes whose phase has the other sign
+    /// Conjugate every sample, for cubes with the opposite sign of phase
     #[arg(long)]
     pub conjugate: bool,
-    /// Board of a .bin, which says where the antennas of its .cfg are (default: what the .cfg names, else awr1843, below 70 GHz iwr6843)
+    /// Board of a .bin, which gives the antenna positions (default: the board named in the .cfg, else awr1843, below 70 GHz iwr6843)
     #[arg(long, value_name = "NAME", value_parser = choice(&BOARDS), conflicts_with = "radar")]
     pub board: Option<Board>,
 }

@@ -15,34 +15,35 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Make a dataset: scenes drawn from a recipe, their frames with labels in shards
+/// Make a dataset: scenes randomly drawn from a recipe, and their frames with labels, in shards
 #[derive(Debug, Args)]
 pub struct Dataset {
-    /// Recipe TOML (`catseye init recipe` writes one)
+    /// Recipe file (TOML; `catseye init recipe` writes one)
     pub recipe: PathBuf,
-    /// Folder to write; an interrupted run goes on when the same command is given again
+    /// Folder to write; the same command continues an interrupted run
     #[arg(short, long, value_name = "DIR", required_unless_present = "dry_run")]
     pub output: Option<PathBuf>,
-    /// Write one drawn scene as files for `catseye simulate` and make no frames
+    /// Write one drawn scene as files for `catseye simulate`, and make no frames
     #[arg(long, value_name = "N", conflicts_with_all = ["shards", "jobs", "batch"])]
     pub scene: Option<u32>,
-    /// Make one frame of up to eight scenes, say what the dataset will take in time and on disk, and keep nothing
+    /// Make one frame of up to eight scenes, report the estimated time and disk space of the dataset, and keep nothing
     #[arg(long, conflicts_with_all = ["scene", "shards", "jobs", "batch"])]
     pub dry_run: bool,
-    /// Shards to make, first:end without the end; others are left to other runs
+    /// Shards to make, first:end without `end`; other runs make the others
     #[arg(long, value_name = "A:B")]
     pub shards: Option<String>,
-    /// Workers, each with its share of the cores (default: one a core, on a GPU one)
+    /// Number of workers, which share the cores (default: one per core; on a GPU one)
     #[arg(long, value_name = "N")]
     pub jobs: Option<usize>,
-    /// Frames that a GPU takes at once, as far as memory allows (default: 64); the bytes do not depend on it, and the CPU takes one
+    /// Maximum number of frames that a GPU computes at once, as far as memory allows (default: 64); the results do not depend on
+    /// it, and the CPU computes one
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub batch: Option<u32>,
-    /// Trace nothing: take the echoes of this dataset, whose recipe drew the same scenes and kept them (keep.echoes = true), and let this
-    /// recipe's radar, waveform, array and front end listen to them
+    /// Replay the cached echoes of this dataset instead of tracing: its recipe drew the same scenes with
+    /// keep.echoes = true. Radar, waveform, array and front end are those of this recipe
     #[arg(long, value_name = "DATA", conflicts_with_all = ["scene", "dry_run"])]
     pub from: Option<PathBuf>,
-    /// Go on with a dataset that another device began
+    /// Continue a dataset that was begun on another device
     #[arg(long)]
     pub mixed_devices: bool,
 }

@@ -18,10 +18,10 @@ use catseye_view::{INLINE_BYTES, Thing};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
-/// The built-in marked road, end to end, into ./catseye-demo
+/// Simulate the built-in marked road, end to end, into ./catseye-demo
 #[derive(Debug, Args)]
 pub struct Demo {
-    /// Folder to write (default: catseye-demo, in which an older demo is replaced)
+    /// Folder to write (default: catseye-demo, which replaces an older demo)
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 }

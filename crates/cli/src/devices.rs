@@ -5,10 +5,10 @@ use catseye::base::error::{BadInput, Result};
 use catseye::engine::devices::{listing, warm};
 use clap::Args;
 
-/// List adapters with driver and limits, what `auto` takes, and whether each passes the self-test
+/// List adapters with driver and limits, the device that `auto` selects, and the result of each adapter's self-test
 #[derive(Debug, Args)]
 pub struct Devices {
-    /// Compile all kernels for the adapter of --device and keep them on disk, so that later starts need not compile them
+    /// Compile all kernels for the adapter of --device and cache them on disk, so that later starts need no compilation
     #[arg(long)]
     pub warm: bool,
 }

@@ -10,50 +10,51 @@ use clap::Args;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// Compare two results of one kind within tolerances: a table of what differs; exit code 0 when they are alike, 1 when not
+/// Compare two results of one kind within tolerances: table of differences; exit code 0 if they agree, 1 if they differ
 #[derive(Debug, Args)]
 pub struct Diff {
-    /// The first: folder of simulate, process, dataset, study or lane, a frame's folder, or a .csv, .npy, .json, .h5 or .bin file
+    /// First result: a folder of simulate, process, dataset, study or lane, a frame's folder, or a .csv, .npy, .json, .h5 or .bin file
     pub a: PathBuf,
-    /// The second, of the same kind
+    /// Second result, of the same kind
     pub b: PathBuf,
-    /// Levels (dBsm, dBm, dB) may differ by this, and powers in W by this ratio, dB
+    /// Tolerance of values in dBsm, dBm and dB, and of the ratio of powers in W, dB
     #[arg(long, value_name = "DB", default_value_t = Tolerances::default().tolerance_db)]
     pub tolerance_db: f64,
-    /// RCS tables: levels count only where one is above the greatest of both tables less this, dB
+    /// RCS tables: compare cross sections only where one of them is at most this far below the maximum of both tables, dB
     #[arg(long, value_name = "DB", default_value_t = Tolerances::default().above_db)]
     pub above_db: f64,
-    /// RCS tables: phases may differ by this where levels count, degrees [default: not compared]
+    /// RCS tables: tolerance of phases where cross sections are compared, degrees [default: not compared]
     #[arg(long, value_name = "DEG")]
     pub phase_deg: Option<f64>,
-    /// Arrays may differ by this share of their norm, and anywhere by this share of their peak; other numbers by this share
+    /// Relative tolerance: of arrays to their norm, of each element to the array's peak, and of other numbers
     #[arg(long, value_name = "SHARE", default_value_t = Tolerances::default().relative)]
     pub relative: f64,
-    /// Lengths may differ by this, m
+    /// Tolerance of lengths, m
     #[arg(long, value_name = "M", default_value_t = Tolerances::default().tolerance_m)]
     pub tolerance_m: f64,
-    /// Velocities may differ by this, m/s
+    /// Tolerance of velocities, m/s
     #[arg(long, value_name = "MPS", default_value_t = Tolerances::default().tolerance_mps)]
     pub tolerance_mps: f64,
-    /// Angles may differ by this, degrees
+    /// Tolerance of angles, degrees
     #[arg(long, value_name = "DEG", default_value_t = Tolerances::default().tolerance_deg)]
     pub tolerance_deg: f64,
-    /// Points are the same point within this of range, m [default: the radar's cell, 0.5 where it is not known]
+    /// Maximum difference in range of matching points, m [default: the radar's cell, 0.5 if unknown]
     #[arg(long, value_name = "M")]
     pub match_m: Option<f64>,
-    /// Points are the same point within this of range rate, m/s [default: the radar's cell, 0.5 where it is not known]
+    /// Maximum difference in range rate of matching points, m/s [default: the radar's cell, 0.5 if unknown]
     #[arg(long, value_name = "MPS")]
     pub match_mps: Option<f64>,
-    /// Points are the same point within this of azimuth, degrees
+    /// Maximum difference in azimuth of matching points, degrees
     #[arg(long, value_name = "DEG", default_value_t = Tolerances::default().match_deg)]
     pub match_deg: f64,
-    /// Rows of the printed table; --json has all
+    /// Maximum number of rows of the printed table; --json contains all
     #[arg(long, value_name = "N", default_value_t = 20)]
     pub max_rows: usize,
     /// Print the result as Markdown, for a summary or a comment on a pull request
     #[arg(long)]
     pub markdown: bool,
-    /// Draw both into one picture (PNG, SVG or PDF, as its name says): RCS tables, points.csv, returns.csv; of folders the points of the first frame that differs
+    /// Plot both results (PNG, SVG or PDF by extension): RCS tables, points.csv, returns.csv; for folders the points of the first frame
+    /// that differs
     #[arg(long, value_name = "F.png|F.svg|F.pdf")]
     pub plot: Option<PathBuf>,
 }

@@ -11,10 +11,10 @@ use std::path::{Component, Path, PathBuf};
 
 static SCENES: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../../scenes");
 
-/// List the scenarios, roads, radars, recipes and studies that come with the program, or write one with all that it names
+/// List the built-in example scenarios, roads, radars, recipes and studies, or write one with all files that it refers to
 #[derive(Debug, Args)]
 pub struct Examples {
-    /// Name as the list has it, such as lane/markers_turn, or its last part; all writes all of them
+    /// Name from the list, such as lane/markers_turn, or its last part; all writes all examples
     pub name: Option<String>,
     /// Folder to write into
     #[arg(short, long, value_name = "DIR", default_value = "scenes")]

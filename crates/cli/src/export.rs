@@ -14,25 +14,25 @@ use glam::DVec3;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Export the frames of a run or a dataset: nuScenes, KITTI and View-of-Delft, COCO, RadarScenes, MCAP, ASAM OSI, TuSimple
+/// Export the frames of a run or a dataset to nuScenes, KITTI and View-of-Delft, COCO, RadarScenes, MCAP, ASAM OSI, TuSimple
 #[derive(Debug, Args)]
 pub struct Export {
-    /// Folder that `catseye simulate` or `catseye dataset` wrote, with points and truth
+    /// Folder written by `catseye simulate` or `catseye dataset`, with points and truth
     pub run: PathBuf,
-    /// What to write
+    /// Format to write
     #[arg(long)]
     pub format: Format,
-    /// Folder (pcd, nuscenes, kitti, coco, radarscenes) or file (mcap, osi: a name in _sd.osi tells readers what it is,
-    /// tusimple) to write
+    /// Folder (pcd, nuscenes, kitti, coco, radarscenes) or file (mcap, osi: a name that ends in _sd.osi
+    /// identifies its contents to readers, tusimple) to write
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
     /// radarscenes, nuscenes: name of the sequence or scene
     #[arg(long, default_value = "sequence_1")]
     pub sequence: String,
-    /// nuscenes: time between key frames, s; 0 makes every frame one
+    /// nuscenes: time between key frames, s; 0: every frame is a key frame
     #[arg(long, value_name = "S", default_value_t = 0.5, allow_hyphen_values = true)]
     pub key_interval_s: f64,
-    /// Of a dataset: the scene to export; without it, formats that write a folder get all scenes, as scene_000000 and so on
+    /// Dataset: scene to export (default: all scenes, as scene_000000 and so on, in formats that write a folder)
     #[arg(long, value_name = "N")]
     pub scene: Option<u32>,
     #[command(flatten)]
@@ -43,16 +43,16 @@ pub struct Export {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera of TuSimple's lane lines and KITTI's labels")]
 pub struct CameraArgs {
-    /// tusimple, kitti: width and height of the picture, pixels
+    /// tusimple, kitti: width and height of the image, pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub camera_size: String,
     /// tusimple, kitti: focal length, pixels
     #[arg(long, value_name = "PX")]
     pub camera_focal_px: Option<f64>,
-    /// tusimple, kitti: place in the vehicle (x forward from the rear axle, y left, z up)
+    /// tusimple, kitti: position on the vehicle, m (x forward from the rear axle, y left, z up)
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub camera_position_m: Option<String>,
-    /// tusimple, kitti: how far the optical axis points down
+    /// tusimple, kitti: pitch of the optical axis, positive downwards
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true)]
     pub camera_pitch_deg: f64,
 }
@@ -61,7 +61,7 @@ pub struct CameraArgs {
 pub enum Format {
     /// nuScenes radar point clouds, a PCD file for each sweep
     Pcd,
-    /// A whole nuScenes data set: its thirteen tables, radar point clouds and a map; road users are annotated
+    /// A complete nuScenes dataset: thirteen tables, radar point clouds and a map; road users are annotated
     Nuscenes,
     /// KITTI's folders with View-of-Delft's radar points: points, labels in a camera, calibration, poses, splits
     Kitti,

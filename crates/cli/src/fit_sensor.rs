@@ -21,40 +21,41 @@ use clap::Args;
 use num_complex::Complex64;
 use std::path::{Path, PathBuf};
 
-/// Fit a front end to a measured cube, and compare a simulated cube with it
+/// Fit a front end to a measured cube and compare a simulated cube with it
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Writes front_end.toml (a fragment of a radar file), fit.json, comparison.csv and comparison.png. What depends on \
-                  the waveform (powers, delays, phase noise) holds for the radar that --radar names; without it a waveform is assumed."
+    after_help = "Writes front_end.toml (a fragment of a radar file), fit.json, comparison.csv and comparison.png. Values that \
+                  depend on the waveform (powers, delays, phase noise) are valid for the radar given by --radar; \
+                  without it a waveform is assumed."
 )]
 pub struct FitSensor {
-    /// [chirp, rx_virtual, sample] or [chirp, sample] of I and Q: NumPy (.npy), TI recording (.bin with its .cfg), HDF5 (.h5)
+    /// Measured cube [chirp, rx_virtual, sample] or [chirp, sample] of I and Q: NumPy (.npy), TI recording (.bin with its .cfg), HDF5 (.h5)
     pub cube: PathBuf,
     /// Folder to write
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Preset or radar TOML that recorded the cube (default: the .cfg of a recording, else an assumed one)
+    /// Preset or radar file (TOML) of the radar that recorded the cube (default: the .cfg of a recording, else an assumed radar)
     #[arg(long)]
     pub radar: Option<String>,
-    /// How numbers are stored: as they are, or as unsigned 16-bit words of signed counts
+    /// Number format: plain, or unsigned 16-bit words that contain signed counts
     #[arg(long, default_value = "plain", action = clap::ArgAction::Set, value_name = "plain|unsigned16", value_parser = choice(&[("plain", false), ("unsigned16", true)]))]
     pub words: bool,
-    /// Axes of a .npy or .h5 file, slowest first, of frame, chirp, rx, sample, iq
+    /// Axes of a .npy or .h5 file, slowest first, from: frame, chirp, rx, sample, iq
     #[arg(long, value_name = "LIST")]
     pub axes: Option<String>,
-    /// Frame of a file that holds several
+    /// Index of the frame in a file with several frames
     #[arg(long, default_value_t = 0, value_name = "N")]
     pub frame: usize,
-    /// Power of a tone that just fills the converter; without it counts are scaled by the radar's noise figure
+    /// Full scale: power of a tone that just fills the converter; without it counts are scaled by the radar's noise figure
     #[arg(long, value_name = "DBM")]
     pub full_scale_dbm: Option<f64>,
-    /// Bits of the converter (default: 16 for words, else the fewest that hold all samples)
+    /// Resolution of the converter, bits (default: 16 for words, else the minimum that holds all samples)
     #[arg(long, value_name = "N")]
     pub bits: Option<u32>,
-    /// The strongest line that stands still is at the boresight: all its phases are the channels'
+    /// Assume that the strongest static target is at boresight, so that all its phase differences are phase errors of the channels
     #[arg(long)]
     pub boresight: bool,
-    /// Board of a .bin, which says where the antennas of its .cfg are (default: what the .cfg names, else one by its band)
+    /// Board of a .bin, which gives the antenna positions (default: the board named in the .cfg, else a board by the band)
     #[arg(long, value_name = "NAME", value_parser = choice(&BOARDS), conflicts_with = "radar")]
     pub board: Option<Board>,
 }

@@ -13,20 +13,21 @@ pub const GLOBAL_HEADING: &str = "Global options";
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = GLOBAL_HEADING)]
 pub struct Global {
-    /// auto: a hardware GPU, else the cpu; cpu; gpu: a hardware GPU; or part of an adapter's name
+    /// Device. auto: a hardware GPU, else the CPU; cpu; gpu: a hardware GPU; or part of an adapter's name
     #[arg(long, global = true, default_value = "auto", value_name = "auto|cpu|gpu|NAME")]
     pub device: String,
-    /// Precision of cube, FFT and detection on the cpu engine (geometry, phase and fields are always f64)
+    /// Precision of cube, FFT and detection on the CPU engine (geometry, phase and fields are always f64)
     #[arg(long, global = true, default_value = "f32", value_parser = choice(&[("f32", Precision::F32), ("f64", Precision::F64)]))]
     pub precision: Precision,
-    /// Where the beams of frames are followed: device: by the GPU (the default on one); host: by the CPU in f64 (the only way on the cpu
-    /// device, and faster than a software driver); lines: by the GPU, which follows lines in place of polygons (experimental)
+    /// Where the beams of frames are traced. device: on the GPU (default on a GPU); host: on the CPU in f64
+    /// (always on the cpu device; faster than a software driver); lines: on the GPU, with lines in place of
+    /// polygons (experimental)
     #[arg(long, global = true, value_parser = choice(&[("host", Tracing::Host), ("device", Tracing::Device), ("lines", Tracing::Lines)]))]
     pub trace: Option<Tracing>,
-    /// Print one machine-readable object on stdout, in case of an error too
+    /// Print one machine-readable JSON object on stdout, also on an error
     #[arg(long, global = true)]
     pub json: bool,
-    /// No progress and no messages on stderr
+    /// Suppress progress and messages on stderr
     #[arg(long, global = true)]
     pub quiet: bool,
     /// Seed of all random numbers

@@ -13,7 +13,7 @@ pub struct Help {
     /// A command, or one of reflectors, materials, radars
     #[arg(value_name = "COMMAND|reflectors|materials|radars")]
     pub topic: Option<String>,
-    /// With reflectors: only this one
+    /// With reflectors: list only this kind
     #[arg(value_name = "KIND")]
     pub kind: Option<String>,
 }
@@ -67,7 +67,7 @@ fn materials() -> String {
         format!("{:20} {band:24} {}\n", m.name, m.source)
     };
     let rows: String = material::table().iter().map(row).collect();
-    rows + "\nLayers of so many metres lie on a material as in aluminium+water:0.0005.\n"
+    rows + "\nLayers with their thickness in metres follow the material, as in aluminium+water:0.0005.\n"
 }
 
 /// The built-in radars: what each can do, as computed from it, and the first sentence that its file says about it.
@@ -78,9 +78,9 @@ fn radars() -> String {
         "band",
         "tx x rx",
         "range",
-        "apart",
+        "resol.",
         "speed",
-        "apart",
+        "resol.",
         "beam",
         "sector",
         "",
@@ -94,9 +94,9 @@ fn radars() -> String {
         "+-deg"
     );
     let rows: String = radar_toml::PRESETS.into_iter().map(radar_row).collect();
-    let foot = "\nRange and speed are the largest that look like no other. Apart: c/2B and the wavelength over twice the frame or burst. \
-                Beam: between the half\npowers in azimuth x elevation, all channels alike. Sector: to each side of boresight, within which the array \
-                confuses no\ntwo directions. catseye examples presets/NAME writes \
+    let foot = "\nRange and speed: maximum unambiguous values. Resol.: resolution, c/2B and the wavelength over twice the frame or burst. \
+                Beam: half-power\nbeamwidth in azimuth x elevation, uniform weights. Sector: to each side of boresight, without ambiguous \
+                directions.\ncatseye examples presets/NAME writes \
                 the file, which names its sources.\n";
     head + &rows + foot
 }

@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 /// Write a commented file to start from
 #[derive(Debug, Args)]
 pub struct Init {
-    /// scenario, road, radar, study or recipe
+    /// Kind of file: scenario, road, radar, study or recipe
     pub kind: String,
-    /// File to write (default: KIND.toml); - prints it
+    /// File to write (default: KIND.toml); - writes to stdout
     #[arg(short, long)]
     pub output: Option<PathBuf>,
 }

@@ -9,23 +9,23 @@ use catseye_papers::trial::{Method, Row, RunOptions, compare, run};
 use clap::Args;
 use std::path::PathBuf;
 
-/// Find lanes with a method on a simulated drive, or compare all methods: estimates, scores, report, pictures
+/// Estimate lanes with a method on a simulated drive, or compare all methods: estimates, scores, report, plots
 #[derive(Debug, Args)]
 #[command(after_help = help())]
 pub struct Lane {
-    /// A method, or compare
+    /// Method, or compare for all methods
     #[arg(value_name = "METHOD|compare")]
     pub method: String,
-    /// Scenario TOML with an optional table [lane]; compare takes several
+    /// Scenario file (TOML) with an optional table `[lane]`; compare accepts several
     #[arg(required = true, value_name = "SCENARIO")]
     pub scenarios: Vec<PathBuf>,
-    /// Folder to write; an interrupted run goes on when the same command is given again
+    /// Folder to write; the same command continues an interrupted run
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Drives, each with another seed, instead of the scenario's number
+    /// Number of drives, each with a different seed (default: as in the scenario)
     #[arg(long, value_name = "N")]
     pub runs: Option<u32>,
-    /// Number of frames of a drive instead of the scenario's
+    /// Number of frames of a drive (default: as in the scenario)
     #[arg(long, value_name = "N")]
     pub frames: Option<u32>,
 }

@@ -5,7 +5,7 @@ use catseye::base::error::Result;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
-/// Train a network on runs or datasets, score it, or let it predict (needs a build with `--features learn`)
+/// Train a network on runs or datasets, score it, or apply it (needs a build with `--features learn`)
 #[derive(Debug, Args)]
 pub struct Learn {
     #[command(subcommand)]
@@ -14,58 +14,58 @@ pub struct Learn {
 
 #[derive(Debug, Subcommand)]
 pub enum What {
-    /// Train the network of a TOML file
+    /// Train the network of a training file
     Train {
-        /// Training TOML
+        /// Training file (TOML)
         config: PathBuf,
-        /// Folder to write; an interrupted training goes on when the same command is given again
+        /// Folder to write; the same command continues an interrupted training
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
     },
-    /// Train several networks with several seeds each, judge all on the same frames, and tell the differences with their intervals
+    /// Train several networks with several seeds each, score all on the same frames, and report the differences with confidence intervals
     Study {
-        /// Training TOMLs; differences count from the first
+        /// Training files (TOML); differences are relative to the first
         #[arg(required = true, value_name = "CONFIG")]
         configs: Vec<PathBuf>,
-        /// Folder to write; an interrupted study goes on when the same command is given again
+        /// Folder to write; the same command continues an interrupted study
         #[arg(short, long, value_name = "DIR")]
         output: PathBuf,
-        /// Seeds 1 to N for each
+        /// Number of seeds N: train each network with the seeds 1 to N
         #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100))]
         seeds: u32,
-        /// Judge all on this run or dataset too; may be given several times
+        /// Score all networks on this run or dataset as well (repeatable)
         #[arg(long, value_name = "RUN")]
         on: Vec<PathBuf>,
     },
-    /// Score a trained network on runs or datasets with truth: precision, recall and F1 of each class, or how well objects are found
+    /// Score a trained network on runs or datasets with truth: precision, recall and F1 of each class, or object detection metrics
     Eval {
-        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road, markers, points
+        /// Folder written by `catseye learn train`, or the name of a built-in network: road, markers, points
         dir: PathBuf,
-        /// Folders that `catseye simulate` or `catseye dataset` wrote
+        /// Folders written by `catseye simulate` or `catseye dataset`
         #[arg(required = true, value_name = "RUN")]
         runs: Vec<PathBuf>,
-        /// Take so many scans in a row together (networks that give cells a class)
+        /// Number of consecutive scans to accumulate (networks that classify cells)
         #[arg(long, value_name = "N", default_value_t = 1)]
         scans: usize,
     },
-    /// Score a trained network on made-up scans of a lane: other distances of points, widths, noise and objects (Feng 2019, table 5.6)
+    /// Score a trained network on synthetic scans of a lane with other point spacings, widths, noise and objects (Feng 2019, table 5.6)
     Robustness {
-        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road, markers, points
+        /// Folder written by `catseye learn train`, or the name of a built-in network: road, markers, points
         dir: PathBuf,
-        /// Scans of each set
+        /// Number of scans of each set
         #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=10_000))]
         pictures: u32,
     },
-    /// Write the classes that a trained network gives to the cells or the points of a run, or the objects that it finds
+    /// Write the classes that a trained network predicts for the cells or points of a run, or the objects that it detects
     Predict {
-        /// Folder that `catseye learn train` wrote, or the name of a network that comes with the program: road, markers, points
+        /// Folder written by `catseye learn train`, or the name of a built-in network: road, markers, points
         dir: PathBuf,
-        /// Folder that `catseye simulate` or `catseye dataset` wrote; its truth is not looked at
+        /// Folder written by `catseye simulate` or `catseye dataset`; its truth is not used
         run: PathBuf,
-        /// File to write: of grids an array (.npy), uint8 by frame, row and column; of points and objects a table (.csv)
+        /// File to write: for grids an array (.npy), uint8 [frame, row, column]; for points and objects a table (.csv)
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
-        /// Take so many scans in a row together (networks that give cells a class)
+        /// Number of consecutive scans to accumulate (networks that classify cells)
         #[arg(long, value_name = "N", default_value_t = 1)]
         scans: usize,
     },

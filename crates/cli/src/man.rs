@@ -7,14 +7,14 @@ use clap::Args;
 use std::io::Write as _;
 use std::path::PathBuf;
 
-/// Print a page of the manual (troff), or write those of all commands into a folder
+/// Print a manual page (troff), or write the pages of all commands into a folder
 #[derive(Debug, Args)]
 #[command(after_help = "To read a page at once: catseye man simulate | man -l -")]
 pub struct Man {
-    /// A command, and one below it (`learn train`) [default: the program]
+    /// A command, with its subcommand if any (`learn train`) [default: the program]
     #[arg(value_name = "COMMAND", conflicts_with = "output")]
     pub command: Vec<String>,
-    /// Folder for all pages, such as ~/.local/share/man/man1; other files in it stay
+    /// Folder for all pages, such as ~/.local/share/man/man1; other files in it are kept
     #[arg(short, long, visible_alias = "out", value_name = "DIR")]
     pub output: Option<PathBuf>,
 }

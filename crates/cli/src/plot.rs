@@ -10,10 +10,10 @@ use std::path::PathBuf;
 /// Draw result files as PNG, SVG or PDF
 #[derive(Debug, Args)]
 pub struct Plot {
-    /// RCS CSV, range_doppler.npy, adc.npy, points.csv, returns.csv
+    /// Files to plot: RCS tables (CSV), range_doppler.npy, adc.npy, points.csv, returns.csv
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// Picture to write: F.png, F.svg or F.pdf (default: a PNG beside the file); with several files a folder for PNGs
+    /// Plot to write: F.png, F.svg or F.pdf (default: a PNG beside the file); with several files a folder for PNGs
     #[arg(short, long)]
     pub output: Option<PathBuf>,
 }

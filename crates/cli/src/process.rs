@@ -21,18 +21,18 @@ use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Process a cube of samples: range-Doppler map, detections, points, pictures
+/// Process a cube of ADC samples: range-Doppler map, detections, points, plots
 #[derive(Debug, Args)]
 pub struct Process {
-    /// [chirp, rx_virtual, sample]: NumPy (.npy), TI DCA1000 recording (.bin with its .cfg), HDF5 (.h5)
+    /// Cube [chirp, rx_virtual, sample]: NumPy (.npy), TI DCA1000 recording (.bin with its .cfg), HDF5 (.h5)
     pub cube: PathBuf,
-    /// Preset (catseye help radars lists them) or radar TOML; a recording may do without
+    /// Preset (catseye help radars lists them) or radar file (TOML); not needed for a recording with a .cfg
     #[arg(long)]
     pub radar: Option<String>,
     /// Folder to write
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Forward speed of the vehicle, m/s: the range rates of stationary objects are then known beyond the radar's own unambiguous interval
+    /// Forward speed of the vehicle, m/s, which resolves the Doppler ambiguity of stationary objects
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub ego_speed_mps: Option<f64>,
     #[command(flatten)]

@@ -22,73 +22,73 @@ use clap::{Args, ValueEnum};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Radar cross section of a glTF file or of a reflector: table, CSV, plot
+/// Compute the radar cross section of a mesh file or a reflector: table, CSV, plot
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Angles are those of the radar seen from the target's origin: azimuth positive left, elevation positive up. Under \
-                  a target that --height-m raises, angles and range are seen from the point of the ground below its origin; levels \
-                  stay those of the target, for the distance of its origin. \
+    after_help = "Angles are those of the radar as seen from the target's origin: azimuth positive left, elevation positive up. For \
+                  a target above the ground (--height-m), angles and range are those from the point of the ground below its origin; cross \
+                  sections are those of the target, for the distance of its origin. \
                   All kinds of reflectors with their parameters, defaults and units: catseye help reflectors."
 )]
 pub struct Rcs {
-    /// A .glb, .gltf, .stl or .obj file, or KIND:name=value,... such as type1:width_m=0.16,height_m=0.004
+    /// Target: a .glb, .gltf, .stl or .obj file, or KIND:name=value,... such as type1:width_m=0.16,height_m=0.004
     pub target: String,
-    /// Frequencies: a value, START:STOP:STEP (both included) or several with commas, as for every LIST
+    /// Frequencies, Hz: a value, START:STOP:STEP (both included) or several separated by commas, as for every LIST
     #[arg(long, default_value_t = format!("{DEFAULT_FREQUENCY_HZ:e}"), allow_hyphen_values = true, value_name = "LIST")]
     pub frequency_hz: String,
-    /// Azimuths of the radar seen from the target's origin, positive left
+    /// Azimuths of the radar as seen from the target's origin, positive to the left
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_name = "LIST")]
     pub azimuth_deg: String,
-    /// Elevations of the radar seen from the target's origin, with --height-m from the point of the ground below it; positive up
+    /// Elevations of the radar as seen from the target's origin, with --height-m from the point of the ground below it; positive up
     #[arg(long, default_value = "0", allow_hyphen_values = true, value_name = "LIST")]
     pub elevation_deg: String,
-    /// Distance of the radar from the target's origin, with --height-m from the point of the ground below it; inf is a plane wave
+    /// Distance of the radar from the target's origin, with --height-m from the point of the ground below it, m; inf is a plane wave
     #[arg(long, default_value_t = f64::INFINITY, value_name = "R|inf")]
     pub range_m: f64,
-    /// Receive somewhere else than where the transmitter stands: azimuths of the receiver
+    /// Bistatic: azimuths of the receiver (default: monostatic)
     #[arg(long, allow_hyphen_values = true, value_name = "LIST")]
     pub bistatic_azimuth_deg: Option<String>,
-    /// Elevations of the receiver (product with its azimuths)
+    /// Bistatic: elevations of the receiver, combined with all its azimuths
     #[arg(long, allow_hyphen_values = true, value_name = "LIST")]
     pub bistatic_elevation_deg: Option<String>,
-    /// Reflections of one beam; faces of bodies and sheets that it passes do not count. Without it as many as change anything within
-    /// the accuracy, 8 at most
+    /// Maximum number of bounces of one beam, without the faces of bodies and sheets that it passes through
+    /// (default: as many as the accuracy needs, at most 8)
     #[arg(long, value_name = "N")]
     pub bounces: Option<usize>,
-    /// Which bounces radiate: each, or only the one from which a beam leaves
+    /// Bounces that radiate: every bounce, or only the last, from which a beam leaves
     #[arg(long, default_value = "every", value_parser = choice(&[("every", Convention::Every), ("last", Convention::Last)]))]
     pub convention: Convention,
-    /// Error that curved surfaces and finite range may bring, dB (flat facets seen from infinity have none)
+    /// Error allowed for curved surfaces and finite range, dB (flat facets in the far field have none)
     #[arg(long, default_value_t = 0.1, value_name = "DB")]
     pub accuracy_db: f64,
-    /// Edges of metal: none, or first-order physical theory of diffraction
+    /// Edge diffraction of metal: none, or first-order physical theory of diffraction
     #[arg(long, default_value = "none", value_parser = choice(&[("none", Diffraction::None), ("ptd", Diffraction::Ptd)]))]
     pub diffraction: Diffraction,
-    /// Endless ground, the plane z = 0: none, pec, or a material
+    /// Infinite ground plane z = 0: none, pec, or a material
     #[arg(long, default_value = "none", value_name = "none|pec|MATERIAL")]
     pub ground: String,
-    /// Height of the target's origin over the plane z = 0, which is the ground. Angles and range stay those seen from that plane
+    /// Height of the target's origin above the ground plane z = 0, m. Angles and range remain those seen from that plane
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "H")]
     pub height_m: f64,
-    /// Turns the target about its z axis, positive left
+    /// Yaw: rotates the target about its z axis, degrees, positive to the left
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "DEG")]
     pub yaw_deg: f64,
-    /// Then turns it about its new y axis, positive front down
+    /// Pitch: then rotates it about its new y axis, degrees, positive front down
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "DEG")]
     pub pitch_deg: f64,
-    /// Then turns it about its new x axis, positive right side down
+    /// Roll: then rotates it about its new x axis, degrees, positive right side down
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_name = "DEG")]
     pub roll_deg: f64,
-    /// Radar material of all objects of the target that have this name, whatever the file says of them (may be given several times)
+    /// Radar material of all objects of the target with this name, in place of the material in the file (repeatable)
     #[arg(long, value_name = "PART=MATERIAL")]
     pub part_material: Vec<String>,
-    /// More polarisations, after VV, VH, HV and HH (several with commas)
+    /// Further polarisations in addition to VV, VH, HV and HH (several separated by commas)
     #[arg(long, value_delimiter = ',', value_name = "linear45,circular")]
     pub polarisation: Vec<PolarisationName>,
-    /// Table to write: CSV, or Parquet when the name says so (`--features parquet`)
+    /// Table to write: CSV, or Parquet by extension (`--features parquet`)
     #[arg(short, long, value_name = "F.csv")]
     pub output: Option<PathBuf>,
-    /// Picture to write, of all polarisations and frequencies: PNG, SVG or PDF, as its name says
+    /// Plot of all polarisations and frequencies to write: PNG, SVG or PDF by extension
     #[arg(long, value_name = "F.png|F.svg|F.pdf")]
     pub plot: Option<PathBuf>,
     #[command(flatten)]

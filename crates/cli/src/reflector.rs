@@ -13,25 +13,26 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-/// Make a reflector as glTF with its radar materials (-o F.glb), or for a workshop as -o F.stl or F.obj (in mm, --unit in for another
-/// unit, with z up), and a picture of it beside it (F.png; --preview F.png puts it elsewhere, --preview none leaves it out)
+/// Make a reflector as glTF with its radar materials (-o F.glb), or for a workshop as -o F.stl or F.obj (in
+/// mm, z up; --unit in for another unit), with an image of it beside it (F.png; --preview F.png writes it
+/// elsewhere, --preview none omits it)
 #[derive(Debug, Args)]
 #[command(
     after_help = "Parameters of a KIND are options as well: --width-m 0.16 is width_m=0.16. All kinds with their \
                   parameters, defaults and units: catseye help reflectors; those of one: catseye help reflectors KIND."
 )]
 pub struct MakeReflector {
-    /// KIND, or KIND:name=value,... such as type1:width_m=0.16,height_m=0.004
+    /// Reflector: KIND, or KIND:name=value,... such as type1:width_m=0.16,height_m=0.004
     pub kind: String,
     #[command(flatten)]
     pub parameters: Parameters,
-    /// Binary glTF to write, or STL or OBJ for a workshop
+    /// File to write: binary glTF, or STL or OBJ for a workshop
     #[arg(short, long, value_name = "F.glb|F.stl|F.obj")]
     pub output: PathBuf,
     /// Unit of STL and OBJ: mm (default), cm, m, in, ft
     #[arg(long, value_name = "UNIT")]
     pub unit: Option<String>,
-    /// Picture to write (default: beside the glTF); none leaves it out
+    /// Image to write (default: beside the glTF); none: no image
     #[arg(long, value_name = "F.png|none")]
     pub preview: Option<PathBuf>,
 }

@@ -14,16 +14,17 @@ use clap::Args;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Make a road scene (roads, markers, rails, walls, vehicles) as glTF with its radar materials and labels, or check one
+/// Make a road scene (roads, markers, rails, walls, vehicles) as glTF with radar materials and labels, or check one
 #[derive(Debug, Args)]
 pub struct MakeScene {
-    /// TOML file that describes the roads; with --check also a .glb, .gltf, .stl or .obj file
+    /// Road file (TOML); with --check also a .glb, .gltf, .stl or .obj file
     pub file: PathBuf,
-    /// Write nothing, and say what may make results wrong: defects of meshes, creases and vertices that were taken otherwise than the file has
-    /// them, bodies of dielectrics that are open or curved, metal that is there twice
+    /// Write nothing, and report possible causes of wrong results: defects of meshes, creases and vertices
+    /// that are interpreted differently from the file, bodies of dielectrics that are open or curved,
+    /// duplicate metal surfaces
     #[arg(long, conflicts_with = "output")]
     pub check: bool,
-    /// File to write, binary glTF (default: the name of FILE with .glb)
+    /// Binary glTF file to write (default: the name of FILE with .glb)
     #[arg(short, long, value_name = "F.glb")]
     pub output: Option<PathBuf>,
     #[command(flatten)]

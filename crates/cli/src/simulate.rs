@@ -21,29 +21,30 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Simulate the frames of a scenario: samples, range-Doppler maps, points, truth, pictures
+/// Simulate the frames of a scenario: ADC samples, range-Doppler maps, points, truth, plots
 #[derive(Debug, Args)]
 pub struct Simulate {
-    /// Scenario TOML (`catseye init scenario` writes one)
+    /// Scenario file (TOML; `catseye init scenario` writes one)
     pub scenario: PathBuf,
-    /// Folder to write; an interrupted run goes on when the same command is given again
+    /// Folder to write; the same command continues an interrupted run
     #[arg(short, long, value_name = "DIR", required_unless_present = "dry_run")]
     pub output: Option<PathBuf>,
-    /// Number of frames instead of the scenario's
+    /// Number of frames (default: as in the scenario)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
-    /// Frames that a GPU takes at once, as far as memory allows (default: 64); the bytes do not depend on it, and the CPU takes one
+    /// Maximum number of frames that a GPU computes at once, as far as memory allows (default: 64); the results do not depend on
+    /// it, and the CPU computes one
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub batch: Option<u32>,
-    /// Trace nothing: take the echoes of this run, which was made with output.echoes = true at the same place, and let this scenario's
-    /// radar, waveform, array, front end and seed listen to them
+    /// Replay the cached echoes of this run instead of tracing: it was made with output.echoes = true at the
+    /// same position. Radar, waveform, array, front end and seed are those of this scenario
     #[arg(long, value_name = "RUN", conflicts_with_all = ["dry_run", "convergence"])]
     pub from: Option<PathBuf>,
-    /// Print echoes, memory and disk that a frame needs, and run nothing
+    /// Print the number of echoes and the memory and disk space of a frame, and write nothing
     #[arg(long)]
     pub dry_run: bool,
-    /// Measure how far each object's peak moves when the coherent sums are 16 times more accurate (three
-    /// times the work)
+    /// Convergence test: report the change of each object's peak when the coherent sums are 16 times more
+    /// accurate (takes three times as long)
     #[arg(long)]
     pub convergence: bool,
 }

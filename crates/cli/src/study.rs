@@ -12,20 +12,20 @@ use catseye_plot::{Panel, study_picture};
 use clap::Args;
 use std::path::PathBuf;
 
-/// Run studies: sweeps of any parameter, maps, detection ranges, design searches; CSV, picture and report
+/// Run studies: parameter sweeps, maps, detection ranges, design optimisation; CSV, plots and report
 #[derive(Debug, Args)]
 #[command(after_help = help())]
 pub struct RunStudy {
-    /// Study TOML (`catseye init study` writes one), or a folder of them
+    /// Study file (TOML; `catseye init study` writes one), or a folder of study files
     pub study: PathBuf,
-    /// Folder to write; an interrupted run goes on when the same command is given again
+    /// Folder to write; the same command continues an interrupted run
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Grids four times as coarse
+    /// Use grids that are four times as coarse
     #[arg(long)]
     pub quick: bool,
-    /// End with 1 where a fact does not agree with its document: levels by more than 1 dB, other numbers by more than a tenth.
-    /// Without it facts are shown and not judged
+    /// Exit with 1 if a reference value is not met: values in dB within 1 dB, other numbers within a tenth.
+    /// Without it reference values are shown only
     #[arg(long)]
     pub strict: bool,
 }

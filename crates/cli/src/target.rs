@@ -10,25 +10,26 @@ use clap::Args;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Reading a glTF file")]
 pub struct ImportArgs {
-    /// Radar material for a material name of the file (may be given several times); layers of so many metres
-    /// on it as in aluminium+water:0.0005
+    /// Radar material for a material name of the file (repeatable); layers with their thickness in metres as
+    /// in aluminium+water:0.0005
     #[arg(long = "material", value_name = "NAME=MATERIAL")]
     pub materials: Vec<String>,
-    /// Radar material for everything that has none
+    /// Radar material of surfaces without a known material
     #[arg(long, value_name = "MATERIAL")]
     pub default_material: Option<String>,
-    /// Unit of the file's coordinates: m, cm, mm, in, ft. Without it glTF is in m, and sizes beyond 1 mm to 100 m are refused; STL and OBJ
-    /// need it
+    /// Unit of the file's coordinates: m, cm, mm, in, ft (required for STL and OBJ). Without it glTF is in m,
+    /// and sizes outside 1 mm to 100 m are refused
     #[arg(long)]
     pub unit: Option<String>,
-    /// The file's up axis: y or z. glTF has y; STL and OBJ need it
+    /// Up axis of the file: y or z (default for glTF: y; required for STL and OBJ)
     #[arg(long)]
     pub up: Option<String>,
-    /// Which of the file's animations move it: all that do not contradict each other, none, or one by its name
+    /// Animations of the file that are played: all that do not contradict each other, none, or the name of one
     #[arg(long, value_name = "NAME", default_value = "all")]
     pub animation: String,
-    /// Edges whose facets turn by more are creases; below it the facets of a smooth surface are found by how evenly they turn, and 0 takes
-    /// every facet as flat. Without it 30, and a glTF file without normals is flat
+    /// Crease angle: edges at which adjacent facets turn by more are creases, degrees; below it smooth
+    /// surfaces are detected by the evenness of the turn. 0: every facet is flat. Default 30; a glTF file
+    /// without normals is flat
     #[arg(long, value_name = "DEG")]
     pub smooth_deg: Option<f64>,
 }

@@ -16,14 +16,14 @@ use clap::Args;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Measure known targets and radar quantities on the chosen engine against their gates
+/// Check known targets and radar quantities on the chosen engine against acceptance limits
 #[derive(Debug, Args)]
 #[command(
     after_help = "Exit code 1 when a row fails. Cross sections are at 77 GHz, far field, three bounces; \
                         a row without a polarisation is VV, one without a convention is 'every'."
 )]
 pub struct Validate {
-    /// Show instead how far cross sections are from those that were measured on a range, on the cpu engine in f64; without gates
+    /// Show instead the deviation from measured cross sections, on the CPU engine in f64; without acceptance limits
     #[arg(long)]
     pub measured: bool,
     #[command(flatten)]
@@ -33,23 +33,23 @@ pub struct Validate {
 /// The scatter of vehicles and people.
 #[derive(Debug, Args)]
 pub struct Scatter {
-    /// Show instead how cross sections and the places of points scatter over many vehicles and people and all directions, beside
-    /// published statistics; without gates
+    /// Show instead the statistics of cross sections and point positions over many vehicles, people and
+    /// directions, beside published statistics; without acceptance limits
     #[arg(long, conflicts_with = "measured")]
     pub vehicles: bool,
-    /// Kinds of the library that --vehicles looks at, by commas (default: all)
+    /// --vehicles: kinds of the library, separated by commas (default: all)
     #[arg(long, requires = "vehicles", value_delimiter = ',', value_name = "LIST")]
     pub kinds: Vec<String>,
-    /// Distances from the radar to the bodies of --vehicles, m, by commas
+    /// --vehicles: distances from the radar, m, separated by commas
     #[arg(long, requires = "vehicles", value_delimiter = ',', value_name = "LIST", default_values_t = [7.0, 15.0, 30.0])]
     pub distances: Vec<f64>,
-    /// Number of directions around the bodies of --vehicles
+    /// --vehicles: number of directions around each body
     #[arg(long, requires = "vehicles", value_name = "N", default_value_t = 12)]
     pub aspects: usize,
-    /// Looks of --vehicles in each direction, each at a body of its own: metal, bumper, tilt, place and noise differ
+    /// --vehicles: number of frames in each direction, each with its own body: metal, bumper, tilt, position and noise vary
     #[arg(long, requires = "vehicles", value_name = "N", default_value_t = 1)]
     pub bodies: usize,
-    /// Folder for statistics.csv, looks.csv and scatter.png of --vehicles
+    /// --vehicles: folder for statistics.csv, looks.csv and scatter.png
     #[arg(short, long, requires = "vehicles", value_name = "DIR")]
     pub output: Option<PathBuf>,
 }

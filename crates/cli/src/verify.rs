@@ -7,10 +7,10 @@ use catseye_io::verify::verify;
 use clap::Args;
 use std::path::PathBuf;
 
-/// Check a dataset or a run: every shard and file there, once, with the bytes that were written, and nothing else beside
+/// Check a dataset or a run: every shard and file exists once with the written bytes, and no other file exists
 #[derive(Debug, Args)]
 pub struct Verify {
-    /// Folder that `catseye dataset` or `catseye simulate` wrote
+    /// Folder written by `catseye dataset` or `catseye simulate`
     pub folder: PathBuf,
 }
 

@@ -10,32 +10,33 @@ use catseye_view::{Page, Written};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
-/// Show a run, one of its frames, a dataset, studies, a scene, a reflector or RCS tables as one HTML page for the browser, which needs no network
+/// Show a run, one of its frames, a dataset, studies, a scene, a reflector or RCS tables as one HTML page that needs no network
 #[derive(Debug, Args)]
 #[command(
-    after_help = "A run shows its scene where it kept it ([output] scene = true), else boxes; ways of echoes need return_places = true, \
-                  thresholds cfar_threshold = true, and spectra over angle angle_spectra = true. The frames of a long run lie in a \
-                  folder beside the page, from which it takes them one by one. A reflector can be changed in its page, which works out its \
-                  cross section itself."
+    after_help = "A run shows its scene if it was written ([output] scene = true), else boxes. Paths of echoes need return_places = true, \
+                  detection thresholds cfar_threshold = true, and angular spectra angle_spectra = true. The frames of a long run are \
+                  in a folder beside the page, which loads them on demand. The page of a reflector lets the user edit the reflector and \
+                  computes its cross section."
 )]
 pub struct View {
-    /// Folder of a run, of a frame, of a dataset or of studies, scene (.glb, .gltf, .stl, .obj), reflector ("type1:width_m=0.16"), RCS tables (.csv; several are
-    /// laid over each other), a reflector or mesh before its RCS tables, a run before its lane estimates
+    /// Folder of a run, a frame, a dataset or studies; scene (.glb, .gltf, .stl, .obj); reflector
+    /// ("type1:width_m=0.16"); RCS tables (.csv; several are overlaid); a reflector or mesh before its RCS
+    /// tables; a run before its lane estimates
     #[arg(required = true, value_name = "THING")]
     pub things: Vec<String>,
-    /// Page to write (default: beside the thing, with its name)
+    /// HTML page to write (default: beside the input, with its name)
     #[arg(short, long, value_name = "F.html")]
     pub output: Option<PathBuf>,
-    /// Size of a run's frames in MiB up to which they stand in the page itself; those of a longer run lie in a folder beside it
+    /// Maximum size of a run's frames that are embedded in the page, MiB; frames of a longer run are in a folder beside it
     #[arg(long, value_name = "MIB", default_value_t = 24.0)]
     pub inline_mib: f64,
     /// Open the page in the browser
     #[arg(long)]
     pub open: bool,
-    /// Serve a page in which a scenario (.toml) is changed and simulated anew after each change, to this machine alone, until Ctrl-C
+    /// Serve a page on this machine in which a scenario (.toml) is edited and simulated after each change, until Ctrl-C
     #[arg(long, conflicts_with_all = ["output", "inline_mib"])]
     pub live: bool,
-    /// With --live: port of the server (default: any that is free)
+    /// With --live: port of the server (default: any free port)
     #[arg(long, value_name = "PORT", default_value_t = 0, requires = "live")]
     pub port: u16,
     /// With --live: number of frames of each simulation

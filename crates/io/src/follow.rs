@@ -65,33 +65,33 @@ pub struct EgoRow {
 /// Columns of `ego_motion.csv`.
 pub const EGO_MOTION: [Column<EgoRow>; 12] = [
     Column { name: "frame", about: "number of the frame", get: Get::Count(|r| r.frame) },
-    Column::number("time_s", "middle of the frame, from the middle of frame 0", |r| r.time_s),
+    Column::number("time_s", "time of the middle of the frame, from the middle of frame 0", |r| r.time_s),
     Column {
         name: "radar",
-        about: "name of the radar; all where the points of several radars were used together",
+        about: "name of the radar; all for the estimate from the points of all radars",
         get: Get::Text(64, |r| r.radar.as_str().into()),
     },
     Column::number(
         "vx_mps",
-        "of the radar (of the vehicle's origin for all), over the ground, along the vehicle's x axis, forward; empty without an estimate",
+        "forward velocity of the radar (for all: of the vehicle's origin) over the ground; empty without an estimate",
         |r| r.velocity_mps[0],
     ),
-    Column::number("vy_mps", "along the vehicle's y axis, left", |r| r.velocity_mps[1]),
-    Column::number("vx_std_mps", "standard deviation", |r| r.velocity_std_mps[0]),
-    Column::number("vy_std_mps", "standard deviation", |r| r.velocity_std_mps[1]),
-    Column { name: "standing_points", about: "points that are stationary", get: Get::Count(|r| r.standing) },
-    Column { name: "points", about: "all points of the frame", get: Get::Count(|r| r.points) },
+    Column::number("vy_mps", "velocity to the left, along the vehicle's y axis", |r| r.velocity_mps[1]),
+    Column::number("vx_std_mps", "standard deviation of vx_mps", |r| r.velocity_std_mps[0]),
+    Column::number("vy_std_mps", "standard deviation of vy_mps", |r| r.velocity_std_mps[1]),
+    Column { name: "standing_points", about: "number of stationary points", get: Get::Count(|r| r.standing) },
+    Column { name: "points", about: "number of all points of the frame", get: Get::Count(|r| r.points) },
     Column {
         name: "reason",
-        about: "why there is no estimate",
+        about: "reason for a missing estimate",
         get: Get::Text(200, |r| r.reason.as_str().into()),
     },
     Column::number(
         "yaw_rate_rad_per_s",
-        "positive left; of one radar by a rear axle that does not slip",
+        "yaw rate, positive to the left; for one radar under the assumption that the rear axle does not slip",
         |r| r.yaw_rate[0],
     ),
-    Column::number("yaw_rate_std_rad_per_s", "standard deviation", |r| r.yaw_rate[1]),
+    Column::number("yaw_rate_std_rad_per_s", "standard deviation of the yaw rate", |r| r.yaw_rate[1]),
 ];
 
 /// A point in the form that the tracker needs.

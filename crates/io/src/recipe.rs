@@ -36,7 +36,7 @@ pub const ROAD_FILE: &str = "road.toml";
 /// Name of the scenario file of a drawn scene.
 pub const SCENARIO_FILE: &str = "scenario.toml";
 
-/// Scenes that are drawn, and what is kept of their frames.
+/// A recipe: randomly drawn scenes, and the data that is kept of their frames.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "catseye recipe")]
@@ -50,28 +50,28 @@ pub struct RecipeFile {
     pub seed: At<u64>,
     /// Number of scenes.
     pub scenes: At<u32>,
-    /// Number of frames of each scene, `scenario.frames.interval_s` apart.
+    /// Number of frames of each scene; `scenario.frames.interval_s` is the time between them.
     pub frames_per_scene: At<u32>,
-    /// How scenes are split.
+    /// Split of the scenes into training, validation and test.
     #[serde(default)]
     pub split: At<SplitTable>,
-    /// How frames are stored.
+    /// Storage format of the frames.
     #[serde(default)]
     pub store: StoreTable,
-    /// What is kept of each frame.
+    /// Data that is kept of each frame.
     #[serde(default)]
     pub keep: Keep,
-    /// Draws that several places share, by name.
+    /// Named draws whose value is used in several keys.
     #[serde(default)]
     pub draw: BTreeMap<String, serde_json::Value>,
-    /// Content of a road scene file (`catseye scene`), without its name.
+    /// Contents of a road scene file (`catseye scene`), without its name.
     pub road: Option<At<serde_json::Value>>,
-    /// Content of a scenario file (`catseye simulate`), without name, seed, frames.count and output; also
-    /// without scene where there is a road.
+    /// Contents of a scenario file (`catseye simulate`), without name, seed, frames.count and output; also
+    /// without scene if there is a road.
     pub scenario: At<serde_json::Value>,
 }
 
-/// Parts of the scenes: shares that add up to 1, or lists of scenes. Frames of one scene stay together.
+/// Split of the scenes: shares that add up to 1, or lists of scenes. Frames of one scene are in one part.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SplitTable {
@@ -93,13 +93,13 @@ impl Default for SplitTable {
     }
 }
 
-/// A share of all scenes, or the scenes themselves.
+/// A share of all scenes, or a list of scenes.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a share, as in 0.64, or a list of scenes, as in [3, \"10:20\"]")]
 pub enum Share {
     /// A share, 0 to 1.
     Part(f64),
-    /// Numbers of scenes.
+    /// List of scene numbers.
     Scenes(Vec<Scenes>),
 }
 
@@ -109,48 +109,49 @@ impl Default for Share {
     }
 }
 
-/// A scene number, or "first:end" excluding the end.
+/// A scene number, or a range "first:end" without `end`.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Scenes {
     /// One scene.
     One(u32),
-    /// Scenes from `first` up to but excluding `end`.
+    /// Scenes from `first` to `end` - 1.
     Run(String),
 }
 
-/// How frames are stored.
+/// Storage format of the frames.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StoreTable {
-    /// Format: frames (default; every build has it), zarr or hdf5 (builds with that feature).
+    /// Format: frames (default; in every build), zarr or hdf5 (in builds with that feature).
     pub format: At<Format>,
-    /// Compression of arrays. Default zstd:1 for zarr, deflate:3 for hdf5; in frames, grids and masks alone are compressed, as .npz.
+    /// Compression of arrays. Default zstd:1 for zarr, deflate:3 for hdf5; the format frames compresses only grids and masks, as .npz.
     pub compression: Option<At<Compression>>,
-    /// Number of frames that one task writes together; default whole scenes, 100 frames or more.
+    /// Number of frames in a shard, which one task writes; default whole scenes, 100 frames or more.
     pub frames_per_shard: Option<At<u32>>,
 }
 
-/// What is kept of a frame.
+/// Data that is kept of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Keep {
-    /// Whether samples are kept; default false.
+    /// true: ADC samples; default false.
     pub adc: bool,
-    /// Whether power maps are kept; default true.
+    /// true: range-Doppler power maps; default true.
     pub range_doppler: bool,
-    /// Whether points are kept; default true.
+    /// true: points; default true.
     pub points: bool,
-    /// Whether every echo is kept; default false.
+    /// true: the table of all echoes; default false.
     pub returns: bool,
-    /// Whether every echo is kept in full, so that `catseye dataset --from` makes other radars' frames of them; default false.
+    /// true: all echoes with all values (cached echoes), from which `catseye dataset --from` computes the frames of other
+    /// radars; default false.
     pub echoes: bool,
-    /// Whether boxes, lanes, lines and markers are kept; default true.
+    /// true: boxes, lanes, lines and markers; default true.
     pub truth: bool,
-    /// Whether the grids before the radar are kept, with their points and the class of each cell; default false.
+    /// true: grids of the area in front of the radar, with their points and the class of each cell; default false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub masks: bool,
-    /// Whether the points of the scenario's ideal lidar are kept, in the tables `lidar` and `lidars`; default false.
+    /// true: points of the scenario's ideal lidar, in the tables `lidar` and `lidars`; default false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub lidar: bool,
 }
@@ -214,7 +215,7 @@ pub struct Recipe {
     pub pack_grids: bool,
     /// Number of frames of a shard.
     pub frames_per_shard: u64,
-    /// What is kept of each frame.
+    /// Data that is kept of each frame.
     pub keep: Keep,
     /// Where the echoes of its frames come from; None where they are traced.
     pub kept: Option<KeptEchoes>,

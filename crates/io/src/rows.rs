@@ -198,7 +198,7 @@ impl<T> Rows<T> {
     }
     fn rotation(self, of: impl Fn(&T) -> [f64; 4]) -> Self {
         let names = ["rotation_x", "rotation_y", "rotation_z", "rotation_w"];
-        let about = "quaternion from its own axes to the world";
+        let about = "component of the quaternion that rotates from its own axes to the world";
         names.into_iter().enumerate().fold(self, |rows, (i, name)| rows.f64(name, about, |t| of(t)[i]))
     }
     /// Columns of a part of each row.
@@ -218,14 +218,14 @@ impl<T> Rows<T> {
 }
 
 const PLACE: [(&str, &str); 3] = [
-    ("x_m", "along the world's x axis"),
-    ("y_m", "along the world's y axis"),
+    ("x_m", "position along the world's x axis"),
+    ("y_m", "position along the world's y axis"),
     ("z_m", "height in the world"),
 ];
 const VELOCITY: [(&str, &str); 3] = [
-    ("velocity_x_mps", "over the ground, along the world's x axis"),
-    ("velocity_y_mps", "over the ground, along the world's y axis"),
-    ("velocity_z_mps", "over the ground, along the world's z axis"),
+    ("velocity_x_mps", "velocity over the ground along the world's x axis"),
+    ("velocity_y_mps", "velocity over the ground along the world's y axis"),
+    ("velocity_z_mps", "velocity over the ground along the world's z axis"),
 ];
 
 fn frame_table(recipe: &Recipe, site: &DrawnScene, radars: &[Frame]) -> Made {
@@ -233,43 +233,49 @@ fn frame_table(recipe: &Recipe, site: &DrawnScene, radars: &[Frame]) -> Made {
     // All radars of a frame share its middle.
     Rows::new(
         "frames",
-        "one row for each frame: where the ego vehicle is, in the world, and which scene this is",
+        "one row for each frame: scene, and pose and velocity of the ego vehicle in the world",
         radars.first(),
     )
     .u32("scene", "number of the scene", |_| site.number)
     .u32("frame_in_scene", "number of the frame in its scene", |f| f.index)
     .text("split", "train, validation or test", |_| recipe.split(site.number).to_string())
-    .i64("time_ns", "middle of the frame, from the middle of the scene's first", |f| {
+    .i64("time_ns", "time of the middle of the frame, from the middle of the scene's first frame", |f| {
         (f.time_s * 1e9).round() as i64
     })
-    .i64("seed", "of the scene's noise and speckle", |_| site.scenario.seed as i64)
+    .i64("seed", "seed of the scene's noise and speckle", |_| site.scenario.seed as i64)
     .vector(PLACE, |f| ego.pose(f.time_s).translation_m.to_array())
     .rotation(|f| ego.pose(f.time_s).rotation.to_array())
     .vector(VELOCITY, |f| ego.at(f.time_s).velocity_mps.to_array())
-    .f64("yaw_rate_rad_per_s", "of the vehicle about the world's z axis, positive left", |f| {
-        ego.at(f.time_s).spin_rad_per_s.z
-    })
+    .f64(
+        "yaw_rate_rad_per_s",
+        "yaw rate of the vehicle about the world's z axis, positive to the left",
+        |f| ego.at(f.time_s).spin_rad_per_s.z,
+    )
     .made()
 }
 
 fn radar_table(keep: Keep, site: &DrawnScene, radars: &[Frame]) -> Made {
     let axes = |f: &&Frame| Axes::of(&site.scenario.radars[f.radar]);
-    Rows::new("radars", "one row for each radar: where it is, in the world, and the axes of its map", radars)
-        .text("radar", "name of the radar", |f| site.scenario.radars[f.radar].name.clone())
-        .f64("carrier_hz", "middle of the sweep", |f| site.scenario.radars[f.radar].carrier_hz)
-        .f64("first_range_m", "of the first column of the map", |f| axes(f).range_m.first)
-        .f64("range_bin_m", "from column to column of the map", |f| axes(f).range_m.step)
-        .f64("first_range_rate_mps", "of the first row of the map", |f| axes(f).range_rate_mps.first)
-        .f64("range_rate_bin_mps", "from row to row of the map", |f| axes(f).range_rate_mps.step)
-        .u32("triangles", "of the scene as it was traced", |f| f.triangles as u32)
-        // Of a frame that was not traced nobody knows.
-        .when(keep.products().reaches(Stage::Trace), |rows| {
-            rows.u32("echoes", "that the tracer found", |f| f.echoes.list.len() as u32)
-        })
-        .vector(PLACE, |f| f.pose.translation_m.to_array())
-        .rotation(|f| f.pose.rotation.to_array())
-        .vector(VELOCITY, |f| f.velocity_mps.to_array())
-        .made()
+    Rows::new(
+        "radars",
+        "one row for each radar: pose and velocity in the world, and axes of its range-Doppler map",
+        radars,
+    )
+    .text("radar", "name of the radar", |f| site.scenario.radars[f.radar].name.clone())
+    .f64("carrier_hz", "centre frequency of the sweep", |f| site.scenario.radars[f.radar].carrier_hz)
+    .f64("first_range_m", "range of the first column of the range-Doppler map", |f| axes(f).range_m.first)
+    .f64("range_bin_m", "range step between columns of the map", |f| axes(f).range_m.step)
+    .f64("first_range_rate_mps", "range rate of the first row of the map", |f| axes(f).range_rate_mps.first)
+    .f64("range_rate_bin_mps", "range-rate step between rows of the map", |f| axes(f).range_rate_mps.step)
+    .u32("triangles", "number of triangles of the scene as traced", |f| f.triangles as u32)
+    // Of a frame that was not traced nobody knows.
+    .when(keep.products().reaches(Stage::Trace), |rows| {
+        rows.u32("echoes", "number of echoes that the tracer found", |f| f.echoes.list.len() as u32)
+    })
+    .vector(PLACE, |f| f.pose.translation_m.to_array())
+    .rotation(|f| f.pose.rotation.to_array())
+    .vector(VELOCITY, |f| f.velocity_mps.to_array())
+    .made()
 }
 
 /// Table with the columns of points.csv.
@@ -303,15 +309,19 @@ fn lidar_tables(site: &DrawnScene, radars: &[Frame]) -> [Made; 2] {
     // All radars of a frame share its middle.
     let time_s = radars.first().map(|f| f.time_s);
     let place = time_s.map(|t| lidar_pose(settings, ego, t));
-    let places = Rows::new("lidars", "one row for each frame: where the ideal lidar is, in the world", place)
-        .vector(PLACE, |(pose, _)| pose.translation_m.to_array())
-        .rotation(|(pose, _)| pose.rotation.to_array())
-        .vector(VELOCITY, |(_, velocity_mps)| velocity_mps.to_array())
-        .made();
+    let places = Rows::new(
+        "lidars",
+        "one row for each frame: pose and velocity of the ideal lidar in the world",
+        place,
+    )
+    .vector(PLACE, |(pose, _)| pose.translation_m.to_array())
+    .rotation(|(pose, _)| pose.rotation.to_array())
+    .vector(VELOCITY, |(_, velocity_mps)| velocity_mps.to_array())
+    .made();
     let points = time_s.map(|t| scan(settings, &site.scene, ego, t));
     let points = Rows::new(
         "lidar",
-        "one row for each point of the nearest surfaces, as an ideal lidar sees them, in the vehicle's frame of reference",
+        "one row for each point of the ideal lidar, in the vehicle's frame of reference",
         points.into_iter().flatten(),
     )
     .columns(&lidar::columns(), |p| p)
@@ -322,17 +332,13 @@ fn lidar_tables(site: &DrawnScene, radars: &[Frame]) -> [Made; 2] {
 /// Table of what the traces of a frame follow from.
 fn trace_table(site: &DrawnScene, radars: &[Frame]) -> Made {
     let kept = radars.iter().filter_map(|f| Some((f, f.kept.as_ref()?)));
-    Rows::new(
-        TRACES,
-        "one row for each radar: what its trace follows from, as `catseye dataset --from` reads it",
-        kept,
-    )
-    .text("radar", "name of the radar", |(f, _)| site.scenario.radars[f.radar].name.clone())
-    .text("origin", "scene, drive, place, band, duration, bounces and counts, as JSON", |(_, kept)| {
-        // What cannot be written cannot be read either, which says so.
-        echo_file::origin_text(kept, false).unwrap_or_default()
-    })
-    .made()
+    Rows::new(TRACES, "one row for each radar: inputs of its trace, read by `catseye dataset --from`", kept)
+        .text("radar", "name of the radar", |(f, _)| site.scenario.radars[f.radar].name.clone())
+        .text("origin", "scene, drive, position, band, duration, bounces and counts, as JSON", |(_, kept)| {
+            // What cannot be written cannot be read either, which says so.
+            echo_file::origin_text(kept, false).unwrap_or_default()
+        })
+        .made()
 }
 
 /// Table with every echo in full.
@@ -343,11 +349,11 @@ fn echo_table(site: &DrawnScene, radars: &[Frame]) -> Made {
     });
     let rows = Rows::new(
         ECHOES,
-        "one row for each echo in full as it was traced, in the radar's frame of reference, before any was left out",
+        "one row for each traced echo with all values (cached echoes), in the radar's frame of reference, before any is left out",
         all,
     );
     let rows = rows.text("radar", "name of the radar", |(f, _)| site.scenario.radars[f.radar].name.clone());
-    let about = "of the echo; echoes.npy of a run has the same column";
+    let about = "value of the echo, as in the column of the same name in a run's echoes.npy";
     let columns = echo_file::COLUMNS.iter().enumerate();
     columns.fold(rows, |rows, (i, name)| rows.f64(name, about, |(_, row)| row[i])).made()
 }
@@ -395,40 +401,40 @@ fn truth_tables(keep: Keep, site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
         .collect();
     let sight = |b: &TruthBox| wholes.get(&b.parent_id).copied().unwrap_or_default();
     let boxes = listed.iter().map(|b| (seen(b.id), b));
-    let boxes = Rows::new("boxes", "one row for each object, in the world: wholes (empty `part`) with a box around all of their parts, and parts with their own box", boxes)
-        .u32("id", "of the object", |(_, b)| b.id)
-        .text("name", "of the object", |(_, b)| b.name.clone())
-        .text("class", "of the object", |(_, b)| b.class.clone())
+    let boxes = Rows::new("boxes", "one row for each object, in the world: whole objects (empty `part`) with a box around all of their parts, and parts with their own box", boxes)
+        .u32("id", "id of the object", |(_, b)| b.id)
+        .text("name", "name of the object", |(_, b)| b.name.clone())
+        .text("class", "class of the object", |(_, b)| b.class.clone())
         .vector(PLACE, |(_, b)| b.centre_m)
         .vector(
             [
-                ("length_m", "of the box, along its own x"),
-                ("width_m", "of the box, along its own y"),
-                ("height_m", "of the box, along its own z"),
+                ("length_m", "length of the box, along its own x axis"),
+                ("width_m", "width of the box, along its own y axis"),
+                ("height_m", "height of the box, along its own z axis"),
             ],
             |(_, b)| b.size_m)
         .rotation(|(_, b)| b.rotation_xyzw)
         .vector(VELOCITY, |(_, b)| b.velocity_mps)
         .vector(
             [
-                ("spin_x_rad_per_s", "turn rate about the world's x axis"),
-                ("spin_y_rad_per_s", "turn rate about the world's y axis"),
-                ("spin_z_rad_per_s", "turn rate about the world's z axis"),
+                ("spin_x_rad_per_s", "angular rate about the world's x axis"),
+                ("spin_y_rad_per_s", "angular rate about the world's y axis"),
+                ("spin_z_rad_per_s", "angular rate about the world's z axis"),
             ],
             |(_, b)| b.spin_rad_per_s)
-        .u32("parent_id", "id of the whole that the object is a part of; of a whole its own", |(_, b)| b.parent_id)
-        .text("part", "what the object is called as a part of its whole, as wheel; empty for a whole", |(_, b)| b.part.clone())
-        .bool("visible", "the object's strongest cell exceeds the thermal noise of a cell, for any radar", |(s, _)| s.visible)
-        .u32("returns", "echoes of the object in the receivers' bands; of a whole, with those of its parts", |(s, _)| s.returns as u32)
-        .f64("power_dbm", "of the coherent sum of the object's echoes in the cell where it is largest, of the radar that hears most, NaN without echoes", |(s, _)| s.power_dbm.unwrap_or(f64::NAN))
-        .f64("occluded", "share of the whole object that other objects are in front of, 0 to 1, for the radar that sees most of it", |(_, b)| sight(b).occluded)
-        .f64("outside_view", "share of the whole object outside of the radar's searched angles or beyond its range, 0 to 1", |(_, b)| sight(b).outside_view)
+        .u32("parent_id", "id of the whole object that the object is a part of; for a whole object its own id", |(_, b)| b.parent_id)
+        .text("part", "name of the part, such as wheel; empty for a whole object", |(_, b)| b.part.clone())
+        .bool("visible", "true: the object's strongest cell exceeds the thermal noise of a cell, for at least one radar", |(s, _)| s.visible)
+        .u32("returns", "number of echoes of the object in the receivers' bands; for a whole object, including its parts", |(s, _)| s.returns as u32)
+        .f64("power_dbm", "power of the coherent sum of the object's echoes in its strongest cell, for the radar that receives most; NaN without echoes", |(s, _)| s.power_dbm.unwrap_or(f64::NAN))
+        .f64("occluded", "share of the whole object that other objects occlude, 0 to 1, for the radar that sees most of it", |(_, b)| sight(b).occluded)
+        .f64("outside_view", "share of the whole object outside the radar's searched angles or beyond its range, 0 to 1", |(_, b)| sight(b).outside_view)
         .when(keep.points, |rows| {
-            rows.u32("points", "points on the object, without ghosts, side lobes, folded and aliased ones; of a whole, with those of its parts", |(s, _)| counts(s).points as u32)
-                .u32("ghosts", "points that are ghosts of the object; of a whole, with those of its parts", |(s, _)| counts(s).ghosts as u32)
-                .u32("side_lobes", "points in side lobes of the object's echoes; of a whole, with those of its parts", |(s, _)| counts(s).side_lobes as u32)
-                .u32("folded", "points of the object that are out of place by a whole ambiguity; of a whole, with those of its parts", |(s, _)| counts(s).folded as u32)
-                .u32("aliased", "points of the object whose echo is beyond the sampled band; of a whole, with those of its parts", |(s, _)| counts(s).aliased as u32)
+            rows.u32("points", "number of points on the object, without ghost, side-lobe, folded and aliased points; for a whole object, including its parts", |(s, _)| counts(s).points as u32)
+                .u32("ghosts", "number of ghost points of the object; for a whole object, including its parts", |(s, _)| counts(s).ghosts as u32)
+                .u32("side_lobes", "number of points in side lobes of the object's echoes; for a whole object, including its parts", |(s, _)| counts(s).side_lobes as u32)
+                .u32("folded", "number of points of the object whose position is wrong by an ambiguity interval; for a whole object, including its parts", |(s, _)| counts(s).folded as u32)
+                .u32("aliased", "number of points of the object whose echo is beyond the sampled band; for a whole object, including its parts", |(s, _)| counts(s).aliased as u32)
         })
         .made();
 
@@ -442,14 +448,14 @@ fn truth_tables(keep: Keep, site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
     let lanes = Rows::new("lanes", "one row for each station of a lane, in the world", stations)
         .text("road", "name of the road", |(road, ..)| road.name.clone())
         .i64("lane", "number of the lane", |(_, lane, _)| lane.number.into())
-        .text("kind", "what the lane is for", |(_, lane, _)| word(lane.kind))
-        .text("driven", "which way the lane is driven, seen along the axis", |(_, lane, _)| word(lane.driven))
+        .text("kind", "type of the lane", |(_, lane, _)| word(lane.kind))
+        .text("driven", "driving direction relative to the axis", |(_, lane, _)| word(lane.driven))
         .u32("station", "number of the station along the lane", |(.., i)| *i as u32)
         .f64("s_m", "arc length along the road's axis", |(road, _, i)| road.s_m[*i])
-        .f64("width_m", "of the lane", |(_, lane, i)| lane.width_m[*i])
-        .place("left", "left border of the lane", |(_, lane, i)| lane.left_m[*i])
-        .place("centre", "middle of the lane", |(_, lane, i)| lane.centre_m[*i])
-        .place("right", "right border of the lane", |(_, lane, i)| lane.right_m[*i])
+        .f64("width_m", "width of the lane", |(_, lane, i)| lane.width_m[*i])
+        .place("left", "coordinate of the lane's left border", |(_, lane, i)| lane.left_m[*i])
+        .place("centre", "coordinate of the lane's centre line", |(_, lane, i)| lane.centre_m[*i])
+        .place("right", "coordinate of the lane's right border", |(_, lane, i)| lane.right_m[*i])
         .made();
 
     struct Vertex {
@@ -473,10 +479,10 @@ fn truth_tables(keep: Keep, site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
         vertices.extend(numbered(&line.points_m).into_iter().map(of));
     }
     let lines = Rows::new("lines", "one row for each vertex of a painted line, in the world", vertices)
-        .u32("id", "of the line", |v| v.id)
-        .text("name", "of the line", |v| v.name.clone())
-        .text("kind", "how the line is painted", |v| v.kind.clone())
-        .f64("width_m", "of the line", |v| v.width_m)
+        .u32("id", "id of the line", |v| v.id)
+        .text("name", "name of the line", |v| v.name.clone())
+        .text("kind", "type of the line", |v| v.kind.clone())
+        .f64("width_m", "width of the line", |v| v.width_m)
         .u32("vertex", "number of the vertex along the line", |v| v.number)
         .vector(PLACE, |v| v.at)
         .made();
@@ -488,18 +494,20 @@ fn truth_tables(keep: Keep, site: &DrawnScene, radars: &[Frame]) -> [Made; 4] {
         "one row for each marker of the road, in the world",
         markers.filter(|(_, m)| near(&m.position_m)),
     )
-    .u32("id", "of the marker, as an object", |(_, m)| m.id)
+    .u32("id", "id of the marker, as an object", |(_, m)| m.id)
     .text("row", "name of the row of markers", |(r, _)| r.name.clone())
     .text("road", "name of the road", |(r, _)| r.road.clone())
-    .text("reflector", "what the marker is, as `catseye rcs` takes it", |(r, _)| r.reflector.clone())
+    .text("reflector", "reflector kind and parameters of the marker, as in `catseye rcs`", |(r, _)| {
+        r.reflector.clone()
+    })
     .f64("s_m", "arc length along the road's axis", |(_, m)| m.s_m)
     .vector(PLACE, |(_, m)| m.position_m)
     .i64(
         "bit",
-        "position in the code word of the bit that the gap behind this marker spells; -1 without a code",
+        "position in the code word of the bit that the gap behind this marker encodes; -1 without a code",
         |(_, m)| m.bit.map_or(-1, |b| b as i64),
     )
-    .text("word", "code word that the gaps of the row spell; empty without a code", |(r, _)| {
+    .text("word", "code word that the gaps of the row encode; empty without a code", |(r, _)| {
         r.word.clone().unwrap_or_default()
     })
     .made();
@@ -516,7 +524,7 @@ pub fn array_spec(array: &Array, pack_grids: bool) -> ArraySpec {
     let of = |base: &str| spec.name.starts_with(base);
     spec.about = match () {
         _ if of("adc") => {
-            "samples as the receiver's converter delivers them; chirps count loops of all transmitters".into()
+            "ADC samples; the axis chirp counts loops of all transmitters".into()
         }
         _ if of(MASK) => {
             let names = CellClass::ALL.map(|c| format!("{} {}", c as u8, c.name())).join(", ");

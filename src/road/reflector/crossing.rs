@@ -39,12 +39,12 @@ pub struct Crossing {
     pub thickness_m: f64,
 }
 
-const COUNT: Param = choice("count", &["four", "two"], "how many reflectors");
+const COUNT: Param = choice("count", &["four", "two"], "number of reflectors");
 
 /// The crossing in the registry.
 pub static KIND: Kind = Kind {
     name: "crossing",
-    summary: "two or four type1 back to back",
+    summary: "two or four type1 reflectors back to back",
     pose: "walls cross over the origin, bottom plates on z = 0, reflectors open to +x, -x, +y, -y",
     params: &[
         length("width_m", 0.1, "width across each opening"),
@@ -161,15 +161,15 @@ pub enum Element {
 /// The row in the registry.
 pub static STRING_KIND: Kind = Kind {
     name: "string",
-    summary: "row of type1 or crossings, each turned against the one before",
-    pose: "first element at the origin as it is alone, the others behind it along -x, each turned further to the left",
+    summary: "row of type1 reflectors or crossings, each rotated relative to the one before",
+    pose: "first element at the origin in its own pose, the others behind it along -x, each rotated further to the left",
     params: &[
-        choice("element", &["type1", "crossing"], "what is repeated"),
+        choice("element", &["type1", "crossing"], "element that is repeated"),
         whole("number", 5, 1, 10_000, "how many elements"),
-        length("spacing_m", 1.5, "distance from one element to the next"),
-        number("turn_deg", 15.0, -180.0, 180.0, "turn of each element against the one before"),
+        length("spacing_m", 1.5, "spacing of the elements"),
+        number("turn_deg", 15.0, -180.0, 180.0, "rotation of each element relative to the one before"),
         length("width_m", 0.1, "width across the opening"),
-        length("height_m", 0.006, "height of the standing plates"),
+        length("height_m", 0.006, "height of the vertical plates"),
         LENGTH,
         COUNT,
         thickness(0.0),
@@ -222,11 +222,11 @@ pub struct Stepped {
 /// The stepped reflector in the registry.
 pub static STEPPED_KIND: Kind = Kind {
     name: "stepped",
-    summary: "type1 with its standing plates cut into steps",
+    summary: "type1 with its vertical plates cut into steps",
     pose: "apex of the lowest step at the origin, bottom plate on z = 0, open to +x",
     params: &[
         WIDTH,
-        length("height_m", 0.004, "height of all steps together"),
+        length("height_m", 0.004, "total height of all steps"),
         LENGTH,
         whole("steps", 3, 1, 1000, "how many risers"),
         length("step_m", HALF_WAVE_M, "depth of a tread; half a wavelength at 77 GHz"),

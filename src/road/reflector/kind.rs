@@ -347,5 +347,5 @@ pub(super) const SAGITTA: Param = number(
     DEFAULT_SAGITTA_M,
     1e-8,
     1.0,
-    "greatest depth of a facet below the curved surface through its corners",
+    "maximum depth of a facet below the curved surface through its corners",
 );

@@ -31,10 +31,10 @@ pub struct Lattice {
     pub thickness_m: f64,
 }
 
-const POSE: &str = "lying on z = 0, centred at the origin, the bars along y";
-const CROSSED_POSE: &str = "lying on z = 0, centred at the origin, the bars along x and y";
-pub(super) const WIDTH: Param = length("width_m", 0.16, "greatest extent along y");
-pub(super) const DEPTH: Param = length("depth_m", 0.08, "greatest extent along x");
+const POSE: &str = "on z = 0, centred at the origin, the bars along y";
+const CROSSED_POSE: &str = "on z = 0, centred at the origin, the bars along x and y";
+pub(super) const WIDTH: Param = length("width_m", 0.16, "maximum extent along y");
+pub(super) const DEPTH: Param = length("depth_m", 0.08, "maximum extent along x");
 const STRIPE: Param = length("stripe_m", HALF_WAVE_M, "width of a stripe; half a wavelength at 77 GHz");
 const GAP: Param = length("gap_m", HALF_WAVE_M, "width of the gap between two stripes");
 
@@ -63,12 +63,12 @@ pub static CROSSED_KIND: Kind = Kind {
 /// The wire mesh in the registry.
 pub static MESH_KIND: Kind = Kind {
     name: "mesh",
-    summary: "wire mesh, its wires as flat bars",
+    summary: "wire mesh with flat bars as wires",
     pose: CROSSED_POSE,
     params: &[
         WIDTH,
         DEPTH,
-        length("pitch_m", 0.005, "distance of two wires from middle to middle"),
+        length("pitch_m", 0.005, "pitch of the wires, from centre to centre"),
         length("wire_m", 0.0005, "width of a wire"),
         thickness(0.0005),
     ],
@@ -189,12 +189,12 @@ pub struct Chaff {
 /// Chaff in the registry.
 pub static CHAFF_KIND: Kind = Kind {
     name: "chaff",
-    summary: "short metal strips, strewn at random",
+    summary: "short metal strips in random positions and orientations",
     pose: "box from z = 0 up, centred over the origin",
     params: &[
         WIDTH,
         DEPTH,
-        number("height_m", 0.002, 0.0, 100.0, "height of the box that holds the middles of the strips"),
+        number("height_m", 0.002, 0.0, 100.0, "height of the box that contains the centres of the strips"),
         whole("wires", 200, 1, 1_000_000, "how many strips"),
         length("wire_m", HALF_WAVE_M, "length of a strip; half a wavelength at 77 GHz"),
         number("strip_m", 0.0001, 1e-6, 0.1, "width of a strip"),

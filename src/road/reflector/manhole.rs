@@ -34,13 +34,13 @@ pub struct Manhole {
     pub sagitta_m: f64,
 }
 
-const POSE: &str = "lying on z = 0, centred above the origin, edges of a square one along x and y";
+const POSE: &str = "on z = 0, centred above the origin, edges of a square cover along x and y";
 const COVER: Param = length("cover_m", 0.6, "diameter or edge of the cover");
 const FRAME: Param = length("frame_m", 0.76, "outer diameter or edge of the frame");
 const GROOVE: Param =
     number("groove_width_m", 0.006, 1e-4, 1.0, "width of the groove between cover and frame");
-const RELIEF: Param = number("relief_m", 0.006, 1e-4, 0.2, "height over the road");
-const PATTERN: Param = number("pattern_m", 0.003, 1e-4, 0.2, "height of the ribs or studs over the cover");
+const RELIEF: Param = number("relief_m", 0.006, 1e-4, 0.2, "height above the road");
+const PATTERN: Param = number("pattern_m", 0.003, 1e-4, 0.2, "height of the ribs or studs above the cover");
 
 /// The round cover in the registry.
 pub static ROUND_KIND: Kind = Kind {

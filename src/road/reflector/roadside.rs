@@ -47,8 +47,14 @@ pub static RAIL_KIND: Kind = Kind {
     pose: "beam along y over the origin, its waves towards +x, posts behind it on z = 0, the middle one at y = 0",
     params: &[
         length("length_m", 4.0, "length of the beam"),
-        number("height_m", 0.75, 2.0 * W_BEAM_HALF_HEIGHT_M, 10.0, "upper edge of the beam over the ground"),
-        length("spacing_m", 2.0, "distance of two posts"),
+        number(
+            "height_m",
+            0.75,
+            2.0 * W_BEAM_HALF_HEIGHT_M,
+            10.0,
+            "height of the beam's upper edge above the ground",
+        ),
+        length("spacing_m", 2.0, "distance between posts"),
         choice("posts", &["yes", "no"], "with or without posts"),
         thickness(0.0),
         SAGITTA,
@@ -135,7 +141,7 @@ pub struct GuardPost {
 pub static POST_KIND: Kind = Kind {
     name: "guard-post",
     summary: "guard rail post of U section",
-    pose: "standing on z = 0, web in the plane x = 0, open to +x",
+    pose: "on z = 0, web in the plane x = 0, open to +x",
     params: &[
         length("width_m", POST_M[0], "width of the web, along y"),
         length("depth_m", POST_M[1], "depth of the flanges"),
@@ -173,11 +179,11 @@ pub struct Kerb {
 pub static KERB_KIND: Kind = Kind {
     name: "kerb",
     summary: "kerb stone with a rounded edge",
-    pose: "along y, centred over the origin, its face in the plane x = 0 towards +x, standing on z = 0",
+    pose: "along y, centred over the origin, its face in the plane x = 0 towards +x, on z = 0",
     params: &[
         length("length_m", 1.0, "length along y"),
         length("width_m", 0.15, "width along x"),
-        length("height_m", 0.12, "height over the road"),
+        length("height_m", 0.12, "height above the road"),
         number("edge_radius_m", 0.02, 0.0, 10.0, "radius of the upper front edge; 0 is sharp"),
         SAGITTA,
     ],
@@ -277,11 +283,11 @@ pub struct SignPole {
 pub static POLE_KIND: Kind = Kind {
     name: "sign-pole",
     summary: "round pole with a round sign",
-    pose: "pole on z = 0, its axis along z; the sign before its upper end, facing +x",
+    pose: "pole on z = 0, its axis along z; the sign in front of its upper end, facing +x",
     params: &[
         length("radius_m", 0.030_15, "radius of the pole (60.3 mm is a series 1 diameter of ISO 4200)"),
         length("height_m", 2.6, "height of the pole"),
-        choice("sign", &["round", "none"], "with a round sign or without"),
+        choice("sign", &["round", "none"], "with or without a round sign"),
         length("sign_m", 0.6, "diameter of the sign"),
         number("sign_thickness_m", 0.002, 1e-4, 1.0, "thickness of the sign"),
         SAGITTA,

@@ -68,10 +68,10 @@ impl Default for Type1 {
 
 const POSE: &str = "apex at the origin, bottom plate on z = 0, open to +x; raised about its front edge, or lowered by depth_m";
 pub(super) const WIDTH: Param = length("width_m", 0.16, "width across the opening");
-pub(super) const HEIGHT: Param = length("height_m", 0.004, "height of the standing plates");
+pub(super) const HEIGHT: Param = length("height_m", 0.004, "height of the vertical plates");
 pub(super) const LENGTH: Param =
     number("length_m", 0.0, 0.0, 100.0, "length of the bottom plate beyond the triangle");
-const PLATES: Param = choice("plates", &["strip", "triangle"], "outline of the standing plates");
+const PLATES: Param = choice("plates", &["strip", "triangle"], "outline of the vertical plates");
 pub(super) const RAISE: Param =
     number("raise_deg", 0.0, 0.0, 45.0, "lift of the corner: tilt of the whole about its front edge");
 const FILL: Param =
@@ -81,13 +81,13 @@ const FILL_HEIGHT: Param = number(
     0.0,
     0.0,
     100.0,
-    "height of the filling over the bottom plate; 0 is to the brim of the standing plates",
+    "height of the filling above the bottom plate; 0 fills to the upper edge of the vertical plates",
 );
 const DEPTH: Param =
-    number("depth_m", 0.0, 0.0, 100.0, "depth of the bottom plate under z = 0: flush or buried in the road");
+    number("depth_m", 0.0, 0.0, 100.0, "depth of the bottom plate below z = 0: flush or buried in the road");
 
 const fn slant(default: f64) -> Param {
-    number("slant_deg", default, -45.0, 45.0, "lean of the standing plates away from the radar")
+    number("slant_deg", default, -45.0, 45.0, "tilt of the vertical plates away from the radar")
 }
 
 /// Type 1 in the registry.
@@ -102,7 +102,7 @@ pub static KIND: Kind = Kind {
 /// Type 2 in the registry.
 pub static TYPE2_KIND: Kind = Kind {
     name: "type2",
-    summary: "type1 with slanted standing plates",
+    summary: "type1 with slanted vertical plates",
     pose: POSE,
     params: &[WIDTH, HEIGHT, LENGTH, slant(5.0), PLATES, thickness(0.0), RAISE, FILL, FILL_HEIGHT, DEPTH],
     ..kind_of::<Filled>()

@@ -45,14 +45,14 @@ pub struct Type4 {
 /// Type 4 in the registry.
 pub static KIND: Kind = Kind {
     name: "type4",
-    summary: "type1 with one curved standing plate",
+    summary: "type1 with one curved vertical plate",
     pose: "middle of the plate's foot at the origin, bottom plate on z = 0, open to +x; raised about its front edge",
     params: &[
         WIDTH,
         HEIGHT,
         LENGTH,
-        length("radius_m", 0.5, "radius of the standing plate"),
-        choice("curve", &["concave", "convex"], "which way the plate bends"),
+        length("radius_m", 0.5, "radius of the vertical plate"),
+        choice("curve", &["concave", "convex"], "direction of the plate's curvature"),
         thickness(0.0),
         RAISE,
         SAGITTA,

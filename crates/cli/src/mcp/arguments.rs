@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
-/// Numbers: one, a list of them, or a text as on the command line: "-45:45:0.5" (both ends included) or "1,2,5".
+/// One number, a list of numbers, or a string as on the command line: "-45:45:0.5" (both ends included) or "1,2,5".
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Numbers {
@@ -14,7 +14,7 @@ pub enum Numbers {
     One(f64),
     /// Several numbers.
     Many(Vec<f64>),
-    /// START:STOP:STEP with both ends included, or numbers with commas between.
+    /// START:STOP:STEP with both ends included, or numbers separated by commas.
     Text(String),
 }
 
@@ -33,54 +33,55 @@ impl Numbers {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RcsInput {
-    /// A .glb, .gltf, .stl or .obj file, or a reflector KIND:name=value,... such as trihedral:leg_m=0.1, plate:width_m=0.2,height_m=0.1,
-    /// sphere:radius_m=0.05, cylinder:radius_m=0.03,length_m=0.3, point:rcs_dbsm=10.
+    /// Target: a .glb, .gltf, .stl or .obj file, or a reflector KIND:name=value,... such as
+    /// trihedral:leg_m=0.1, plate:width_m=0.2,height_m=0.1, sphere:radius_m=0.05,
+    /// cylinder:radius_m=0.03,length_m=0.3, point:rcs_dbsm=10.
     pub target: String,
     /// Frequencies, Hz; default 77e9.
     pub frequency_hz: Option<Numbers>,
-    /// Azimuths of the radar seen from the target, degrees, positive left; default 0.
+    /// Azimuths of the radar as seen from the target, degrees, positive to the left; default 0.
     pub azimuth_deg: Option<Numbers>,
-    /// Elevations of the radar seen from the target, degrees, positive up; default 0. Elevation is the outer loop of the rows.
+    /// Elevations of the radar as seen from the target, degrees, positive up; default 0. Elevation is the outer loop of the rows.
     pub elevation_deg: Option<Numbers>,
-    /// Azimuths of a receiver that stands elsewhere, degrees; without it and `bistatic_elevation_deg` the radar receives where it sends.
+    /// Bistatic: azimuths of the receiver, degrees; default: monostatic, unless `bistatic_elevation_deg` is given.
     pub bistatic_azimuth_deg: Option<Numbers>,
-    /// Elevations of a receiver that stands elsewhere, degrees.
+    /// Bistatic: elevations of the receiver, degrees.
     pub bistatic_elevation_deg: Option<Numbers>,
-    /// Distance of the radar, m; without it the wave is plane (far field).
+    /// Distance of the radar, m; default: plane wave (far field).
     pub range_m: Option<f64>,
-    /// Reflections of one beam; default 3.
+    /// Maximum number of bounces of one beam; default 3.
     pub bounces: Option<u32>,
-    /// Which bounces radiate: "every" (default) or "last".
+    /// Bounces that radiate: "every" (default) or "last".
     pub convention: Option<String>,
-    /// More polarisations beside VV, VH, HV, HH: "linear45", "circular".
+    /// Further polarisations in addition to VV, VH, HV, HH: "linear45", "circular".
     pub polarisation: Option<Vec<String>>,
-    /// Edges of metal: "none" (default) or "ptd".
+    /// Edge diffraction of metal: "none" (default) or "ptd".
     pub diffraction: Option<String>,
-    /// Endless ground under the target, the plane z = 0: "none" (default), "pec" or a material.
+    /// Infinite ground plane z = 0: "none" (default), "pec" or a material.
     pub ground: Option<String>,
-    /// Height of the target's origin over the ground, m; default 0.
+    /// Height of the target's origin above the ground, m; default 0.
     pub height_m: Option<f64>,
-    /// Turns the target left about its z axis, degrees; default 0.
+    /// Yaw: rotates the target to the left about its z axis, degrees; default 0.
     pub yaw_deg: Option<f64>,
-    /// Then turns its front down, degrees; default 0.
+    /// Pitch: then rotates its front down, degrees; default 0.
     pub pitch_deg: Option<f64>,
-    /// Then turns its right side down, degrees; default 0.
+    /// Roll: then rotates its right side down, degrees; default 0.
     pub roll_deg: Option<f64>,
-    /// Error that curved surfaces and finite range may bring, dB; default 0.1.
+    /// Error allowed for curved surfaces and finite range, dB; default 0.1.
     pub accuracy_db: Option<f64>,
     /// Radar materials for material names of the file, each as NAME=MATERIAL.
     pub material: Option<Vec<String>>,
-    /// Radar material of all that has none.
+    /// Radar material of surfaces without a known material.
     pub default_material: Option<String>,
     /// Unit of the file's coordinates: m, cm, mm, in, ft.
     pub unit: Option<String>,
-    /// The file's up axis: y or z.
+    /// Up axis of the file: y or z.
     pub up: Option<String>,
-    /// Table to write (.csv), with the complex amplitudes S too. More rows than an answer holds are always written.
+    /// Table to write (.csv), with the complex amplitudes S. Tables with more rows than an answer holds are always written.
     pub output: Option<String>,
-    /// Picture to write (.png, .svg or .pdf).
+    /// Plot to write (.png, .svg or .pdf).
     pub plot: Option<String>,
-    /// Whether existing files are replaced; default false.
+    /// true: existing files are replaced; default false.
     pub force: Option<bool>,
 }
 
@@ -88,21 +89,21 @@ pub struct RcsInput {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SimulateInput {
-    /// Scenario file (.toml). Give this or `scenario_toml`.
+    /// Scenario file (.toml); alternative to `scenario_toml`.
     pub scenario: Option<String>,
-    /// Text of a scenario. It is kept as OUTPUT.toml beside the folder of the run, and files that it names are looked for there.
+    /// Text of a scenario. It is stored as OUTPUT.toml beside the folder of the run; file names in it are relative to that folder's parent.
     pub scenario_toml: Option<String>,
     /// Folder to write.
     pub output: String,
-    /// Number of frames instead of the scenario's.
+    /// Number of frames; default as in the scenario.
     pub frames: Option<u32>,
-    /// Seed of the noise instead of the scenario's.
+    /// Seed of the random numbers; default as in the scenario.
     pub seed: Option<u64>,
-    /// Only work out time, memory and disk, and write no run; default false.
+    /// true: only estimate time, memory and disk space, and write no run; default false.
     pub dry_run: Option<bool>,
-    /// How many frames' points the answer holds, from the first; 0 to 20, default 1.
+    /// Number of frames, from the first, whose points the answer contains; 0 to 20, default 1.
     pub points_of_frames: Option<u32>,
-    /// Whether an existing run is replaced; default false.
+    /// true: an existing run is replaced; default false.
     pub force: Option<bool>,
 }
 
@@ -112,9 +113,9 @@ pub struct SimulateInput {
 pub struct DescribeInput {
     /// Folder of a run, a frame or a dataset; or a table (.csv), an array (.npy), a mesh (.glb, .gltf, .stl, .obj) or a TOML file.
     pub path: String,
-    /// Unit of a mesh's coordinates, which STL and OBJ need: m, cm, mm, in, ft.
+    /// Unit of a mesh's coordinates (required for STL and OBJ): m, cm, mm, in, ft.
     pub unit: Option<String>,
-    /// Up axis of a mesh, which STL and OBJ need: y or z.
+    /// Up axis of a mesh (required for STL and OBJ): y or z.
     pub up: Option<String>,
 }
 
@@ -122,9 +123,9 @@ pub struct DescribeInput {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KeysInput {
-    /// Which file's keys: scenario, road, radar, recipe or study; default all.
+    /// Kind of file: scenario, road, radar, recipe or study; default all.
     pub kind: Option<String>,
-    /// Only keys that have this word in their name or their description, in any case of letters.
+    /// Only keys with this word in name or description, case-insensitive.
     pub word: Option<String>,
 }
 
@@ -132,11 +133,11 @@ pub struct KeysInput {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ValidateInput {
-    /// File to check. Give this or `text`.
+    /// File to check; alternative to `text`.
     pub path: Option<String>,
-    /// Text to check; files that it names are looked for in the server's folder.
+    /// Text to check; file names in it are relative to the server's folder.
     pub text: Option<String>,
-    /// What it is: scenario, road, radar, recipe or study; found from its keys where it is not given.
+    /// Kind of file: scenario, road, radar, recipe or study; default: inferred from its keys.
     pub kind: Option<String>,
 }
 
@@ -144,13 +145,13 @@ pub struct ValidateInput {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExamplesInput {
-    /// Example to write with all that it names, as the list has it; without it the tool lists all.
+    /// Name of the example to write, from the list, with all files that it refers to; default: list all examples.
     pub name: Option<String>,
-    /// Only list examples that have this word in their name or description.
+    /// Only list examples with this word in name or description.
     pub word: Option<String>,
     /// Folder to write into; default scenes.
     pub output: Option<String>,
-    /// Whether existing files are replaced; default false.
+    /// true: existing files are replaced; default false.
     pub force: Option<bool>,
 }
 

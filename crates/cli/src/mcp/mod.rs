@@ -24,12 +24,11 @@ use std::path::PathBuf;
 
 /// Serve assistants by the Model Context Protocol on stdin and stdout (needs a build with `--features mcp`)
 #[derive(Debug, Args)]
-#[command(
-    after_help = "A client starts it by itself: {\"mcpServers\": {\"catseye\": {\"command\": \"catseye\", \"args\": [\"mcp\"]}}}. \
-                  It ends when its stdin does. Tools: rcs, simulate, describe, list_keys, validate_file, examples."
-)]
+#[command(after_help = "Configuration of a client, which starts the server: \
+                  {\"mcpServers\": {\"catseye\": {\"command\": \"catseye\", \"args\": [\"mcp\"]}}}. \
+                  The server ends when its stdin is closed. Tools: rcs, simulate, describe, list_keys, validate_file, examples.")]
 pub struct Mcp {
-    /// Folder below which all files lie that tools read and write; paths are relative to it
+    /// Root folder of all files that tools read and write; paths are relative to it
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub root: PathBuf,
 }

@@ -16,11 +16,11 @@ use serde_json::Value;
 use std::sync::Arc;
 
 const INSTRUCTIONS: &str = "catseye simulates automotive radar: cross sections of targets (rcs), frames of road scenes with samples, maps, \
-points and truth (simulate). Units are SI and stand in the names; angles are degrees. Axes: x forward, y left, z up; azimuth is positive \
-left, elevation positive up. range_rate_mps is positive when a target recedes. Levels in dBsm are 10 lg(sigma / 1 m2); the first letter \
-of VV, VH, HV, HH is the received polarisation. Scenarios, roads, radars, recipes and studies are TOML files: list_keys has all keys, \
-examples has files to start from, validate_file checks one before it is run. Unknown keys are errors. Paths are relative to the \
-server's folder, and none leads out of it. Try simulate with dry_run first where a scene is large.";
+points and truth (simulate). Units are SI and are in the names; angles are degrees. Axes: x forward, y left, z up; azimuth is positive \
+left, elevation positive up. range_rate_mps is positive when a target recedes. Cross sections in dBsm are 10 lg(sigma / 1 m2); the first \
+letter of VV, VH, HV, HH is the received polarisation. Scenarios, roads, radars, recipes and studies are TOML files: list_keys lists all \
+keys, examples lists files to start from, validate_file checks a file before it is run. Unknown keys are errors. Paths are relative to the \
+server's folder; paths outside it are refused. Use simulate with dry_run first for a large scene.";
 
 /// Names of the tools.
 pub const NAMES: [&str; 6] = ["rcs", "simulate", "describe", "list_keys", "validate_file", "examples"];
@@ -39,22 +39,22 @@ fn listed() -> Vec<Tool> {
     vec![
         tool(
             "rcs",
-            "Radar cross section of a reflector or a mesh over frequency and direction: a table in dBsm with the peak of each polarisation. \
-             More than 2000 rows are written to a CSV file.",
+            "Radar cross section of a reflector or a mesh over frequency and direction: a table in dBsm with the peak of each \
+             polarisation. More than 2000 rows are written to a CSV file.",
         )
         .with_input_schema::<RcsInput>()
         .with_annotations(writes()),
         tool(
             "simulate",
-            "Simulates the frames of a scenario (a file, or its TOML text) into a folder, and returns what the run is, the points of its first \
-             frames as a table, and the paths of pictures. dry_run only tells time, memory and disk.",
+            "Simulates the frames of a scenario (a file, or its TOML text) into a folder, and returns a summary of the run, the points of \
+             its first frames as a table, and the paths of plots. dry_run only reports time, memory and disk space.",
         )
         .with_input_schema::<SimulateInput>()
         .with_annotations(writes()),
         tool(
             "describe",
-            "What a result is: a run, a frame, a dataset, a table of cross sections, an array, a mesh or a TOML file, with counts, axes, band \
-             and classes.",
+            "Describes a result: a run, a frame, a dataset, a table of cross sections, an array, a mesh or a TOML file, with counts, axes, \
+             band and classes.",
         )
         .with_input_schema::<DescribeInput>()
         .with_annotations(reads()),
@@ -66,12 +66,12 @@ fn listed() -> Vec<Tool> {
         .with_annotations(reads()),
         tool(
             "validate_file",
-            "Checks a TOML file or text and builds what it describes; returns what it holds, or one line with place, value, what is allowed \
-             and the remedy.",
+            "Checks a TOML file or text and builds what it describes; returns a summary, or one line with position, value, \
+             allowed range and hint.",
         )
         .with_input_schema::<ValidateInput>()
         .with_annotations(reads()),
-        tool("examples", "Lists the scenarios, roads, radars, recipes and studies that come with the program, or writes one.")
+        tool("examples", "Lists the built-in example scenarios, roads, radars, recipes and studies, or writes one.")
             .with_input_schema::<ExamplesInput>()
             .with_annotations(writes()),
     ]

@@ -155,7 +155,7 @@ pub struct TableSpec {
     pub about: String,
 }
 
-/// Format of shards.
+/// Format of the shards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Format {
@@ -164,7 +164,7 @@ pub enum Format {
     Zarr,
     /// One HDF5 file per shard.
     Hdf5,
-    /// One folder per frame, with NumPy arrays and CSV tables. Every build has it.
+    /// One folder per frame, with NumPy arrays and CSV tables; in every build.
     #[default]
     Frames,
 }

@@ -16,7 +16,7 @@ pub struct Camera {
     pub focal_px: DVec2,
     /// Pixel at which the optical axis meets the image.
     pub centre_px: DVec2,
-    /// Position in the vehicle frame with z above the road, m.
+    /// Position in the vehicle frame, m; z is the height above the road.
     pub position_m: DVec3,
     /// Yaw angle, rad, positive to the left.
     pub yaw_rad: f64,

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 pub const METHOD: &str = "camera-fusion";
 /// Largest distance of a line's pieces from its points, m.
 const PIECE_M: f64 = 0.1;
-/// Least number of points of a path.
+/// Minimum number of points of a path.
 const LEAST_POINTS: usize = 6;
 /// Largest scatter of a path's points about a parabola, m. Where it is larger, only the younger half of the
 /// points is used.

@@ -34,17 +34,17 @@ impl Condition {
     }
 }
 
-/// The camera, which no other part of a scenario describes.
+/// The camera; no other part of a scenario describes it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraTable {
-    /// Width of the picture, pixels.
+    /// Width of the image, pixels.
     pub width_px: u32,
-    /// Height of the picture, pixels.
+    /// Height of the image, pixels.
     pub height_px: u32,
-    /// Focal length divided by the side of a pixel.
+    /// Focal length, pixels.
     pub focal_px: f64,
-    /// Position in the vehicle frame with z above the road, m.
+    /// Position in the vehicle frame, m; z is the height above the road.
     pub position_m: [f64; 3],
     /// Yaw angle, degrees, positive to the left.
     pub yaw_deg: f64,
@@ -88,48 +88,47 @@ impl CameraTable {
 /// The method's name in the keys of its table.
 const TABLE: &str = "camera_fusion";
 
-/// Settings of `catseye lane` for the method camera-fusion.
+/// Settings of the method camera-fusion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Settings")]
 pub struct CameraFusionOptions {
     /// The camera.
     pub camera: CameraTable,
-    /// Light conditions. Estimates of the first make the table; all are compared, with each sensor alone and
-    /// with both together.
+    /// Light conditions. The table shows the estimates of the first condition; all are compared, for each
+    /// sensor alone and for both together.
     pub conditions: Vec<Condition>,
-    /// Distances ahead of the vehicle's origin of the near and the far side of the trapezoid in which lines
-    /// are sought, m.
+    /// Distances of the near and the far side of the trapezoid in which lines are sought, ahead of the
+    /// vehicle's origin, m.
     pub seen_m: [f64; 2],
     /// Half width of that trapezoid, m.
     pub half_width_m: f64,
-    /// Lane width that is used where the camera does not see both lines, m.
+    /// Lane width where the camera does not detect both lines, m.
     pub lane_width_m: f64,
-    /// Length of the time window of tracks in one recognition, s: the document's t. The next window begins
-    /// half of it later.
+    /// Time window of tracks in one recognition, s (t of Sangeetha Lakshmi). The next window begins half of
+    /// it later.
     pub period_s: f64,
-    /// Whether tracks are moved from the side that the radar sees to the middle of a car.
+    /// true: tracks are moved from the side of the car that the radar detects to its centre.
     pub to_middle: bool,
     /// Time of the first recognition, s.
     pub first_s: f64,
-    /// Number of units in the network's second layer, which is the number of training bends.
+    /// Number of units in the network's second layer, which equals the number of training bends.
     pub network_units: u32,
-    /// Least and largest distance from the vehicle at which lines are to be found, m.
+    /// Minimum and maximum distance from the vehicle at which lines are scored, m.
     pub range_m: [f64; 2],
-    /// Standard deviation of the speed on the vehicle's bus, m/s.
+    /// Standard deviation of the speed on the vehicle bus, m/s.
     pub speed_std_mps: f64,
-    /// Step of the speed on the bus, m/s.
+    /// Quantisation step of the speed on the vehicle bus, m/s.
     pub speed_step_mps: f64,
-    /// Standard deviation of the yaw rate on the bus, degrees/s.
+    /// Standard deviation of the yaw rate on the vehicle bus, degrees/s.
     pub yaw_rate_std_deg_per_s: f64,
-    /// Standard deviation of the camera's pitch from image to image, degrees, which the estimator does not
-    /// know.
+    /// Standard deviation of the camera's pitch from image to image, degrees; unknown to the estimator.
     pub pitch_std_deg: f64,
-    /// Meteorological visibility in the condition fog, m.
+    /// Meteorological visibility in the condition `fog`, m.
     pub fog_visibility_m: f64,
-    /// Elevation of the sun in the condition glare, degrees.
+    /// Elevation of the sun in the condition `glare`, degrees.
     pub glare_elevation_deg: f64,
-    /// Stray light of the windscreen in the condition glare, relative to a healthy eye's.
+    /// Stray light of the windscreen in the condition `glare`, relative to that of a healthy eye.
     pub glare_stray: f64,
 }
 

@@ -90,7 +90,7 @@ pub enum Part {
 pub struct RecogniseSettings {
     /// Settings of the matching of near and far part.
     pub matching: MatchSettings,
-    /// Lane width that is used where the camera does not see both lines, m.
+    /// Lane width where the camera does not detect both lines, m.
     pub lane_width_m: f64,
     /// Longest arc extension of a far path back to the vehicle when the camera is blinded, m.
     pub extension_m: f64,

@@ -84,11 +84,11 @@ impl Target {
     }
 }
 
-/// Which line across the road is divided into lanes.
+/// Line across the road that is divided into lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Across {
-    /// The line perpendicular to the radar's axis, as in the document.
+    /// The line perpendicular to the radar's axis, as in Li.
     RadarAxis,
     /// The line perpendicular to the inner edge beside the target.
     #[default]
@@ -98,7 +98,7 @@ pub enum Across {
 /// Settings of the lane assignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Which line across the road is divided into lanes.
+    /// Line across the road that is divided into lanes.
     pub across: Across,
     /// How an edge runs between its points.
     pub edge_rule: EdgeRule,

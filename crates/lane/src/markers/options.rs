@@ -22,45 +22,45 @@ const SPACING_M: f64 = 2.0;
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Settings")]
 pub struct MarkersOptions {
-    /// Spacings of the markers along their rows, m, one for each kind of row. Default: those with which the
-    /// scene's rows were laid.
+    /// Spacings of the markers along their rows, m, one for each kind of row. Default: the spacings of the
+    /// scene's rows.
     pub spacing_m: Vec<f64>,
-    /// Largest difference of neighbours' distances from the spacing, m.
+    /// Maximum deviation of the distance between neighbours from the spacing, m.
     pub tolerance_m: f64,
-    /// Least number of points of a group.
+    /// Minimum number of points of a group.
     pub least_of_group: u32,
-    /// Least number of points of a path.
+    /// Minimum number of points of a path.
     pub least_of_path: u32,
-    /// Largest turn of a path from one step to the next, and largest change of that turn, degrees.
+    /// Maximum turn of a path from one step to the next, and maximum change of that turn, degrees.
     pub turn_deg: [f64; 2],
-    /// Range within which points lie in the ground clutter, m.
+    /// Range of the ground clutter, m; points at shorter range start no row, but may belong to one.
     pub nearest_m: f64,
-    /// Largest gap in a row, in spacings.
+    /// Maximum gap in a row, in spacings.
     pub gap: u32,
-    /// Whether points that no path took are searched for lines, circles and parabolas by a Hough transform.
+    /// true: points without a path are searched for lines, circles and parabolas by a Hough transform.
     pub hough: bool,
-    /// Error of range rates beyond their noise, m/s. Default: a quarter of the radar's Doppler cell.
+    /// Error of range rates in addition to their noise, m/s. Default: a quarter of the radar's Doppler cell.
     pub rate_error_mps: Option<f64>,
-    /// Whether levels along a row have to agree with the cross section of its markers, which is computed in
-    /// free space. This removes stones, and also true markers where two rows share cells and their powers are
-    /// not resolved.
+    /// true: powers along a row must agree with the cross section of its markers, which is computed in free
+    /// space. This removes stones, and also true markers where two rows share cells and their powers are not
+    /// resolved.
     pub levels: bool,
-    /// Whether lines are tracked over frames.
+    /// true: lines are tracked over frames.
     pub track: bool,
-    /// Standard deviation of the speed on the vehicle's bus, m/s. Left out: the speed comes from the points
-    /// alone.
+    /// Standard deviation of the speed on the vehicle bus, m/s. Default: the speed is estimated from the
+    /// points alone.
     pub bus_speed_std_mps: Option<f64>,
-    /// Standard deviation of the yaw rate on the bus, degrees/s. Left out: it comes from the points.
+    /// Standard deviation of the yaw rate on the vehicle bus, degrees/s. Default: the yaw rate is estimated from the points.
     pub bus_yaw_rate_std_deg_per_s: Option<f64>,
-    /// Least and largest distance from the vehicle at which lines and markers are to be found, m.
+    /// Minimum and maximum distance from the vehicle at which lines and markers are scored, m.
     pub reach_m: [f64; 2],
-    /// Largest distance of a member of a line from a marker that counts as found, m.
+    /// Maximum distance between a point of a line and a marker at which the marker counts as found, m.
     pub within_m: f64,
-    /// Shares of points that are removed after the chain, for the table of robustness.
+    /// Shares of points that are removed after the signal chain, for the robustness table.
     pub missing_share: Vec<f64>,
-    /// Numbers of stationary points that are added on the road after the chain, for the same table.
+    /// Numbers of stationary points that are added on the road after the signal chain, for the robustness table.
     pub extra_points: Vec<u32>,
-    /// Frame of the first run that pictures show. Default: the one with most points in rows.
+    /// Frame of the first run that the plots show. Default: the frame with the most points in rows.
     pub picture_frame: Option<u32>,
     // Only for points without a scenario: there the radar's own mounting and signal give these.
     /// Height of the radar above the road, m. Default 0.15. A scenario has it in the radar's mounting and

@@ -13,7 +13,7 @@ pub struct MarkerPattern {
     pub tolerance_m: f64,
     /// Least number of points of a group, n_min.
     pub least: usize,
-    /// Least number of points of a path.
+    /// Minimum number of points of a path.
     pub path_least: usize,
     /// Largest change of direction from one step of a path to the next, and largest change of that change,
     /// rad.

@@ -37,7 +37,7 @@ pub struct Options {
     pub min_snr_db: f64,
     /// Least standard deviation of a marker's range, m, for its extent and its placement in the row.
     pub least_range_std_m: f64,
-    /// Least standard deviation of a marker's range rate, m/s.
+    /// Lower bound of the standard deviation of a marker's range rate, m/s.
     pub least_range_rate_std_mps: f64,
     /// Whether the edge of the map gives the speed where the bus is silent.
     pub speed_from_map: bool,

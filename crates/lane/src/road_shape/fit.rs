@@ -12,13 +12,13 @@ use crate::matrix::{inverse, quadratic, times};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The curve that is fitted.
+/// Curve that is fitted to an edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Curve {
-    /// y = a x² + b (Miyake eq. 23). For a circle seen up to x its a is too large by about ¾ (x/R)² · ⅞.
+    /// Parabola y = a x² + b (Miyake eq. 23). For a circle visible up to x its a is too large by about ¾ (x/R)² · ⅞.
     Parabola,
-    /// The circle of curvature 2a that touches this parabola at x = 0.
+    /// Circle of curvature 2a that is tangent to this parabola at x = 0.
     Arc,
 }
 
@@ -26,7 +26,7 @@ pub enum Curve {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitSettings {
-    /// The curve that is fitted.
+    /// Curve that is fitted to an edge.
     pub curve: Curve,
     /// Distance from the curve beyond which points have no weight, in standard deviations (Tukey's c).
     pub cutoff: f64,

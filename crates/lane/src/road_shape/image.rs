@@ -28,17 +28,17 @@ use num_complex::{Complex, Complex64};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Method by which a row of the image is resolved in angle.
+/// Angle estimation method for a row of the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Angles {
-    /// MUSIC with the subspace tracked by bi-iteration from frame to frame.
+    /// MUSIC with a signal subspace tracked by bi-iteration from frame to frame.
     BiSvd,
-    /// MUSIC with a full decomposition of each frame.
+    /// MUSIC with a full eigendecomposition of each frame.
     Music,
     /// ESPRIT on the array's samples.
     Esprit,
-    /// Conventional (Bartlett) beamforming.
+    /// Conventional (Bartlett) beamformer.
     Bartlett,
 }
 
@@ -55,7 +55,7 @@ pub struct ImageSettings {
     pub forgetting: f64,
     /// Number of elements of the subarrays for spatial smoothing; 0: the whole line.
     pub subarray: usize,
-    /// Least mean power of a row above the noise, dB.
+    /// Minimum mean power of a row above the noise, dB.
     pub row_db: f64,
     /// Least power of a source in all channels and snapshots above the noise, dB.
     pub source_db: f64,

@@ -16,15 +16,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Source {
-    /// The image where the radar has two slopes, otherwise the detector.
+    /// The image if the radar has two chirp types, otherwise the detector.
     Auto,
-    /// An angular spectrum for each beat frequency, as in the document.
+    /// An angular spectrum for each beat frequency, as in Miyake.
     Image,
-    /// The radar's own detector and angles.
+    /// The radar's own detector and angle estimation.
     Points,
 }
 
-/// Task of the trial.
+/// Task of the evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Task {
@@ -40,55 +40,55 @@ pub enum Task {
 #[serde(deny_unknown_fields, default)]
 #[schemars(rename = "Settings")]
 pub struct RoadShapeOptions {
-    /// Task of the trial. Default edges.
+    /// Task of the evaluation. Default edges.
     pub task: Task,
     /// Source of the points. Default auto.
     pub source: Source,
     /// Angle estimation method for a row of the image: bi-svd, music, esprit, bartlett. Default bi-svd.
     pub angles: Angles,
-    /// Largest number of sources in a row of the image. Default 2, as in the document.
+    /// Maximum number of sources in a row of the image. Default 2, as in Miyake.
     pub sources: usize,
     /// Forgetting factor alpha of the subspace tracker, for each snapshot. Default 0.9.
     pub forgetting: f64,
-    /// Number of elements of the subarrays for spatial smoothing, which two coherent echoes need; 0 for the
-    /// whole line. Default 0.
+    /// Number of elements of the subarrays for spatial smoothing, which two coherent echoes need; 0: the
+    /// whole array. Default 0.
     pub subarray: usize,
-    /// Least mean power of a row above the noise, dB. Default 3.
+    /// Minimum mean power of a row above the noise, dB. Default 3.
     pub row_db: f64,
-    /// Least power of a source above the noise, in all channels and chirps together, dB. Default 13.
+    /// Minimum power of a source above the noise after all channels and chirps, dB. Default 13.
     pub source_db: f64,
-    /// Largest range of points, m. Default 100.
+    /// Maximum range of points, m. Default 100.
     pub max_range_m: f64,
-    /// Standard deviation of the speed on the vehicle's bus, m/s. Default 0.1.
+    /// Standard deviation of the speed on the vehicle bus, m/s. Default 0.1.
     pub speed_std_mps: f64,
-    /// Standard deviation of the yaw rate on the vehicle's bus, deg/s. Default 0.2.
+    /// Standard deviation of the yaw rate on the vehicle bus, deg/s. Default 0.2.
     pub yaw_rate_std_deg_per_s: f64,
-    /// Half width of the gate of stationary points, in standard deviations. Default 3.
+    /// Half width of the range-rate gate of stationary points, in standard deviations. Default 3.
     pub gate_sigmas: f64,
-    /// Error of a range rate beyond its standard deviation, m/s. Default 0.2.
+    /// Error of a range rate in addition to its standard deviation, m/s. Default 0.2.
     pub gate_floor_mps: f64,
-    /// Curve of the vote's refinement: arc, or parabola as in the document. Default arc.
+    /// Curve of the refinement after the vote: arc, or parabola as in Miyake. Default arc.
     pub curve: Curve,
-    /// Standard deviation of the vehicle's heading from the road's, degrees; 0: the road begins straight
-    /// ahead, as in the document. Default 0.
+    /// Standard deviation of the vehicle's heading relative to the road, degrees; 0: the road begins straight
+    /// ahead, as in Miyake. Default 0.
     pub heading_std_deg: f64,
-    /// Whether both edges have one curvature. Default false.
+    /// true: both edges have the same curvature. Default false.
     pub parallel: bool,
-    /// Random walk of the rate of curvature, 1/m² per √m. Default 6e-6.
+    /// Process noise of the curvature rate (random walk), 1/m² per √m. Default 6e-6.
     pub c1_walk: f64,
-    /// Random walk of an edge's distance, m per √m. Default 0.05.
+    /// Process noise of an edge's distance (random walk), m per √m. Default 0.05.
     pub b_walk: f64,
-    /// Number of scans with an edge until it is stated. Default 3.
+    /// Number of scans with an edge before it is reported. Default 3.
     pub confirm_scans: usize,
-    /// Least distance from the vehicle at which edges are scored, m. Default 10.
+    /// Minimum distance from the vehicle at which edges are scored, m. Default 10.
     pub from_m: f64,
-    /// Farthest distance at which edges are scored, m. Default 60.
+    /// Maximum distance from the vehicle at which edges are scored, m. Default 60.
     pub to_m: f64,
-    /// Frame that the pictures show. Default the middle one.
+    /// Frame that the plots show. Default the middle one.
     pub picture_frame: Option<u32>,
-    /// Largest curvature that a document states for this drive, 1/m, printed beside ours.
+    /// Largest curvature that the publication states for this drive, 1/m, printed beside the result.
     pub document_curvature_per_m: Option<f64>,
-    /// Corners: standard deviation of the reflectors' placement along the line of sight, m, drawn anew in
+    /// "corners": standard deviation of the reflectors' positions along the line of sight, m, drawn anew in
     /// each run. Default 0.002, half a wavelength, so that their phases are arbitrary.
     pub placement_std_m: f64,
 }

@@ -10,30 +10,30 @@ use serde::{Deserialize, Serialize};
 /// The network that is taken when no other is named.
 const WEIGHTS: &str = "road";
 
-/// Settings of `catseye lane segmentation`.
+/// Settings of the method segmentation.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SegmentationOptions {
-    /// The trained network: a folder that `catseye learn train` wrote, relative to the scenario's file, or the name of
-    /// a network that comes with the program.
+    /// The trained network: a folder written by `catseye learn train`, relative to the scenario file, or the
+    /// name of a built-in network.
     pub weights: String,
-    /// Number of scans of the radar that are taken together, moved by the speed and the yaw rate on the vehicle's bus.
+    /// Number of radar scans that are accumulated, motion-compensated by the speed and the yaw rate on the vehicle bus.
     pub scans: u32,
-    /// Probability of a lane from which on a cell counts as one.
+    /// Minimum lane probability at which a cell counts as lane.
     pub probability: f64,
-    /// Least length over which an edge has to be seen, m.
+    /// Minimum visible length of an edge, m.
     pub least_length_m: f64,
-    /// Least and largest distance from the vehicle at which edges are to be found, m.
+    /// Minimum and maximum distance from the vehicle at which edges are scored, m.
     pub reach_m: [f64; 2],
-    /// Standard deviation of the speed on the vehicle's bus, m/s.
+    /// Standard deviation of the speed on the vehicle bus, m/s.
     pub bus_speed_std_mps: f64,
-    /// Standard deviation of the yaw rate on the vehicle's bus, degrees/s.
+    /// Standard deviation of the yaw rate on the vehicle bus, degrees/s.
     pub bus_yaw_rate_std_deg_per_s: f64,
-    /// Frame of the first run that the picture shows. Default: the middle one.
+    /// Frame of the first run that the plot shows. Default: the middle one.
     pub picture_frame: Option<u32>,
     // Only for points without a scenario: there the radar's own mounting gives these.
-    /// Place of the radar ahead and to the left of the vehicle's reference point, m. A scenario has it in the radar's
-    /// mounting and refuses it here.
+    /// Position of the radar ahead and to the left of the vehicle's reference point, m. A scenario gives it by the
+    /// radar's mounting and refuses this key.
     #[schemars(skip)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radar_at_m: Option<[f64; 2]>,

@@ -63,7 +63,7 @@ impl LaneCells<'_> {
 pub struct RegionLimits {
     /// Probability from which on a cell counts as a lane.
     pub probability: f64,
-    /// Least length over which an edge has to be seen, m.
+    /// Minimum visible length of an edge, m.
     pub least_length_m: f64,
 }
 

@@ -136,7 +136,7 @@ pub struct SignatureSetup {
     /// Standard deviations of the map itself in x, y (m) and heading (rad), common to all looks; they are
     /// included in the covariance of positions.
     pub map_std: [f64; 3],
-    /// Rows of markers whose words are read.
+    /// Rows of markers whose code words are decoded.
     pub rows: Vec<RowOptions>,
 }
 

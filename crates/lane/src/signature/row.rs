@@ -22,7 +22,7 @@ pub struct RowOptions {
     pub alphabet: Alphabet,
     /// How words are read.
     pub read: ReadSettings,
-    /// Least and largest range of points that are used, m.
+    /// Minimum and maximum range of points, m.
     pub range_m: [f64; 2],
     /// Half the width of the strip beyond what the alphabet takes, m.
     pub half_m: f64,

@@ -7,20 +7,20 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Centre {
-    /// The scan of greatest energy (the document's choice). Over a flat plate it lies anywhere on the
-    /// plateau.
+    /// The scan of maximum energy (Kim). Over a flat plate it can be anywhere on the plateau.
     Maximum,
-    /// Centroid of the energy above the release level.
+    /// Centroid of the energy above the release threshold.
     Centroid,
-    /// Midway between the rise and the fall through the release level.
+    /// Midpoint between the rise and the fall of the energy through the release threshold.
     Edges,
-    /// The position where a window of one plate length with sloping ends holds the most energy: a matched
-    /// filter between those of a mirror (a box) and of a rough plate (a hump). It has the least spacing error
-    /// over both shapes.
+    /// Matched filter: the position at which a window of one plate length with sloping ends holds the most
+    /// energy. The window is between those of a smooth plate (a box) and a rough plate (a hump), and has the
+    /// smallest spacing error over both shapes.
     Matched,
-    /// As [`Centre::Matched`], on the energy clipped to between the release level and the threshold. A smooth
-    /// plate's echo has sidelobes to the side: a radar that drifts by centimetres along a plate sees its
-    /// energy rise or fall several times over, which draws the centre of the energy to the brighter end.
+    /// As [`Centre::Matched`], on the energy clipped between the release threshold and the detection
+    /// threshold. The echo of a smooth plate has side lobes to the side: for a radar that drifts by
+    /// centimetres along a plate the energy rises or falls several times, which shifts the centre of the
+    /// energy towards the brighter end.
     Level,
 }
 

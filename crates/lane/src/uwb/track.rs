@@ -43,7 +43,7 @@ pub struct UwbConfig {
     pub least_distance_m: f64,
     /// Definition of the centre of a pass.
     pub centre: Centre,
-    /// Number of successive right spacings that make a lane.
+    /// Number of successive correct spacings that confirm a lane.
     pub confirm_spacings: usize,
     /// Number of successive missed markers that raise the departure warning.
     pub misses_to_warn: usize,

@@ -17,7 +17,7 @@ pub struct Tuning {
     pub height_m: f64,
     /// Position of the radar in the vehicle's level frame, m.
     pub at_m: [f64; 2],
-    /// Distance from the beginning of a plate to that of the next, m.
+    /// Distance from the start of one plate to the start of the next, m.
     pub spacing_m: f64,
     /// Length of a plate, m.
     pub plate_length_m: f64,
@@ -29,9 +29,9 @@ pub struct Tuning {
     pub centre: Centre,
     /// Largest error of a spacing that counts as right, m.
     pub largest_error_m: f64,
-    /// Number of successive right spacings that make a lane.
+    /// Number of successive correct spacings that confirm a lane.
     pub confirm_spacings: usize,
-    /// Number of successive missing plates that raise the departure warning.
+    /// Number of successive missing plates that trigger the departure warning.
     pub misses_to_warn: usize,
     /// Share of scans of the bare road that may exceed the threshold; None: none of those seen.
     pub false_alarm_probability: Option<f64>,

@@ -26,53 +26,53 @@ use std::path::Path;
 #[serde(deny_unknown_fields)]
 #[schemars(title = "catseye study")]
 pub struct StudyFile {
-    /// Name of the study, which names its files: letters, digits, '-', '_', '.'.
+    /// Name of the study and of its files: letters, digits, '-', '_', '.'.
     pub name: At<String>,
-    /// Title of picture and report.
+    /// Title of plot and report.
     pub title: String,
-    /// Source that the study is compared with, as in "Feng 2019, figure 3.9".
+    /// Publication that the study is compared with, as in "Feng 2019, figure 3.9".
     #[serde(default)]
     pub reference: String,
     /// Note for the report.
     #[serde(default)]
     pub note: String,
-    /// Quantities that are computed (default rcs_dbsm).
+    /// Quantities to compute (default rcs_dbsm).
     #[serde(default)]
     pub quantities: Vec<At<String>>,
     /// Parameters with fixed values.
     #[serde(default)]
     pub set: BTreeMap<String, At<Value>>,
-    /// Parameters that vary: the first is the horizontal axis, the second makes curves (or the vertical axis
-    /// of a map), the third makes panels.
+    /// Swept parameters: the first is the horizontal axis, the second gives the curves (or the vertical axis
+    /// of a map), the third the panels.
     #[serde(default)]
     pub sweep: Vec<SweepTable>,
-    /// Settings of the solver of cross sections.
+    /// Settings of the cross-section solver.
     #[serde(default)]
     pub solver: SolverTable,
-    /// Settings for reading targets from files.
+    /// Settings for reading mesh files.
     pub import: Option<ImportKeys>,
     /// Data for sigma_min_dbsm and margin_db.
     pub detection: Option<DetectionTable>,
-    /// Radars on the vehicle (default: one). A marker counts as seen when one of them sees it.
+    /// Radars on the vehicle (default: one). A marker counts as detected if one of them detects it.
     #[serde(default)]
     pub mount: Vec<MountTable>,
-    /// Settings of the picture.
+    /// Settings of the plot.
     #[serde(default)]
     pub picture: PictureTable,
-    /// Statements of a document to compare with.
+    /// Reference values of a publication to compare with.
     #[serde(default)]
     pub fact: Vec<FactTable>,
-    /// Search for the best parameters in place of a table of the sweeps.
+    /// Parameter optimisation in place of a table of the sweeps.
     pub search: Option<SearchTable>,
 }
 
-/// A parameter that varies: its values, or start, stop and step.
+/// A swept parameter: its values, or start, stop and step.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepTable {
-    /// Name of the parameter, or target.NAME for one of the reflector's own.
+    /// Name of the parameter, or target.NAME for a parameter of the reflector.
     pub parameter: At<String>,
-    /// First value of a grid that ends at `stop`.
+    /// First value of the grid.
     pub start: Option<At<f64>>,
     /// Last value of the grid.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -80,13 +80,13 @@ pub struct SweepTable {
     /// Step of the grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<At<f64>>,
-    /// List of values, in place of a grid.
+    /// List of values; alternative to a grid.
     pub values: Option<At<Vec<Value>>>,
-    /// Names of the values in legend, facts and CSV.
+    /// Names of the values in legend, reference values and CSV.
     pub names: Option<At<Vec<String>>>,
     /// Label of the axis.
     pub label: Option<String>,
-    /// Reduces the sweep to one number instead of making an axis of it.
+    /// Reduction of the sweep to one number, in place of an axis.
     pub reduce: Option<At<Reduce>>,
 }
 
@@ -94,17 +94,17 @@ pub struct SweepTable {
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ImportKeys {
-    /// Unit of length: m (default of glTF; STL and OBJ need it), cm, mm, in or ft.
+    /// Unit of length: m (default for glTF; required for STL and OBJ), cm, mm, in or ft.
     pub unit: Option<At<String>>,
-    /// Upward axis: y (default of glTF; STL and OBJ need it) or z.
+    /// Up axis: y (default for glTF; required for STL and OBJ) or z.
     pub up: Option<At<String>>,
-    /// Animation: all (default), none, or the name of one.
+    /// Animations of the file that are played: all (default), none, or the name of one.
     pub animation: Option<At<String>>,
-    /// Edges of the file's meshes whose facets turn by more than this are creases, degrees (default 30; 0 takes every facet as flat).
+    /// Crease angle: edges at which adjacent facets turn by more than this are creases, degrees (default 30; with 0 every facet is flat).
     pub smooth_deg: Option<At<f64>>,
-    /// Material of surfaces whose own is missing or unknown; STL needs it.
+    /// Radar material of surfaces whose material is missing or unknown; required for STL.
     pub default_material: Option<At<String>>,
-    /// Map from materials of the file to materials of the table.
+    /// Map from the file's material names to radar materials of the table.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<String, At<String>>,
 }
@@ -122,13 +122,13 @@ impl<'a> From<&'a ImportKeys> for ImportTable<'a> {
     }
 }
 
-/// Settings of the solver of cross sections.
+/// Settings of the cross-section solver.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverTable {
-    /// Largest number of facets met by one beam (default 3).
+    /// Maximum number of bounces of one beam (default 3).
     pub bounces: At<usize>,
-    /// Error allowed for curved bodies and finite ranges, dB (default 0.1).
+    /// Error allowed for curved surfaces and finite ranges, dB (default 0.1).
     pub accuracy_db: At<f64>,
     /// Bounces that radiate: "every" (default) or "last".
     pub convention: Convention,
@@ -143,13 +143,13 @@ impl Default for SolverTable {
     }
 }
 
-/// Contribution that is added at edges.
+/// Edge diffraction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum DiffractionName {
     /// No edge diffraction.
     None,
-    /// The physical theory of diffraction.
+    /// Physical theory of diffraction.
     Ptd,
 }
 
@@ -157,28 +157,28 @@ pub enum DiffractionName {
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DetectionTable {
-    /// Preset or radar file, which gives the antenna patterns, and for the radar equation everything else.
+    /// Preset or radar file: gives the antenna patterns, and for the radar equation all other values.
     pub radar: At<String>,
-    /// Source of the magnitudes at the receiver.
+    /// Source of the received magnitudes.
     pub method: MethodName,
-    /// Cross section of the reference, dBsm.
+    /// Radar cross section of the reference, dBsm.
     pub reference_rcs_dbsm: At<f64>,
-    /// Height of the reference above the radar that recorded it, m.
+    /// Height of the reference above the radar in the measurement, m.
     #[serde(default)]
     pub reference_rise_m: At<f64>,
-    /// Measured: [q1, q2] of 20 lg(1/R^q1) + q2 through the peaks of the reference's magnitude.
+    /// "measured": [q1, q2] of 20 lg(1/R^q1) + q2 fitted to the maxima of the reference's magnitude.
     pub peaks_fit: Option<At<[f64; 2]>>,
-    /// Measured: [q1, q2] of the same curve through its troughs.
+    /// "measured": [q1, q2] of the same curve fitted to its minima.
     pub troughs_fit: Option<At<[f64; 2]>>,
-    /// Measured: curve of [range in m, magnitude in dB] in place of the fits.
+    /// "measured": curve of [range in m, magnitude in dB], in place of the fits.
     pub reference_db: Option<At<Vec<[f64; 2]>>>,
-    /// Measured: magnitude of the noise, dB.
+    /// "measured": magnitude of the noise, dB.
     pub noise_db: Option<At<f64>>,
-    /// Measured: magnitude of the ground as a curve of [range in m, magnitude in dB].
+    /// "measured": magnitude of the ground as a curve of [range in m, magnitude in dB].
     pub ground_db: Option<At<Vec<[f64; 2]>>>,
-    /// Radar equation: cross section of the ground per area, dB.
+    /// "radar-equation": backscatter coefficient of the ground (cross section per area), dB.
     pub ground_sigma0_db: Option<At<f64>>,
-    /// Radar equation: width of the patch of ground in one cell, degrees.
+    /// "radar-equation": azimuth width of the ground area in one cell, degrees.
     pub ground_beam_deg: Option<At<f64>>,
 }
 
@@ -186,9 +186,9 @@ pub struct DetectionTable {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodName {
-    /// From a measured curve.
+    /// A measured curve.
     Measured,
-    /// From the radar equation.
+    /// The radar equation.
     RadarEquation,
 }
 
@@ -196,44 +196,44 @@ pub enum MethodName {
 #[derive(Debug, Clone, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MountTable {
-    /// Distance forward of the place that the parameters name, m.
+    /// Distance forward of the position that the parameters give, m.
     pub forward_m: At<f64>,
-    /// Distance to the left of that place, m.
+    /// Distance to the left of that position, m.
     #[serde(default)]
     pub left_m: At<f64>,
-    /// Angle that is added to radar_azimuth_deg, degrees, positive to the left.
+    /// Angle added to radar_azimuth_deg, degrees, positive to the left.
     pub azimuth_deg: At<f64>,
-    /// Angle that is added to radar_elevation_deg, degrees, positive upwards.
+    /// Angle added to radar_elevation_deg, degrees, positive upwards.
     pub elevation_deg: At<f64>,
 }
 
-/// A statement of a document that is compared with the result of this study.
+/// A reference value: a number of a publication that is compared with the result of this study.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FactTable {
-    /// What the document states.
+    /// Description of the reference value.
     pub text: String,
-    /// The document's number, or its words.
+    /// The publication's number, or its words.
     pub document: Option<At<Value>>,
     /// Unit of the number.
     #[serde(default)]
     pub unit: String,
-    /// How this study's number is taken from the points that the fact chooses.
+    /// Statistic by which this study's number is computed from the selected points.
     pub of: FactKind,
-    /// Quantity from which the number is taken (default: the first that the study computes).
+    /// Quantity of the number (default: the first that the study computes).
     pub quantity: Option<At<String>>,
-    /// Place on the axes: a number (interpolated) or a value's name.
+    /// Position on each axis: a number (interpolated) or a value's name.
     #[serde(default)]
     pub at: BTreeMap<String, At<Value>>,
-    /// Second place on the axes; the number found there is subtracted.
+    /// Second position on the axes; the number there is subtracted.
     #[serde(default)]
     pub minus: BTreeMap<String, At<Value>>,
-    /// Ranges of axes, each as [lowest, highest]; points outside are left out.
+    /// Ranges of axes, each as [lowest, highest]; points outside are excluded.
     #[serde(default)]
     pub within: BTreeMap<String, At<[f64; 2]>>,
-    /// Level: for `width` the dB below the maximum, for `crossing` and `share` the value itself.
+    /// Threshold: for `width` in dB below the maximum, for `crossing` and `share` the value itself.
     pub level: Option<At<f64>>,
-    /// The reason why the two numbers differ, for the report.
+    /// Explanation of the difference between the two numbers, for the report.
     #[serde(default)]
     pub why: String,
 }

@@ -164,9 +164,9 @@ pub struct Parameter {
 pub enum Kind {
     /// A number in `min..=max`.
     Number {
-        /// Least value.
+        /// Minimum.
         min: f64,
-        /// Largest value.
+        /// Maximum.
         max: f64,
     },
     /// One of the words.

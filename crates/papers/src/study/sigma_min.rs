@@ -97,9 +97,9 @@ pub struct Detection {
     pub radar: Radar,
     /// Source of the magnitudes.
     pub magnitudes: Magnitudes,
-    /// Cross section of the reference, dBsm.
+    /// Radar cross section of the reference, dBsm.
     pub reference_dbsm: f64,
-    /// Height of the reference above the radar that recorded it, m.
+    /// Height of the reference above the radar in the measurement, m.
     pub reference_rise_m: f64,
 }
 

@@ -15,25 +15,25 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// Method by which an axis is reduced to one number.
+/// Reduction of an axis to one number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reduce {
-    /// Mean of the decibels.
+    /// Mean of the values in dB.
     MeanDb,
-    /// Mean of the powers, in decibels.
+    /// Mean of the linear powers, in dB.
     MeanPower,
-    /// The largest value.
+    /// Maximum.
     Maximum,
-    /// The smallest value.
+    /// Minimum.
     Minimum,
-    /// The largest distance at which margin_db is not negative.
+    /// Maximum distance at which margin_db is not negative.
     DetectionRange,
-    /// The distance at which margin_db first turns negative after it was not.
+    /// Distance at which margin_db first becomes negative after it was not.
     UnbrokenRange,
 }
 
-/// Kind of picture of a study.
+/// Kind of plot of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PictureKind {
@@ -75,20 +75,20 @@ fn two() -> At<usize> {
     2.into()
 }
 
-/// Settings of the picture.
+/// Settings of the plot.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PictureTable {
-    /// Kind of picture (default: curves).
+    /// Kind of plot (default: curves).
     #[serde(default)]
     pub kind: PictureKind,
-    /// Limits of the quantity in dB or its own unit, for the vertical axis or the colours.
+    /// Limits of the quantity, in dB or its own unit, for the vertical axis or the colour scale.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limits: Option<At<[f64; 2]>>,
     /// Number of panels side by side (default 2).
     #[serde(default = "two")]
     pub columns: At<usize>,
-    /// Levels to outline on a map.
+    /// Contour values on a map.
     #[serde(default)]
     pub contours: Vec<f64>,
 }
@@ -139,9 +139,9 @@ pub struct Study {
     pub import: ImportOptions,
     /// Data for the least detectable cross section.
     pub detection: Option<Detection>,
-    /// Settings of the picture.
+    /// Settings of the plot.
     pub picture: PictureTable,
-    /// Statements of a document to compare with.
+    /// Reference values of a publication to compare with.
     pub facts: Vec<Fact>,
     /// The search, where designs are sought.
     pub search: Option<SearchTable>,
@@ -293,17 +293,17 @@ impl Quantity {
     }
 }
 
-/// Quantity that a search maximises. Its window is every point of the study's sweeps.
+/// Quantity that an optimisation maximises. Its window is all points of the study's sweeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Goal {
     /// Percentage of the window in which the marker is detected.
     Coverage,
-    /// The least margin over the least detectable cross section in the window.
+    /// Minimum margin over the minimum detectable cross section in the window.
     LeastMargin,
-    /// The least cross section in the window.
+    /// Minimum cross section in the window.
     LeastRcs,
-    /// The largest distance of detection, in the worst of the other sweeps.
+    /// Maximum detection distance, in the worst case of the other sweeps.
     DetectionRange,
 }
 
@@ -336,15 +336,15 @@ impl Goal {
     }
 }
 
-/// A parameter that is sought, with its limits.
+/// A parameter to optimise, with its limits.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LimitTable {
     /// Name of the parameter.
     pub name: At<String>,
-    /// Least value.
+    /// Minimum.
     pub min: At<f64>,
-    /// Largest value.
+    /// Maximum.
     pub max: At<f64>,
 }
 
@@ -356,61 +356,61 @@ fn forty() -> At<u64> {
     40.into()
 }
 
-/// A search for the parameters of the marker that serve a goal best.
+/// Optimisation of the marker's parameters.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SearchTable {
-    /// Quantity that the search maximises.
+    /// Quantity to maximise.
     pub goal: Goal,
-    /// Name of the cost parameter; the best other parameters are sought for each of its values.
+    /// Name of the cost parameter; the other parameters are optimised for each of its values.
     pub front: At<String>,
     /// Values of the cost parameter.
     pub front_values: At<Vec<f64>>,
-    /// Parameters that are sought, each with its limits.
+    /// Parameters to optimise, each with its limits.
     pub parameter: Vec<LimitTable>,
-    /// Number of starts (default 6).
+    /// Number of start points (default 6).
     #[serde(default = "six")]
     pub starts: At<usize>,
-    /// Number of steps of the simplex from each start (default 40).
+    /// Number of steps of the simplex (Nelder-Mead) from each start point (default 40).
     #[serde(default = "forty")]
     pub steps: At<u64>,
-    /// Seed of the starts.
+    /// Seed of the start points.
     #[serde(default)]
     pub seed: u64,
 }
 
-/// How a number is taken from the points that a fact chooses.
+/// Statistic of the selected points of a reference value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FactKind {
-    /// The value at the one point.
+    /// Value at the selected point.
     Value,
-    /// The largest value.
+    /// Maximum.
     Maximum,
-    /// The smallest value.
+    /// Minimum.
     Minimum,
-    /// The mean.
+    /// Mean.
     Mean,
-    /// The median.
+    /// Median.
     Median,
-    /// The largest value minus the smallest.
+    /// Maximum minus minimum.
     Spread,
-    /// The place of the maximum along the one remaining axis.
+    /// Position of the maximum along the remaining axis.
     Location,
-    /// The width along the axis around the maximum, down to `level` dB below it.
+    /// Width along the axis around the maximum, down to `level` dB below it.
     Width,
-    /// The largest place along the one axis at which the quantity crosses `level`.
+    /// Largest position along the axis at which the quantity crosses `level`.
     Crossing,
-    /// The smallest place along the one axis at which the quantity crosses `level`.
+    /// Smallest position along the axis at which the quantity crosses `level`.
     FirstCrossing,
-    /// The percentage of the points that lie at or above `level`.
+    /// Percentage of the points at or above `level`.
     Share,
 }
 
 /// A statement of a document and how this study's number for it is taken.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fact {
-    /// What the document states.
+    /// Description of the reference value.
     pub text: String,
     /// The document's number or words, where it gives any.
     pub document: Option<Value>,

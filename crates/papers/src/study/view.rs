@@ -90,7 +90,7 @@ impl ViewKind {
 pub struct Mount {
     /// Distance forward of the place that `radar_height_m` names, m.
     pub forward_m: f64,
-    /// Distance to the left of that place, m.
+    /// Distance to the left of that position, m.
     pub left_m: f64,
     /// Angle that is added to `radar_azimuth_deg`, rad.
     pub azimuth_rad: f64,

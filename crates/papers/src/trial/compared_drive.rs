@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Standard deviation of the yaw rate on the vehicle's bus, degrees/s.
+/// Standard deviation of the yaw rate on the vehicle bus, degrees/s.
 const YAW_RATE_STD_DEG_PER_S: f64 = 0.2;
 
 /// A method in the variant that a comparison runs.

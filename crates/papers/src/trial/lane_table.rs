@@ -13,7 +13,7 @@ use std::path::Path;
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LaneTable {
-    /// Number of drives, each with another seed. Default 1.
+    /// Number of drives, each with a different seed. Default 1.
     pub runs: Option<u32>,
     /// Settings of the method uwb.
     pub uwb: uwb::Settings,
@@ -29,7 +29,7 @@ pub struct LaneTable {
     pub hd_map: hd_map::Settings,
     /// Settings of the method camera-fusion.
     pub camera_fusion: camera_fusion::CameraFusionOptions,
-    /// Settings of the method segmentation, which needs a build with the feature learn.
+    /// Settings of the method segmentation, which needs a build with the feature `learn`.
     pub segmentation: segmentation::SegmentationOptions,
 }
 

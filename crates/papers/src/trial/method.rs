@@ -7,21 +7,21 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// Impulse radar that looks down at metal plates (Kim 2020)
+    /// Impulse radar above metal plates (Kim 2020)
     Uwb,
-    /// Rows of markers among the points (Feng 2019, section 5.1)
+    /// Rows of markers in the point cloud (Feng 2019, section 5.1)
     Markers,
-    /// Place in a marked lane from the range-Doppler map alone (Feng 2019, section 3.6)
+    /// Position in a marked lane from the range-Doppler map alone (Feng 2019, section 3.6)
     RangeDoppler,
-    /// Map of static points, the place in it, code words (Feng 2019, section 4.3)
+    /// Map of static points, localisation in it, code words (Feng 2019, section 4.3)
     Signature,
     /// Road edges by MUSIC and a clothoid filter (Miyake)
     RoadShape,
-    /// Lane numbers by radar tracks and a map (Li 2022)
+    /// Lane numbers from radar tracks and a map (Li 2022)
     HdMap,
-    /// Camera near, radar tracks far (Sangeetha Lakshmi)
+    /// Camera in the near range, radar tracks in the far range (Sangeetha Lakshmi)
     CameraFusion,
-    /// Edges of the lanes by a trained network (needs a build with `--features learn`)
+    /// Lane edges by a trained network (needs a build with `--features learn`)
     Segmentation,
 }
 

@@ -9,23 +9,22 @@ use catseye_lane::hd_map::{Across, RadarPose, Wgs84};
 
 const METHOD: &str = "hd_map";
 
-/// One scene, and the vehicles that pass in it.
+/// One scene with its vehicles.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneTable {
-    /// The document's kind of scene that it represents; default none, and the document's value is then not
-    /// printed.
+    /// Li's kind of scene that this scene represents; default none: Li's value is not printed.
     pub kind: Option<Kind>,
-    /// A road scene (TOML), relative to the scenario's file; default the scenario's own. Its vehicles are
+    /// Road scene (TOML), relative to the scenario file; default the scenario's own. Its vehicles are
     /// replaced.
     pub road: Option<At<String>>,
-    /// Position of the radar along the ego's road, m; default that of the scenario.
+    /// Position of the radar along the ego vehicle's road, m; default that of the scenario.
     pub radar_s_m: Option<f64>,
-    /// Number of vehicles that pass and count.
+    /// Number of vehicles that are scored.
     pub vehicles: u32,
-    /// Numbers of the lanes in which those vehicles drive; default all driving lanes.
+    /// Numbers of the lanes in which the scored vehicles drive; default all driving lanes.
     pub lanes: Vec<i32>,
-    /// Number of other vehicles that pass with each group in the driving lanes and do not count.
+    /// Number of other vehicles that accompany each group in the driving lanes and are not scored.
     pub others: u32,
 }
 
@@ -45,44 +44,43 @@ pub struct Settings {
     /// Position of the world's origin on the earth: latitude and longitude in degrees (WGS-84), height above
     /// the ellipsoid in m.
     pub origin: [f64; 3],
-    /// Direction of the world's x axis, degrees clockwise from true north.
+    /// Heading of the world's x axis, degrees clockwise from true north.
     pub north_deg: f64,
-    /// Standard deviation of each point of the map across the road, m. The document has maps of 0.1 m.
+    /// Standard deviation of each point of the map across the road, m. Li has maps of 0.1 m.
     pub map_std_m: f64,
-    /// Largest spacing of the points of an edge, m.
+    /// Maximum spacing of the points of an edge, m.
     pub map_spacing_m: f64,
-    /// Standard deviation of the radar's position on each axis, m, as surveyed or as known to the vehicle.
+    /// Standard deviation of the radar's position along each axis, m, as surveyed or as known to the vehicle.
     pub place_std_m: f64,
     /// Standard deviation of the radar's azimuth, degrees.
     pub azimuth_std_deg: f64,
-    /// Which line across the road is divided into lanes.
+    /// Line across the road that is divided into lanes.
     pub across: Across,
-    /// Whether tracks are moved from the end and side that the radar sees to the middle of a car.
+    /// true: tracks are moved from the side of the car that the radar detects to its centre.
     pub to_middle: bool,
-    /// Height of the echoes over the road, m, for ranges along the ground where the array tells no elevation.
+    /// Height of the echoes above the road, m, for the ground range of radars that do not measure elevation.
     pub echo_height_m: f64,
-    /// Largest speed of a vehicle, m/s. A radar whose range rates are unambiguous up to this is trusted with
-    /// them.
+    /// Maximum speed of a vehicle, m/s. Range rates of a radar that are unambiguous up to this speed are used
+    /// as they are.
     pub fastest_mps: f64,
-    /// Speed below which a thing is stationary and no vehicle for the radar, m/s.
+    /// Speed below which an object counts as stationary and not as a vehicle, m/s.
     pub slowest_mps: f64,
-    /// Standard deviation of the ego vehicle's own speed on its bus, m/s. A stationary radar knows that it
-    /// stands.
+    /// Standard deviation of the speed on the ego vehicle's bus, m/s. The speed of a stationary radar is
+    /// known.
     pub speed_std_mps: f64,
-    /// Standard deviation of vehicles from the middle of their lanes, m.
+    /// Standard deviation of the lateral position of vehicles from their lane centres, m.
     pub wander_m: f64,
-    /// Kinds of the vehicles that are drawn, with equal probability; a kind may be listed twice.
+    /// Kinds of the randomly drawn vehicles, with equal probability; a kind may be listed more than once.
     pub kinds: Vec<String>,
-    /// Number of counted vehicles that are in view together.
+    /// Number of scored vehicles that are in view together.
     pub together: u32,
-    /// Least distance from the radar at which vehicles are at the middle of their time, m.
+    /// Minimum distance from the radar at which vehicles are at the middle of their time, m.
     pub near_m: f64,
-    /// Farthest distance from the radar at which vehicles are at the middle of their time, m.
+    /// Maximum distance from the radar at which vehicles are at the middle of their time, m.
     pub far_m: f64,
-    /// Largest direction to each side of boresight at which they then are, degrees.
+    /// Maximum azimuth to each side of boresight at the middle of their time, degrees.
     pub view_deg: f64,
-    /// Scenes with randomly drawn vehicles. Without one the scenario is driven as it is, with its own
-    /// vehicles.
+    /// Scenes with randomly drawn vehicles. Without any, the scenario's own drive and vehicles are used.
     pub scene: Vec<SceneTable>,
 }
 

@@ -5,8 +5,8 @@ use catseye_lane::range_doppler::{CurveStart, LaneSettings, Options, RangeDopple
 
 const METHOD: &str = "range_doppler";
 
-/// The table `[lane.range_doppler]`: what the vehicle knows of the marked lane, the accuracy of its sensors,
-/// and the poses of single looks.
+/// The table `[lane.range_doppler]`: prior knowledge of the marked lane, accuracy of the vehicle's sensors,
+/// and poses of single frames.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
@@ -14,46 +14,46 @@ pub struct Settings {
     pub row_distance_m: f64,
     /// Spacing of the markers of the left row, m. Default 1.5.
     pub left_spacing_m: f64,
-    /// Spacing of the markers of the right row, m; if equal to the left one, the side is unknown. Default 2.
+    /// Spacing of the markers of the right row, m; if it equals that of the left row, the side is ambiguous. Default 2.
     pub right_spacing_m: f64,
-    /// Least range of markers that are used, m. Default 1.5.
+    /// Minimum range of markers, m. Default 1.5.
     pub near_m: f64,
-    /// Largest range of markers that are used, m. Default 40.
+    /// Maximum range of markers, m. Default 40.
     pub far_m: f64,
     /// Half the field of view, about the direction of motion, degrees. Default 70.
     pub half_view_deg: f64,
-    /// Largest offset that is searched, m. Default 1.5.
+    /// Maximum offset in the search, m. Default 1.5.
     pub max_offset_m: f64,
-    /// Largest heading that is searched, degrees. Default 60.
+    /// Maximum heading in the search, degrees. Default 60.
     pub max_heading_deg: f64,
-    /// Smallest radius of a bend that is searched, m. Default 5.
+    /// Minimum radius of a bend in the search, m. Default 5.
     pub min_radius_m: f64,
-    /// Largest distance at which a bend may begin, m. Default 30.
+    /// Maximum distance to the start of a bend in the search, m. Default 30.
     pub bend_within_m: f64,
-    /// Least signal-to-noise ratio of a point, dB. Default 6.
+    /// Minimum signal-to-noise ratio of a point, dB. Default 6.
     pub min_snr_db: f64,
-    /// Least standard deviation of a marker's range, m. Default 0.05.
+    /// Lower bound of the standard deviation of a marker's range, m. Default 0.05.
     pub least_range_std_m: f64,
-    /// Least standard deviation of a marker's range rate, m/s. Default 0.02.
+    /// Lower bound of the standard deviation of a marker's range rate, m/s. Default 0.02.
     pub least_range_rate_std_mps: f64,
-    /// Whether the vehicle's bus reports its speed; otherwise the speed comes from the map. Default true.
+    /// true (default): the vehicle bus reports the speed; false: the speed is estimated from the range-Doppler map.
     pub bus_speed: bool,
-    /// Standard deviation of the speed on the bus, m/s. Default 0.05.
+    /// Standard deviation of the speed on the vehicle bus, m/s. Default 0.05.
     pub bus_speed_std_mps: f64,
-    /// Step of the bus's speed, m/s; 0: none. Default 0.
+    /// Quantisation step of the speed on the vehicle bus, m/s; 0: not quantised. Default 0.
     pub bus_speed_step_mps: f64,
-    /// Standard deviation of the yaw rate on the bus, degrees/s. Default 0.1.
+    /// Standard deviation of the yaw rate on the vehicle bus, degrees/s. Default 0.1.
     pub bus_yaw_rate_std_deg_per_s: f64,
-    /// Number of looks between searches of the whole range; the looks between search only near the last lane.
-    /// Default 20.
+    /// Number of frames between full searches; in the frames between them only the neighbourhood of the last
+    /// lane is searched. Default 20.
     pub search_every: u32,
-    /// Largest number of looks of which pictures are made. Default 12.
+    /// Maximum number of frames that are plotted. Default 12.
     pub pictures: u32,
-    /// Lane width of the roads of `case`, m; their rows stand inside it, `row_distance_m` apart. Default 3.
+    /// Lane width of the roads of `case`, m; their rows of markers are inside the lane, `row_distance_m` from each other. Default 3.
     pub lane_width_m: f64,
-    /// Markers of the roads of `case`, as a reflector of `catseye rcs`.
+    /// Markers of the roads of `case`: reflector kind and parameters, as in `catseye rcs`.
     pub marker: String,
-    /// Single looks in place of the scenario's drive, each on a road of its own.
+    /// Single frames in place of the scenario's drive, each on its own road.
     pub case: Vec<Case>,
 }
 
@@ -61,17 +61,17 @@ pub struct Settings {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Case {
-    /// Name of its pictures and rows: letters, digits, `_` and `-`; all names differ.
+    /// Name of the case in plots and tables: letters, digits, `_` and `-`; unique.
     pub name: String,
-    /// Offset from the middle of the lane, m, positive to the left. Default 0.
+    /// Lateral offset from the lane centre, m, positive to the left. Default 0.
     pub offset_m: f64,
     /// Heading of the motion relative to the lane, degrees, positive to the left. Default 0.
     pub heading_deg: f64,
     /// Radius of the bend ahead, m, positive to the left; 0 (default) for a straight road.
     pub radius_m: f64,
-    /// Distance from the radar to the bend, m. Default 10.
+    /// Distance from the radar to the start of the bend, m. Default 10.
     pub bend_after_m: f64,
-    /// Whether the right row has the spacing of the left one. Default false.
+    /// true: both rows have the spacing of the left row. Default false.
     pub equal: bool,
 }
 

@@ -17,19 +17,19 @@ pub enum CodeName {
     Bch15x5,
 }
 
-/// Bits written as gaps between markers, one for each bit.
+/// Bits encoded in the gaps between markers, one gap for each bit.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GapsTable {
-    /// Gap that is a zero, m.
+    /// Gap that encodes 0, m.
     pub zero_m: f64,
-    /// Gap that is a one, m.
+    /// Gap that encodes 1, m.
     pub one_m: f64,
-    /// Gap between a word and the next, m; default none.
+    /// Gap between two words, m; default no such gap.
     pub sync_m: Option<f64>,
 }
 
-/// Bits written as markers on either side of their line, ones to the left.
+/// Bits encoded in markers on either side of the row's line; 1 is on the left.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SidesTable {
@@ -37,68 +37,68 @@ pub struct SidesTable {
     pub pitch_m: f64,
     /// Distance of the markers from their line, m.
     pub side_m: f64,
-    /// Distance from a word's last marker to the next word's first, m; default as within a word.
+    /// Distance from the last marker of a word to the first of the next, m; default the spacing within a word.
     pub sync_m: Option<f64>,
 }
 
-/// A row of markers whose word is read.
+/// A row of markers whose code word is decoded.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RowTable {
     /// Name of the row in the scene.
     pub name: String,
-    /// Least and largest lateral position at which the row passes the vehicle, m, positive to the left.
+    /// Minimum and maximum lateral position at which the row passes the vehicle, m, positive to the left.
     pub beside_m: [f64; 2],
-    /// Code of the words.
+    /// Error-correcting code of the words.
     pub code: CodeName,
-    /// Bits written as gaps. One of `gaps` and `sides` is given.
+    /// Bits encoded in gaps; alternative to `sides`.
     pub gaps: Option<GapsTable>,
-    /// Bits written by the side on which a marker stands.
+    /// Bits encoded in the side of the row on which a marker is; alternative to `gaps`.
     pub sides: Option<SidesTable>,
-    /// The written word in zeros and ones, to judge the readings by, not to read them.
+    /// True code word in zeros and ones, for scoring only.
     pub word: Option<String>,
 }
 
-/// Table `[lane.signature]` of a scenario: the mapping drive, and what the vehicle knows of its own motion.
+/// The table `[lane.signature]`: the mapping drive, and the vehicle's knowledge of its own motion.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// Number of frames of the mapping drive, 1 to 10 000.
     pub map_frames: u32,
-    /// Time between them, s.
+    /// Time between frames of the mapping drive, s.
     pub map_interval_s: f64,
-    /// Start of that drive along the ego's road, m; default that of the ego.
+    /// Start of the mapping drive along the ego vehicle's road, m; default the start of the ego vehicle.
     pub map_s_m: Option<f64>,
-    /// Its lateral position in the ego's lane, m, positive to the left.
+    /// Lateral position of the mapping drive in the ego vehicle's lane, m, positive to the left.
     pub map_offset_m: f64,
-    /// Distance by which vehicles stand farther along their roads on that drive, m: other traffic.
+    /// Distance by which other vehicles are farther along their roads on the mapping drive, m: different traffic.
     pub map_traffic_m: f64,
     /// Standard deviation of the mapping drive's position along each axis, m.
     pub ins_std_m: f64,
     /// Standard deviation of the mapping drive's heading, degrees.
     pub ins_heading_std_deg: f64,
-    /// Correlation time of those errors, s.
+    /// Correlation time of the mapping drive's errors, s.
     pub ins_lasting_s: f64,
-    /// Standard deviation of the speed on the bus, m/s.
+    /// Standard deviation of the speed on the vehicle bus, m/s.
     pub speed_std_mps: f64,
-    /// Standard deviation of the yaw rate on the bus, degrees/s.
+    /// Standard deviation of the yaw rate on the vehicle bus, degrees/s.
     pub yaw_rate_std_deg_per_s: f64,
-    /// Largest distance by which each run begins farther along the road, m.
+    /// Maximum random displacement of the start of a run along the road, m.
     pub vary_start_m: f64,
-    /// Largest distance by which each run begins beside the ego's offset to either side, m.
+    /// Maximum random displacement of the start of a run to either side of the ego vehicle's offset, m.
     pub vary_offset_m: f64,
-    /// Standard deviation of the surveyed lane lines across them, m.
+    /// Standard deviation of the surveyed lane lines, perpendicular to them, m.
     pub lines_std_m: f64,
-    /// Least and largest range of points that are used, m.
+    /// Minimum and maximum range of points, m.
     pub range_m: [f64; 2],
-    /// Least number of scans in which a landmark of the map was seen.
+    /// Minimum number of scans in which a landmark of the map was detected.
     pub least_hits: u32,
-    /// Largest distance at which lines are compared, m.
+    /// Maximum distance from the vehicle at which lines are scored, m.
     pub reach_m: f64,
-    /// Share of a row's points that is removed, and of others that is added, in readings that are worsened on
-    /// purpose.
+    /// Share of a row's points that is removed, and share of other points that is added, in readings with
+    /// degraded data.
     pub worse: f64,
-    /// Rows of markers whose words are read.
+    /// Rows of markers whose code words are decoded.
     pub row: Vec<RowTable>,
 }
 

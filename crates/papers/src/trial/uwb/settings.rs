@@ -4,7 +4,7 @@ use crate::trial::kit::*;
 use catseye::scene::toml_file::At;
 use catseye_lane::uwb::{Centre, options};
 
-/// Kim's scenario that this one represents; the document's values are printed beside ours.
+/// Kim's scenario that this scenario represents; Kim's values are printed beside the results.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StandsFor {
@@ -20,83 +20,82 @@ pub enum StandsFor {
     Manholes,
 }
 
-/// Settings of the method with an impulse radar that looks down at metal plates (Kim).
+/// Settings of the method `uwb`: an impulse radar above metal plates (Kim).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Scenario of the document that this one represents; default none, and no values of the document are
-    /// printed.
+    /// Kim's scenario that this scenario represents; default none: no values of Kim are printed.
     pub stands_for: Option<StandsFor>,
-    /// Distance from the beginning of a plate to that of the next, m.
+    /// Distance from the start of one plate to the start of the next, m.
     pub spacing_m: f64,
     /// Length of a plate, m.
     pub plate_length_m: f64,
     /// Width of the lane, m.
     pub lane_width_m: f64,
-    /// Width of the car, m.
+    /// Width of the vehicle, m.
     pub car_width_m: f64,
-    /// Least and largest range that counts, m; default by Kim (2) and (3) from the height of the radar and
-    /// the lengths above.
+    /// Range gate [minimum, maximum], m; default by Kim (2) and (3) from the height of the radar and the
+    /// lengths above.
     pub gate_m: Option<[f64; 2]>,
-    /// Margin for the length of a pulse at both ends of the gate, m.
+    /// Margin for the pulse length at both ends of the range gate, m.
     pub gate_margin_m: f64,
-    /// Whether the mean scan of the road without markers is subtracted from each scan first. The document's
-    /// own rule, which does not subtract it, is reported in any case.
+    /// true: the mean scan of the road without markers is subtracted from each scan first. Kim's rule, which
+    /// does not subtract it, is reported in any case.
     pub take_background: bool,
     /// Definition of the centre of a pass.
     pub centre: Centre,
-    /// Largest error of a spacing that counts as right, m; default a third of a plate.
+    /// Maximum error of a spacing that counts as correct, m; default a third of a plate.
     pub largest_error_m: Option<f64>,
-    /// Number of successive right spacings that make a lane.
+    /// Number of successive correct spacings that confirm a lane.
     pub confirm_spacings: u32,
-    /// Number of successive missing plates that raise the departure warning.
+    /// Number of successive missing plates that trigger the departure warning.
     pub misses_to_warn: u32,
-    /// Share of scans without markers that may exceed the threshold; default none of those seen, as in the
-    /// document.
+    /// Probability of false alarm: share of scans without markers that may exceed the threshold; default none
+    /// of the simulated scans, as in Kim.
     pub false_alarm_probability: Option<f64>,
-    /// Number of scans of the road without markers, from which the threshold is computed.
+    /// Number of scans of the road without markers from which the threshold is computed.
     pub quiet_scans: u32,
-    /// Speed of that drive and of the one past the plates for the histogram, km/h. Both are without sway.
+    /// Speed of that drive and of the drive for the histogram, km/h. Both are without sway.
     pub quiet_speed_kmh: f64,
-    /// Largest lateral distance of that drive to either side of the lane's middle, m; default as far as the
+    /// Maximum lateral offset of that drive to either side of the lane centre, m; default as far as the
     /// vehicle fits into the lane.
     pub quiet_aside_m: Option<f64>,
-    /// A road without markers, relative to the scenario; default the scenario's own road without objects.
+    /// Road file without markers, relative to the scenario; default the scenario's own road without objects.
     pub quiet_road: Option<At<String>>,
-    /// Class of the plates: the road without markers is then the scenario's own without these and without
-    /// moving objects.
+    /// Class of the plates: the road without markers is then the scenario's own road without objects of this
+    /// class and without moving objects.
     pub plate_class: Option<String>,
-    /// Number of scans of the slow drive past the plates for the histogram; 0 for none.
+    /// Number of scans of the slow drive past the plates for the histogram; 0: no histogram.
     pub histogram_scans: u32,
-    /// Whether the energy at the middle of a plate is also reported over the lateral distance.
+    /// true: the energy at the centre of a plate is also reported as a function of the lateral distance.
     pub offset_sweep: bool,
-    /// Range of speeds from which each run's are drawn, km/h, in place of the scenario's; default those of
-    /// the scenario.
+    /// Range of speeds from which the speed of each run is drawn, km/h, in place of the scenario's speed;
+    /// default the scenario's speed.
     pub speed_range_kmh: Option<[f64; 2]>,
-    /// Standard deviation of the bus speed, m/s.
+    /// Standard deviation of the speed on the vehicle bus, m/s.
     pub speed_std_mps: f64,
-    /// Step of the bus speed, km/h; 0: not rounded.
+    /// Quantisation step of the speed on the vehicle bus, km/h; 0: not quantised.
     pub speed_step_kmh: f64,
     /// Assumed standard deviation of the lateral distance to a line, m.
     pub offset_std_m: f64,
-    /// Asphalt of the road between the plates.
+    /// Asphalt between the plates.
     pub asphalt: Asphalt,
-    /// In a comparison: time from scan to scan, s; default the frame time of the radar's file.
+    /// In a comparison of methods: time between scans, s; default the frame time of the radar file.
     pub scan_interval_s: Option<f64>,
-    /// In a comparison: distance that the vehicle has driven with the radar on before the first look, m, as
-    /// far as the road reaches back; default three spacings.
+    /// In a comparison of methods: distance driven with the radar on before the first frame, m, limited by
+    /// the start of the road; default three spacings.
     pub run_up_m: Option<f64>,
 }
 
-/// The asphalt of the road in the band of impulse radars, as that of the table of materials is a mirror. It
-/// scatters by Oh's law (CONVENTIONS eq. 147).
+/// Asphalt in the band of impulse radars. The asphalt of the material table is smooth in this band; this one
+/// scatters by Oh's model (CONVENTIONS eq. 147).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Asphalt {
     /// Relative permittivity; default that of ITU-R P.2040-3 for 1 to 40 GHz.
     pub relative_permittivity: f64,
-    /// Standard deviation of its height, mm; 0 for a mirror. The default is an assumption for a fine dense
-    /// surface: no verifiable value for this band was found.
+    /// RMS roughness (standard deviation of the surface height), mm; 0 for a smooth surface. The default is
+    /// an assumption for a fine dense surface: no verifiable value for this band was found.
     pub roughness_mm: f64,
 }
 
