@@ -696,3 +696,129 @@ fn unsafe_only_where_allowed() {
     assert!(holds("fn f() { unsafe { g() } }"));
     assert!(!holds("#![deny(unsafe_code)] // unsafe\nconst S: &str = \"unsafe\";"));
 }
+
+// ---- words ----
+
+/// Words of this project's past, for which the glossary of CONTRIBUTING.md has the field's. Of several words each is one run of text.
+const RETIRED: [&str; 35] = [
+    "complaint",
+    "complaints",
+    "fact",
+    "facts",
+    "hear",
+    "heard",
+    "hears",
+    "judge",
+    "judged",
+    "judges",
+    "kept echoes",
+    "picture",
+    "pictures",
+    "piece",
+    "pieces",
+    "place of mirror reflection",
+    "places of mirror reflection",
+    "remark",
+    "remarks",
+    "remedies",
+    "remedy",
+    "skirt",
+    "skirts",
+    "slopes in turn",
+    "spill-over",
+    "stand there",
+    "stands there",
+    "tell apart",
+    "tells apart",
+    "told",
+    "told apart",
+    "transmitters in turn",
+    "trial",
+    "trials",
+    "unhidden",
+];
+
+/// Names of public items that are as old.
+const RETIRED_NAMES: [&str; 5] = ["complaint", "heard", "skirt", "told", "unhidden"];
+
+/// Retired words in prose, with what is around them; what stands in code is left out.
+fn retired(prose: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let without_blocks: String = prose.split("```").step_by(2).collect();
+    let without_code: String = without_blocks.split('`').step_by(2).collect::<Vec<_>>().join(" ");
+    for c in without_code.to_lowercase().chars() {
+        match c.is_alphanumeric() || c == '-' {
+            true => words.last_mut().unwrap().push(c),
+            false if words.last().unwrap().is_empty() => {}
+            false => words.push(String::new()),
+        }
+    }
+    let of = |phrase: &&str| {
+        let phrase: Vec<&str> = phrase.split(' ').collect();
+        let found = words.windows(phrase.len()).position(|w| w.iter().zip(&phrase).all(|(a, b)| a == b));
+        found.map(|at| words[at.saturating_sub(4)..(at + 5).min(words.len())].join(" "))
+    };
+    RETIRED.iter().filter_map(|phrase| Some(format!("'{phrase}' in \"{}\"", of(phrase)?))).collect()
+}
+
+/// Names of public items in a source that have a retired word.
+fn retired_names(source: &str) -> Vec<String> {
+    let kinds = ["fn ", "struct ", "enum ", "trait ", "type ", "mod ", "const ", "static "];
+    let lines = source.lines().map(str::trim_start).filter(|l| l.starts_with("pub"));
+    let names = lines.filter_map(|l| {
+        let rest = kinds.iter().filter_map(|k| l.split_once(k)).map(|x| x.1).min_by_key(|x| x.len())?;
+        Some(rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default())
+    });
+    let is_retired = |name: &str| {
+        // Words of snake_case and of CamelCase.
+        let mut spaced = String::new();
+        for c in name.chars() {
+            if c.is_uppercase() {
+                spaced.push('_');
+            }
+            spaced.extend(c.to_lowercase());
+        }
+        spaced.split('_').any(|w| RETIRED_NAMES.contains(&w))
+    };
+    names.filter(|n| is_retired(n)).map(String::from).collect()
+}
+
+#[test]
+fn public_text_has_the_fields_words() {
+    let mut pages = files("docs", "md");
+    let more = ["README.md", "SKILL.md", "CONVENTIONS.md", "ARCHITECTURE.md", "python/README.md"];
+    pages.extend(more.map(String::from));
+    let mut wrong = Vec::new();
+    for page in &pages {
+        wrong.extend(retired(&text(page)).into_iter().map(|w| format!("{page}: {w}")));
+    }
+    // Keys and columns, which the reference pages show.
+    for schema in files("schema", "json") {
+        for line in text(&schema).lines().map(str::trim_start) {
+            if line.starts_with("\"description\"") || line.starts_with("\"about\"") {
+                wrong.extend(retired(line).into_iter().map(|w| format!("{schema}: {w}")));
+            }
+        }
+    }
+    let mut sources = files("src", "rs");
+    sources.extend(files("crates", "rs"));
+    for path in sources.iter().filter(|p| !p.contains("/tests/")) {
+        wrong.extend(retired_names(&text(path)).into_iter().map(|n| format!("{path}: {n}")));
+    }
+    report(&wrong);
+}
+
+#[test]
+fn retired_words_are_found() {
+    assert_eq!(retired("The room holds what `told` says, ```pieces``` included."), Vec::<String>::new());
+    assert_eq!(retired("Echoes that\nnobody heard."), ["'heard' in \"echoes that nobody heard \""]);
+    assert_eq!(
+        retired("A place of mirror reflection."),
+        ["'place of mirror reflection' in \"a place of mirror reflection \""]
+    );
+    assert_eq!(retired("A pieced quilt stands in the trialled theatre."), Vec::<String>::new());
+    assert_eq!(
+        retired_names("    pub(super) fn unhidden_by(&self) {}\npub struct ToldApart;\nfn told() {}"),
+        ["unhidden_by", "ToldApart"]
+    );
+}

@@ -1,4 +1,4 @@
-//! Paths that two curved surfaces reflect, one after the other (CONVENTIONS eq. 58a).
+//! Paths that two curved surfaces reflect, one after the other (CONVENTIONS eq. 58b).
 //!
 //! From each facet that the radar may light a narrow cone of rays goes on. The tree of faces is searched for facets in that cone that send
 //! a ray back to the radar: their normals bisect the angle between the way that comes and the way that leaves, and each box of the tree

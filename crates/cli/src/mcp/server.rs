@@ -88,7 +88,7 @@ impl Server {
                 let (input, asked) = aside(move || tools.asked(&input).map(|asked| (input, asked))).await?;
                 let answer = self.tools.simulate(&input, &asked).await?;
                 let tools = self.tools.clone();
-                aside(move || tools.told(&asked, answer)).await
+                aside(move || tools.answer(&asked, answer)).await
             }
             "examples" => self.tools.examples(arguments::read(given)?).await,
             "describe" => {

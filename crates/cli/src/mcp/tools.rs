@@ -174,7 +174,7 @@ impl Tools {
     ///
     /// # Errors
     /// Returns an error for files of the run that cannot be read.
-    pub fn told(&self, asked: &Asked, answer: Answer) -> Result<Value> {
+    pub fn answer(&self, asked: &Asked, answer: Answer) -> Result<Value> {
         let Answer { object: report, notes } = answer;
         if asked.dry_run {
             return Ok(json!({ "scenario": asked.scenario, "dry_run": report, "notes": notes }));

@@ -525,13 +525,17 @@ impl DatasetLayout {
     pub(super) fn keep(&self, dir: &Path) -> Result<()> {
         let path = dir.join(LAYOUT);
         if let Some(there) = DatasetLayout::find(dir)? {
-            if there == *self {
+            let (there, here) = (there.without_descriptions(), self.without_descriptions());
+            if there == here {
                 return Ok(());
             }
-            return Err(BadInput::new(format!("holds a dataset of another layout ({})", there.unlike(self)))
-                .file(dir)
-                .remedy("give another folder, or the recipe that this one was begun with")
-                .into());
+            return Err(BadInput::new(format!(
+                "holds a dataset of another layout ({})",
+                there.unlike(&here)
+            ))
+            .file(dir)
+            .remedy("give another folder, or the recipe that this one was begun with")
+            .into());
         }
         let file = LayoutFile { store: VERSION, layout: self.clone() };
         let mut text =
@@ -539,6 +543,17 @@ impl DatasetLayout {
         text.push('\n');
         stage::write_file(path, true, text.as_bytes())?;
         Ok(())
+    }
+
+    /// The same layout without the descriptions of its arrays, tables and columns, which another version of catseye may word differently.
+    fn without_descriptions(&self) -> DatasetLayout {
+        let mut bare = self.clone();
+        bare.arrays.iter_mut().for_each(|a| a.about.clear());
+        for table in &mut bare.tables {
+            table.about.clear();
+            table.columns.iter_mut().for_each(|c| c.about.clear());
+        }
+        bare
     }
 
     /// The first thing in which `self` differs from `other`, in words.

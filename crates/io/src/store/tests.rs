@@ -199,6 +199,23 @@ fn an_attempt_that_fails_leaves_nothing_under_a_final_name() {
     }
 }
 
+/// A dataset that another version of catseye began, which words its descriptions differently, is continued; other columns are refused.
+#[test]
+fn descriptions_may_differ() {
+    let t = tempfile::tempdir().unwrap();
+    let layout = layout_of(&sample(0), 4, 2, Format::Frames, Compression::None);
+    layout.create(t.path()).unwrap();
+    let mut reworded = layout.clone();
+    reworded.tables[0].about = "Points.".into();
+    reworded.tables[0].columns[0].about = "Time.".into();
+    reworded.arrays[0].about = "Samples.".into();
+    reworded.create(t.path()).unwrap();
+    assert_eq!(DatasetLayout::open(t.path()).unwrap(), layout);
+    reworded.tables[0].columns[0].name = "time_us".into();
+    let e = reworded.create(t.path()).unwrap_err();
+    assert!(e.to_string().contains("other columns in table points"), "{e}");
+}
+
 #[test]
 fn records_of_another_layout_are_refused() {
     type Change = fn(&mut Record);

@@ -51,7 +51,7 @@ impl TrialContext<'_> {
     }
 
     /// Reports that frame `index` of `frames` in run `run` is done.
-    pub fn told(&self, run: u32, index: u32, frames: u32) {
+    pub fn report_frame(&self, run: u32, index: u32, frames: u32) {
         let frames = u64::from(frames);
         (self.watch)(u64::from(run) * frames + u64::from(index) + 1, u64::from(self.runs) * frames);
     }

@@ -66,7 +66,7 @@ pub fn drive_through<L: Looks>(
 ) -> Result<()> {
     (0..frames).try_for_each(|frame| {
         one_look(given, (drive, which), (run, frame), &format!("run{run}_frame{frame}"), looks)?;
-        given.told(run, frame, frames);
+        given.report_frame(run, frame, frames);
         Ok(())
     })
 }

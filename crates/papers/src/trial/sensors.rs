@@ -164,7 +164,7 @@ impl Odometer {
     }
 
     /// The scenario with the vehicle at this position and motion, and without other motion, for the tracker.
-    pub fn told(&self, scenario: &SitedScenario) -> SitedScenario {
+    pub fn scenario_of_tracker(&self, scenario: &SitedScenario) -> SitedScenario {
         let l = &self.now;
         let velocity = (DVec2::from_angle(l.heading_rad) * l.speed_mps).extend(0.0);
         let joints = vec![
@@ -211,7 +211,7 @@ impl TrackFollower {
             self.odometer.get_or_insert_with(|| Odometer::new(time_s, speed.value, yaw_rate.value));
         odometer.step(time_s, speed.value, yaw_rate.value);
         let points: Vec<Point> = seen.iter().map(KeptPoint::point).collect();
-        self.follower.points(&odometer.told(scenario), radar, index, &points)?;
+        self.follower.points(&odometer.scenario_of_tracker(scenario), radar, index, &points)?;
         let now = odometer.now;
         let fresh = self.follower.tracker.confirmed().filter(|t| t.seen_s == time_s);
         Ok(fresh.map(|t| lane_track(&now, t)).collect())

@@ -67,7 +67,7 @@ impl LaneMethod for CameraFusionOptions {
             for frame in 0..frames {
                 let key = format!("run{run}_frame{frame}");
                 one_look(given, (&drive, which), (run, frame), &key, &mut looks)?;
-                given.told(run, frame, frames);
+                given.report_frame(run, frame, frames);
             }
         }
         let DriveResults { mut courses, judged, shown } = found;

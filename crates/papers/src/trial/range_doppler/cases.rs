@@ -117,7 +117,7 @@ pub(super) fn looks(given: &TrialContext<'_>, s: &Settings, which: usize) -> Res
                 made.step.frame = i;
                 made
             }));
-            given.told(run, i, s.case.len() as u32);
+            given.report_frame(run, i, s.case.len() as u32);
         }
     }
     Ok(out)

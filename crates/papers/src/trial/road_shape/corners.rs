@@ -116,7 +116,7 @@ fn one_run(given: &TrialContext<'_>, run: u32, settings: &RoadShapeOptions, show
                 out.operations = [c.tracking, c.decomposition].map(|o| [o.multiplications, o.additions]);
             }
         }
-        given.told(run, index, drive.frames());
+        given.report_frame(run, index, drive.frames());
     }
     Ok(out)
 }

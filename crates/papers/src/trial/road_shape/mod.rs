@@ -76,7 +76,7 @@ fn seen(
             None => (drive.points(&frame), None),
         };
         out.push(Kept { points: points.into_iter().filter(kept_whole).collect(), image });
-        given.told(run, index, drive.frames());
+        given.report_frame(run, index, drive.frames());
     }
     Ok(out)
 }
