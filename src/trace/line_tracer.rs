@@ -208,7 +208,9 @@ fn lock(balance: &Mutex<Vec<Balance>>) -> MutexGuard<'_, Vec<Balance>> {
 /// The shares between which a segment is cut, so that no part spans more than [`WIDEST`] in view.
 fn parts(source: DVec3, ends_m: [DVec3; 2]) -> impl Iterator<Item = [f64; 2]> {
     let [a, b] = ends_m.map(|p| p - source);
-    let count = (a.angle_between(b) / WIDEST).ceil().clamp(1.0, 32.0);
+    // No angle where an end is the source.
+    let count = (a.angle_between(b) / WIDEST).ceil();
+    let count = if count > 1.0 { count.min(32.0) } else { 1.0 };
     (0..count as u32).map(move |k| [f64::from(k) / count, f64::from(k + 1) / count])
 }
 
