@@ -74,7 +74,7 @@ const GROUP: u32 = 64u;
 const GROUPS: u32 = 8u;
 // Fragments of an outline that have one box together.
 const HULL: u32 = 16u;
-// Segments are cut so that none spans more than this in view, rad.
+// Segments are cut into as many equal parts as they span this in view, rad.
 const WIDEST: f32 = 0.1;
 
 const NONE: u32 = 0xffffffffu;

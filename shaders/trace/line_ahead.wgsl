@@ -112,7 +112,7 @@ fn groups_ahead(id: u32) {
     }
 }
 
-// In how many parts an edge is cut between two shares, so that none spans more than WIDEST in view.
+// In how many equal parts an edge is cut between two shares: as many as it spans WIDEST in view.
 fn parts_of(edge: Edge, from_share: Num, to_share: Num) -> u32 {
     let s = source_of(last_leg);
     let along = v_sub(edge.b, edge.a);

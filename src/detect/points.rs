@@ -268,7 +268,7 @@ pub(super) fn stretched([azimuth, elevation]: [f64; 2], measured: [bool; 2], lon
     [y.clamp(-1.0, 1.0).asin(), up]
 }
 
-/// The nearest range at which something can be told from the radar itself: half a resolution cell. What the map shows
+/// The minimum range at which something can be separated from the radar itself: half a resolution cell. What the map shows
 /// nearer than that, or at a negative range, is leakage, a constant of the mixer or noise, and no point.
 pub fn min_range_m(radar: &Radar) -> f64 {
     let lines = radar.lines();

@@ -18,7 +18,7 @@ pub enum Why {
     BeyondLimit,
     /// The method for angles found no direction.
     NoDirection,
-    /// It stands nearer than anything can be told from the radar itself ([`min_range_m`]).
+    /// It is nearer than anything that can be separated from the radar itself ([`min_range_m`]).
     AtRadar,
 }
 

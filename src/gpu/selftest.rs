@@ -318,13 +318,10 @@ mod tests {
     #[test]
     fn double_f32_without_its_barrier_is_refused() {
         let df64 = KERNEL.sources[1];
-        let visible_part = df64.replace("return bitcast<f32>(bitcast<u32>(x) ^ barrier_zero);", "return x;");
-        assert_ne!(df64, visible_part);
-        let sources: Vec<&'static str> = KERNEL
-            .sources
-            .iter()
-            .map(|s| if *s == df64 { &*visible_part.clone().leak() } else { *s })
-            .collect();
+        let fusable = df64.replace("return bitcast<f32>(bitcast<u32>(x) ^ barrier_zero);", "return x;");
+        assert_ne!(df64, fusable);
+        let sources: Vec<&'static str> =
+            KERNEL.sources.iter().map(|s| if *s == df64 { &*fusable.clone().leak() } else { *s }).collect();
         let kernel: &'static Kernel =
             Box::leak(Box::new(Kernel { stem: "test/no-barrier", sources: sources.leak(), ..KERNEL }));
         let gpu = test_gpu();

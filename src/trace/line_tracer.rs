@@ -27,7 +27,7 @@ const FREE_POSITIVE: u32 = 8;
 const IS_SIDE: u32 = 32;
 const HALVES: u32 = 8;
 
-/// Outlines and walls are cut so that none spans more than this in view, rad.
+/// Outlines and walls are cut into as many equal parts as they span this in view, rad.
 const WIDEST: f64 = 0.1;
 /// Lists of `line_ahead`.
 const GROUPS_AHEAD: u32 = 0;
@@ -205,7 +205,7 @@ fn lock(balance: &Mutex<Vec<Balance>>) -> MutexGuard<'_, Vec<Balance>> {
     balance.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The shares between which a segment is cut, so that no part spans more than [`WIDEST`] in view.
+/// The shares between which a segment is cut, into as many equal parts as it spans [`WIDEST`] in view.
 fn parts(source: DVec3, ends_m: [DVec3; 2]) -> impl Iterator<Item = [f64; 2]> {
     let [a, b] = ends_m.map(|p| p - source);
     // No angle where an end is the source.

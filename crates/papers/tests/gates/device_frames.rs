@@ -348,19 +348,19 @@ fn bits(r: &Echo) -> Vec<u64> {
 }
 
 /// Samples and map of echoes, without noise.
-struct TracedFrame {
+struct Received {
     samples: Vec<Complex64>,
     map: PowerMap<f64>,
 }
 
-impl TracedFrame {
-    fn of(radar: &Radar, echoes: &Echoes) -> TracedFrame {
-        TracedFrame::map_of(radar, cube(radar, &echoes.list))
+impl Received {
+    fn of(radar: &Radar, echoes: &Echoes) -> Received {
+        Received::map_of(radar, cube(radar, &echoes.list))
     }
 
     /// The same of other echoes. Only what differs is synthesised and added to the samples: grids err by 1e-4 of what they hold, which lies
     /// over the weakest cells of frames with strong echoes, and would be taken for a difference.
-    fn with(&self, radar: &Radar, echoes: &Echoes, other: &Echoes, reach_s: f64) -> TracedFrame {
+    fn with(&self, radar: &Radar, echoes: &Echoes, other: &Echoes, reach_s: f64) -> Received {
         let mut between = other.list.clone();
         between.extend(echoes.list.iter().map(|r| {
             let mut r = r.clone();
@@ -372,14 +372,14 @@ impl TracedFrame {
         for (to, z) in sum.data.iter_mut().zip(&self.samples) {
             *to += num_complex::Complex32::new(z.re as f32, z.im as f32);
         }
-        TracedFrame::map_of(radar, sum)
+        Received::map_of(radar, sum)
     }
 
-    fn map_of(radar: &Radar, cube: Cube<f32>) -> TracedFrame {
+    fn map_of(radar: &Radar, cube: Cube<f32>) -> Received {
         let z = |z: &num_complex::Complex32| Complex64::new(z.re.into(), z.im.into());
         let samples = cube.data.iter().map(z).collect();
         let engine = Engine::Cpu(Precision::F32);
-        TracedFrame { samples, map: engine.range_doppler(radar, &AnyCube::F32(cube)).unwrap().map }
+        Received { samples, map: engine.range_doppler(radar, &AnyCube::F32(cube)).unwrap().map }
     }
 }
 
@@ -401,8 +401,8 @@ struct Maps {
 }
 
 impl Maps {
-    fn of(got: &TracedFrame, want: &TracedFrame, noise_w: f64) -> Maps {
-        let parts = |h: &TracedFrame| h.samples.iter().flat_map(|z| [z.re, z.im]).collect::<Vec<_>>();
+    fn of(got: &Received, want: &Received, noise_w: f64) -> Maps {
+        let parts = |h: &Received| h.samples.iter().flat_map(|z| [z.re, z.im]).collect::<Vec<_>>();
         let (over, near) = cells(&got.map, &want.map, noise_w);
         Maps {
             amplitude_l2: relative_l2(parts(got), parts(want)),
@@ -504,7 +504,7 @@ fn measure(frame: &Frame, extent: &Extent) -> Measured {
     let noise_w = noise_w(radar);
     let mut short = Radar { thermal_noise: false, chirps: LOOPS.min(radar.chirps), ..radar.clone() };
     short.processing.doppler_fft = short.chirps;
-    let want = TracedFrame::of(&short, &host);
+    let want = Received::of(&short, &host);
     let received = |other: &Echoes| want.with(&short, &host, other, geometry.reach_s);
     let (got, stricter) = (received(&device), received(&finer));
     let [in_host, in_device, in_other] = [&host, &device, &otherwise].map(|e| cell_sums(radar, &e.list));
@@ -763,7 +763,7 @@ fn echoes_that_differ_are_told() {
 /// The same for maps: half a decibel in one sample's echo is a cell that differs.
 #[test]
 fn maps_that_differ_are_told() {
-    let received = |a: f64| TracedFrame {
+    let received = |a: f64| Received {
         samples: vec![Complex64::new(a, 0.0), Complex64::new(0.0, 1.0)],
         map: PowerMap { data: vec![a * a, 1.0, 1e-9], doppler_bins: 1, range_bins: 3 },
     };

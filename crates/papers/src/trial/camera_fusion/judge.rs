@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 /// Pieces of the spline that is compared with the parabola, as in the core's tests.
 const SPLINE_PIECES: usize = 5;
-/// Longest arc extension when lanes of targets are told apart, m.
+/// Longest arc extension when lanes of targets are separated, m.
 const EXTENSION_M: f64 = 20.0;
 
 /// The truth with only the two lines of the own lane.
@@ -125,9 +125,9 @@ impl Judged {
         }
         let trails: Vec<_> = insight.ways.iter().map(|w| w.trail.clone()).collect();
         if trails.len() > 1
-            && let Ok(told) = separate_lanes(&trails, settings.lane_width_m, EXTENSION_M)
+            && let Ok(separated) = separate_lanes(&trails, settings.lane_width_m, EXTENSION_M)
         {
-            for (i, lane) in told.iter().enumerate().skip(1) {
+            for (i, lane) in separated.iter().enumerate().skip(1) {
                 if let (Some(a), Some(b)) = (known[0], known[i]) {
                     self.apart.add(lane.as_ref().is_ok_and(|l| l.lane == b - a));
                 }
