@@ -15,6 +15,7 @@ use catseye::dsp::{Cell, Detection, PowerMap, RangeDoppler, Snapshots, Spectrum}
 use catseye::engine::stages::AnySpectrum;
 use catseye::engine::{AnyCube, Engine, Precision};
 use catseye::scene::radar::{Cfar, CfarKind, Radar};
+use catseye::scene::radar_toml::FALSE_ALARM;
 use glam::{DQuat, DVec3};
 use num_complex::{Complex, Complex32, Complex64};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods};
@@ -281,9 +282,9 @@ fn detector(
     let [guard, train] =
         [from("guard", guard, own.map(|c| c.guard))?, from("train", train, own.map(|c| c.train))?];
     let Some(pfa) = pfa.or(own.map(|c| c.pfa)) else { return missing(py, "false_alarm_probability") };
-    if !(pfa > 0.0 && pfa < 1.0) {
-        let b = BadInput::new("is no probability of false alarm").key("false_alarm_probability").value(pfa);
-        return refuse(py, b.allowed("above 0 and below 1"));
+    if !FALSE_ALARM.contains(&pfa) {
+        let b = BadInput::new("is out of range").key("false_alarm_probability").value(pfa);
+        return refuse(py, b.allowed(format!("{:e}..={}", FALSE_ALARM.start(), FALSE_ALARM.end())));
     }
     // As a radar file has it: three quarters of the training cells.
     let sizes = [0, 1].map(|i| [2 * (guard[i] + train[i]) + 1, 2 * guard[i] + 1]);

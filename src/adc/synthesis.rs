@@ -86,9 +86,9 @@ impl PhasePolynomial {
     }
 }
 
-/// What the front end did with the echoes of one frame.
+/// The echoes of one frame: how many there were, which of them were left out, and how they were summed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
-pub struct SynthesisStats {
+pub struct EchoSummary {
     /// Number of echoes.
     pub echoes: u64,
     /// Of those, the ones whose path length changes. When there are none, one chirp of each
@@ -105,7 +105,7 @@ pub struct SynthesisStats {
     pub left_out: u64,
     /// Power of the echoes that were left out, W.
     pub left_out_power_w: f64,
-    /// Bounces that were followed; 0 where nobody says.
+    /// Number of bounces that were traced; 0 where it is not known.
     pub bounces: u64,
     /// Power of the echoes, W: those of one chain in one range cell are added up with their phases.
     pub power_w: f64,
@@ -117,10 +117,10 @@ pub struct SynthesisStats {
     pub synthesis: Methods,
 }
 
-impl SynthesisStats {
+impl EchoSummary {
     /// What is known of a frame's echoes before anything is synthesised of them.
-    pub fn of_echoes(echoes: &Echoes) -> SynthesisStats {
-        SynthesisStats {
+    pub fn of_echoes(echoes: &Echoes) -> EchoSummary {
+        EchoSummary {
             echoes: echoes.list.len() as u64,
             dropped: echoes.beyond_reach,
             merged: echoes.merged,
@@ -135,8 +135,8 @@ impl SynthesisStats {
     }
 
     /// Adds up the statistics of one frame's echoes through two ramps.
-    pub fn and(&self, other: &SynthesisStats) -> SynthesisStats {
-        SynthesisStats {
+    pub fn and(&self, other: &EchoSummary) -> EchoSummary {
+        EchoSummary {
             echoes: self.echoes.max(other.echoes),
             moving: self.moving.max(other.moving),
             dropped: self.dropped.max(other.dropped),
@@ -220,7 +220,7 @@ pub struct Plan<'a> {
     /// Whether the lines are real or complex; what is not mixed with the sweep is real, if at all, only after shaping.
     pub sampling: Sampling,
     /// What the front end did with the echoes.
-    pub front_end: SynthesisStats,
+    pub echo_summary: EchoSummary,
     pub(super) radar: &'a Radar,
     lines: FrequencySamples,
     pub(super) echoes: &'a [Echo],
@@ -250,7 +250,7 @@ impl<'a> Plan<'a> {
     /// Returns an error if an echo is not finite.
     pub fn with_lines(radar: &'a Radar, lines: FrequencySamples, echoes: &'a Echoes) -> Result<Plan<'a>> {
         let filters = &radar.front_end.filters;
-        let front_end = SynthesisStats::of_echoes(echoes);
+        let echo_summary = EchoSummary::of_echoes(echoes);
         let echoes = &echoes.list[..];
         if echoes.len() > u32::MAX as usize {
             return Err(Error::Failed(format!("{} echoes in one frame; the limit is 2^32", echoes.len())));
@@ -276,7 +276,7 @@ impl<'a> Plan<'a> {
             channels: ways.len(),
             samples: lines.count,
             sampling: if lines.step_s > 0.0 { radar.sampling } else { Sampling::Iq },
-            front_end,
+            echo_summary,
             radar,
             lines,
             echoes,
@@ -289,14 +289,14 @@ impl<'a> Plan<'a> {
         };
         for (i, (r, (_, is_received))) in echoes.iter().zip(known).enumerate() {
             if !is_received {
-                plan.front_end.dropped += 1;
-                plan.front_end.dropped_power_w +=
+                plan.echo_summary.dropped += 1;
+                plan.echo_summary.dropped_power_w +=
                     plan.ways.first().map_or(0.0, |w| plan.amplitudes[i * kinds + w.kind].norm_sqr());
             } else if r.is_still() && !coded {
                 plan.still.push(i as u32);
             } else {
                 plan.moving.push(i as u32);
-                plan.front_end.moving += u64::from(!r.is_still());
+                plan.echo_summary.moving += u64::from(!r.is_still());
             }
         }
         // What a real filter passes it weakens.

@@ -9,7 +9,7 @@ use crate::adc::interference::Arrival;
 use crate::adc::methods::Methods;
 use crate::adc::noise::Noise;
 use crate::adc::shaping::Shaping;
-use crate::adc::synthesis::{Plan, SynthesisStats};
+use crate::adc::synthesis::{EchoSummary, Plan};
 use crate::adc::{Cube, DeviceCube};
 use crate::base::control::Control;
 use crate::base::error::{Error, Result};
@@ -100,7 +100,7 @@ struct RecordedFrame<F> {
     /// The cube's shape and what its samples are read back with, where they are wanted.
     cube: Option<(DeviceCube, Vec<Pending<[f32; 2]>>)>,
     found: Found<F>,
-    front_end: SynthesisStats,
+    echo_summary: EchoSummary,
     ran: StageCounts,
 }
 
@@ -123,7 +123,7 @@ fn recorded<'a, F>(
     find: impl FnOnce(&mut Recorder<'_>, &DeviceCube, &Transform, &'a Cfar) -> Result<F>,
 ) -> Result<RecordedFrame<F>> {
     let radar = input.radar;
-    let (device, front_end) = recorded_cube(gpu, recorder, radar, plan, (input.seed, input.frame))?;
+    let (device, echo_summary) = recorded_cube(gpu, recorder, radar, plan, (input.seed, input.frame))?;
     let mut ran = StageCounts::default();
     ran.count(Stage::Synthesis);
     let pending = input.extent.samples.then(|| device.read(recorder));
@@ -143,7 +143,7 @@ fn recorded<'a, F>(
     }
     // The memory of the samples serves the next frame.
     let shape = DeviceCube { pieces: Vec::new(), ..device };
-    Ok(RecordedFrame { cube: pending.map(|pending| (shape, pending)), found, front_end, ran })
+    Ok(RecordedFrame { cube: pending.map(|pending| (shape, pending)), found, echo_summary, ran })
 }
 
 /// Records synthesis, noise and conversion of a plan's cube.
@@ -153,7 +153,7 @@ fn recorded_cube(
     radar: &Radar,
     plan: &Plan<'_>,
     (seed, frame): (u64, u32),
-) -> Result<(DeviceCube, SynthesisStats)> {
+) -> Result<(DeviceCube, EchoSummary)> {
     let (device, synthesis) = grid_device::record(plan, gpu, recorder)?;
     if let Some(n) = Noise::thermal(radar, seed, frame) {
         n.record(recorder, &device);
@@ -161,7 +161,7 @@ fn recorded_cube(
     if let Some(c) = Convert::new(&radar.front_end, radar.sampling) {
         c.record(recorder, &device);
     }
-    Ok((device, SynthesisStats { synthesis, ..plan.front_end }))
+    Ok((device, EchoSummary { synthesis, ..plan.echo_summary }))
 }
 
 /// What an engine makes of a frame's echoes.
@@ -170,7 +170,7 @@ pub struct MadeFrame {
     /// The samples, where they were wanted.
     pub cube: Option<AnyCube>,
     /// Statistics of synthesis and front end.
-    pub front_end: SynthesisStats,
+    pub echo_summary: EchoSummary,
     /// The map of each ramp; none where the frame ends before [`Stage::Transform`], and without cells where it ends before
     /// [`Stage::Detection`].
     pub maps: Vec<RangeDoppler<f64>>,
@@ -195,7 +195,7 @@ impl Engine {
         seed: u64,
         frame: u32,
         control: Control<'_>,
-    ) -> Result<(AnyCube, SynthesisStats)> {
+    ) -> Result<(AnyCube, EchoSummary)> {
         if let Engine::Gpu(gpu) = self
             && let Some(plan) = self.plan_of_cube(radar, echoes, interference)?
         {
@@ -233,7 +233,7 @@ impl Engine {
                 dsp::device::record(r, gpu, cube, transform, cfar)
             })?;
             let mut done = recorder.submit()?;
-            let RecordedFrame { cube, found, front_end, ran } = recorded;
+            let RecordedFrame { cube, found, echo_summary, ran } = recorded;
             let cube = cube.map(|(device, pending)| AnyCube::F32(device.take(&mut done, pending)));
             let maps = match found {
                 Found::Nothing => Vec::new(),
@@ -242,7 +242,7 @@ impl Engine {
             };
             return Ok(MadeFrame {
                 cube,
-                front_end,
+                echo_summary,
                 maps,
                 ran,
                 seconds: [start.elapsed().as_secs_f64(), 0.0],
@@ -251,8 +251,8 @@ impl Engine {
         let FrameInput { radar, echoes, interference, seed, frame, extent } = *input;
         let mut ran = StageCounts::default();
         if !extent.reaches(Stage::Synthesis) {
-            let front_end = SynthesisStats::of_echoes(echoes);
-            return Ok(MadeFrame { cube: None, front_end, maps: Vec::new(), ran, seconds: [0.0; 2] });
+            let echo_summary = EchoSummary::of_echoes(echoes);
+            return Ok(MadeFrame { cube: None, echo_summary, maps: Vec::new(), ran, seconds: [0.0; 2] });
         }
         let start = Instant::now();
         let (cube, seen) = self.cube(radar, echoes, interference, seed, frame, control)?;
@@ -274,7 +274,7 @@ impl Engine {
             }
         };
         let seconds = [synthesis, start.elapsed().as_secs_f64() - synthesis];
-        Ok(MadeFrame { cube: extent.samples.then_some(cube), front_end: seen, maps, ran, seconds })
+        Ok(MadeFrame { cube: extent.samples.then_some(cube), echo_summary: seen, maps, ran, seconds })
     }
 
     /// Makes frames, of any radars, with one result for each in their order, to the bit as [`Engine::frame`] makes them. On the gpu
@@ -361,7 +361,7 @@ impl Engine {
         let mut made: Vec<Option<Result<MadeFrame>>> = Vec::with_capacity(frames.len());
         let mut crowded: Vec<(usize, usize)> = Vec::new();
         let a_frame_s = start.elapsed().as_secs_f64() / frames.len() as f64;
-        for (i, RecordedFrame { cube, found, front_end, ran }) in frames.into_iter().enumerate() {
+        for (i, RecordedFrame { cube, found, echo_summary, ran }) in frames.into_iter().enumerate() {
             let cube = cube.map(|(shape, pending)| AnyCube::F32(shape.take(&mut done, pending)));
             let maps = match found {
                 Found::Nothing => Ok(Vec::new()),
@@ -377,7 +377,7 @@ impl Engine {
                 },
             };
             let seconds = [a_frame_s, 0.0];
-            made.push(Some(maps.map(|maps| MadeFrame { cube, front_end, maps, ran, seconds })));
+            made.push(Some(maps.map(|maps| MadeFrame { cube, echo_summary, maps, ran, seconds })));
         }
         drop(done);
         if let Some(most) = crowded.iter().map(|(_, count)| *count).max() {
@@ -440,20 +440,20 @@ impl Engine {
         radar: &Radar,
         with: &Received<'_>,
         control: Control<'_>,
-    ) -> Result<(Cube<T>, SynthesisStats)> {
+    ) -> Result<(Cube<T>, EchoSummary)> {
         let built = match &radar.front_end.channels {
             Some(errors) => channels::displaced(radar, errors),
             None => radar.clone(),
         };
         let parts = radar.waveform.parts();
         let mut made = Vec::with_capacity(parts);
-        let mut front_end = SynthesisStats::default();
+        let mut echo_summary = EchoSummary::default();
         for i in 0..parts {
             let part = built.part(i);
             let chain = Chain::new(&part, &part.front_end);
             let margin = chain.margin();
             let (clean, seen) = self.clean::<T>(&part, with.echoes, margin, control)?;
-            front_end = if i == 0 { seen } else { front_end.and(&seen) };
+            echo_summary = if i == 0 { seen } else { echo_summary.and(&seen) };
             // Each ramp of a loop has draws of its own.
             let seed = with.seed ^ ((i as u64) << 40);
             let noise = Noise::thermal(&part, seed, with.frame);
@@ -466,7 +466,7 @@ impl Engine {
             };
             made.push(crate::adc::cpu::front_end::apply(clean, margin, &chain, inputs)?);
         }
-        Ok((interleaved(made), front_end))
+        Ok((interleaved(made), echo_summary))
     }
 
     /// Echoes of one ramp alone, with `margin` further samples before and after each record.
@@ -476,20 +476,20 @@ impl Engine {
         echoes: &Echoes,
         margin: usize,
         control: Control<'_>,
-    ) -> Result<(Cube<T>, SynthesisStats)> {
+    ) -> Result<(Cube<T>, EchoSummary)> {
         let largest_rate = echoes.list.iter().map(|r| r.path_rate_mps.abs()).fold(0.0, f64::max);
         let Some(shaping) = Shaping::of(part, largest_rate) else {
             let plan = Plan::with_lines(part, part.lines().wider(margin), echoes)?;
             let (cube, synthesis) = self.lines::<T>(&plan, control)?;
-            return Ok((cube, SynthesisStats { synthesis, ..plan.front_end }));
+            return Ok((cube, EchoSummary { synthesis, ..plan.echo_summary }));
         };
         let mut samples = Cube::zeros(part.chirps, part.channels(), part.samples);
-        let mut seen = SynthesisStats::default();
+        let mut seen = EchoSummary::default();
         for order in 0..shaping.orders(largest_rate)? {
             let plan = shaping.plan(part, echoes, order)?;
             let (lines, synthesis) = self.lines::<T>(&plan, control)?;
             if order == 0 {
-                seen = SynthesisStats { synthesis, ..plan.front_end };
+                seen = EchoSummary { synthesis, ..plan.echo_summary };
             }
             crate::adc::cpu::shaping::add(&shaping, &lines, order, &mut samples);
         }

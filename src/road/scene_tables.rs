@@ -17,15 +17,18 @@ use std::collections::BTreeMap;
 pub struct SceneFile {
     /// Name of the scene, shown in results.
     pub name: String,
-    /// Maximum distance of a facet from the curved surface that it approximates, m; 1e-5 to 1, default 0.005.
-    pub sagitta_m: Option<At<f64>>,
-    /// Duration for which the motion of vehicles is computed, s; 0 to 3600, default 30. A scenario uses the
+    /// Maximum distance of a facet from the curved surface that it approximates, m; default 0.005.
+    #[schemars(range(min = 1e-5, max = 1.0))]
+    pub sagitta_m: Option<f64>,
+    /// Duration for which the motion of vehicles is computed, s; default 30. A scenario uses the
     /// duration of its frames instead.
-    pub duration_s: Option<At<f64>>,
+    #[schemars(range(min = 0.0, max = 3600.0))]
+    pub duration_s: Option<f64>,
     /// Materials defined in this scene, for use in surfaces, verges, rails, walls, fences and gantries.
     #[serde(default)]
     pub material: Vec<MaterialTable>,
     /// The roads of the scene, at least one; a road may begin at a road defined before it.
+    #[schemars(length(min = 1))]
     pub road: Vec<RoadTable>,
 }
 
@@ -40,11 +43,14 @@ pub struct MaterialTable {
     /// Relative permittivity [eps', eps'']; the loss eps'' is positive.
     pub eps_r: Option<At<[f64; 2]>>,
     /// Conductivity, S/m; without eps_r the material is a good conductor.
-    pub conductivity_s_per_m: Option<At<f64>>,
-    /// Standard deviation of the surface height (RMS roughness), m; 0 (default: smooth) to 1.
-    pub roughness_rms_m: Option<At<f64>>,
-    /// Correlation length of the roughness, m; 0 to 1000.
-    pub correlation_length_m: Option<At<f64>>,
+    #[schemars(range(min = 0.0, max = 1e12))]
+    pub conductivity_s_per_m: Option<f64>,
+    /// Standard deviation of the surface height (RMS roughness), m; default 0, smooth.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub roughness_rms_m: Option<f64>,
+    /// Correlation length of the roughness, m.
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    pub correlation_length_m: Option<f64>,
     /// Backscatter model: "oh", "kulemin:GROUND" or "gamma:DB", with options as in "gamma:-20,cross_db=-8".
     pub backscatter: Option<At<String>>,
     /// Lowest and highest frequency for which the values are valid, Hz.
@@ -107,9 +113,10 @@ pub struct StartTable {
     /// Distance of the start from the other road's axis, m, positive to the left; default 0.
     pub t_m: Option<At<f64>>,
     /// Direction of the axis at its start, degrees to the left of the world's x axis or of the other road's
-    /// direction; -360 to 360.
+    /// direction.
     #[serde(default)]
-    pub heading_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub heading_deg: f64,
 }
 
 /// Shape of an element of the plan view.
@@ -130,11 +137,13 @@ pub enum ElementKind {
 pub struct ElementTable {
     /// Shape of the element.
     pub kind: At<ElementKind>,
-    /// Length of the element, m, greater than 0; an arc may give `angle_deg` instead.
+    /// Length of the element, m; an arc may give `angle_deg` instead.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub length_m: Option<At<f64>>,
     /// Radius of an arc, m; magnitude at least 0.1, negative to the right.
     pub radius_m: Option<At<f64>>,
-    /// Angle of an arc, degrees, greater than 0 and less than 3600, in place of its length.
+    /// Angle of an arc, degrees, in place of its length.
+    #[schemars(range(max = 3600.0), extend("exclusiveMinimum" = 0.0))]
     pub angle_deg: Option<At<f64>>,
     /// Radius at the start of a clothoid, m; default the radius at the end of the preceding element.
     pub from_radius_m: Option<At<f64>>,
@@ -148,11 +157,13 @@ pub struct ElementTable {
 pub struct GradeTable {
     /// Station of the intersection of the two grade lines, m.
     pub s_m: At<f64>,
-    /// Grade beyond that station, percent, positive uphill; -100 to 100.
-    pub grade_percent: At<f64>,
+    /// Grade beyond that station, percent, positive uphill.
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub grade_percent: f64,
     /// Length of the parabola for each percent of change in grade (K), m; 0 makes a kink.
     #[serde(default)]
-    pub k_m_per_percent: At<f64>,
+    #[schemars(range(min = 0.0, max = 1e6))]
+    pub k_m_per_percent: f64,
 }
 
 /// A lane, next to the preceding lane or to the axis.
@@ -180,13 +191,17 @@ pub struct LaneTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PaintTable {
-    /// Width of a line, m; greater than 0, at most 1000.
+    /// Width of a line, m.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub width_m: At<f64>,
-    /// Length of a dash of a dashed line, m; greater than 0.001, at most 1000.
+    /// Length of a dash of a dashed line, m.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 1e-3))]
     pub dash_m: At<f64>,
-    /// Length of the gap between two dashes, m; greater than 0, at most 1000.
+    /// Length of the gap between two dashes, m.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub gap_m: At<f64>,
-    /// Height of the paint above the road, m; 0.0001 to 0.05.
+    /// Height of the paint above the road, m.
+    #[schemars(range(min = 1e-4, max = 0.05))]
     pub thickness_m: At<f64>,
     /// Radar material of the paint.
     pub material: At<String>,
@@ -244,10 +259,12 @@ pub struct LineTable {
 pub struct VergeTable {
     /// Side of the axis.
     pub side: Side,
-    /// Width of the verge from the outermost lane outwards, m; greater than 0, at most 1000.
-    pub width_m: At<f64>,
-    /// Drop over the first metre, m; 0 to 10, default 0.12.
-    pub drop_m: Option<At<f64>>,
+    /// Width of the verge from the outermost lane outwards, m.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
+    pub width_m: f64,
+    /// Drop over the first metre, m; default 0.12.
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub drop_m: Option<f64>,
     /// Radar material; default grass.
     pub material: Option<At<String>>,
     /// Start station, m; 0 to the road's length, default 0.
@@ -268,9 +285,11 @@ pub struct RailTable {
     pub from_m: Option<At<f64>>,
     /// End station, m; greater than `from_m`, at most the road's length, which is the default.
     pub to_m: Option<At<f64>>,
-    /// Height of the rail's upper edge, m; 0.35 to 10, default 0.75.
-    pub height_m: Option<At<f64>>,
+    /// Height of the rail's upper edge, m; default 0.75.
+    #[schemars(range(min = 0.35, max = 10.0))]
+    pub height_m: Option<f64>,
     /// Distance between posts, m; default 4; 0 means no posts.
+    #[schemars(range(min = 0.0, max = 1e6))]
     pub post_spacing_m: Option<At<f64>>,
     /// Radar material; default steel.
     pub material: Option<At<String>>,
@@ -287,9 +306,11 @@ pub struct WallTable {
     /// End station, m; greater than `from_m`, at most the road's length, which is the default.
     pub to_m: Option<At<f64>>,
     /// Height, m; default 3 (kerb 0.12).
-    pub height_m: Option<At<f64>>,
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+    pub height_m: Option<f64>,
     /// Thickness, m; default 0.2 (kerb 0.15).
-    pub thickness_m: Option<At<f64>>,
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+    pub thickness_m: Option<f64>,
     /// Radar material; default concrete. For a wall with a metal face use "aluminium".
     pub material: Option<At<String>>,
 }
@@ -306,15 +327,20 @@ pub struct FenceTable {
     /// End station, m; greater than `from_m`, at most the road's length, which is the default.
     pub to_m: Option<At<f64>>,
     /// Height of the fence, m; default 1.2.
-    pub height_m: Option<At<f64>>,
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+    pub height_m: Option<f64>,
     /// Distance between posts, m; default 2.5.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub post_spacing_m: Option<At<f64>>,
     /// Side of a post's square cross-section, m; default 0.08.
-    pub post_m: Option<At<f64>>,
-    /// Number of horizontal bars, 1 to 100; default 3.
-    pub bars: Option<At<u32>>,
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+    pub post_m: Option<f64>,
+    /// Number of horizontal bars; default 3.
+    #[schemars(range(min = 1, max = 100))]
+    pub bars: Option<u32>,
     /// Side of a bar's square cross-section, m; default 0.04.
-    pub bar_m: Option<At<f64>>,
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+    pub bar_m: Option<f64>,
     /// Radar material; default steel.
     pub material: Option<At<String>>,
 }
@@ -330,9 +356,11 @@ pub struct GantryTable {
     /// Lateral position of the other leg.
     pub to: At<LateralTable>,
     /// Clearance: height of the beam's lower side above the road, m; default 5.5.
-    pub clearance_m: Option<At<f64>>,
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+    pub clearance_m: Option<f64>,
     /// Side of the beam's square cross-section, m; default 0.8.
-    pub beam_m: Option<At<f64>>,
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+    pub beam_m: Option<f64>,
     /// Radar material; default steel.
     pub material: Option<At<String>>,
 }
@@ -344,11 +372,14 @@ pub struct CodeTable {
     /// Code word of zeros and ones, as in "1011"; it is repeated along the row.
     pub word: At<String>,
     /// Gap between two reflectors that encodes 0, m.
-    pub zero_m: At<f64>,
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+    pub zero_m: f64,
     /// Gap between two reflectors that encodes 1, m; it must differ from `zero_m`.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub one_m: At<f64>,
     /// Gap between two words, m; it must differ from the other two gaps; default no such gap.
-    pub sync_m: Option<At<f64>>,
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+    pub sync_m: Option<f64>,
 }
 
 /// A row of identical reflectors.
@@ -368,13 +399,15 @@ pub struct RowTable {
     pub from_m: Option<At<f64>>,
     /// Last possible station of a reflector, m; default the end of the road.
     pub to_m: Option<At<f64>>,
-    /// Spacing of the reflectors, m, greater than 0; alternative to `gaps_m` and `code`.
+    /// Spacing of the reflectors, m; alternative to `gaps_m` and `code`.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub spacing_m: Option<At<f64>>,
     /// Number of reflectors at `spacing_m`, at most as many as fit on the road; by default they fill the
     /// road.
     pub count: Option<At<u32>>,
-    /// Distances between successive reflectors, m, greater than 0; alternative to `spacing_m`.
-    pub gaps_m: Option<At<Vec<f64>>>,
+    /// Distances between successive reflectors, m; alternative to `spacing_m`.
+    #[schemars(inner(range(min = 1e-6, max = 1e6)))]
+    pub gaps_m: Option<Vec<f64>>,
     /// Code word that is encoded in the distances between reflectors; alternative to `spacing_m`.
     pub code: Option<CodeTable>,
     /// true: the distances are measured along the row itself, which is longer or shorter than the axis in
@@ -383,19 +416,24 @@ pub struct RowTable {
     pub along_row: bool,
     /// Angle of the boresight to the left of the road's direction, degrees; default 180, towards traffic in
     /// the road's direction.
-    pub yaw_deg: Option<At<f64>>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub yaw_deg: Option<f64>,
     /// Yaw increment from each reflector to the next, degrees.
     #[serde(default)]
-    pub turn_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub turn_deg: f64,
     /// Pitch, degrees, positive nose down; at -90 a plate faces up.
     #[serde(default)]
-    pub pitch_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub pitch_deg: f64,
     /// Roll, degrees, positive left side up.
     #[serde(default)]
-    pub roll_deg: At<f64>,
-    /// Height of the reflector's origin above the road, m; -10 to 100, default 0.002 for markers, 0 for
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub roll_deg: f64,
+    /// Height of the reflector's origin above the road, m; default 0.002 for markers, 0 for
     /// others.
-    pub lift_m: Option<At<f64>>,
+    #[schemars(range(min = -10.0, max = 100.0))]
+    pub lift_m: Option<f64>,
     /// true: the reflector's z axis is vertical even where the road slopes; default false for markers, true
     /// for others.
     pub upright: Option<bool>,
@@ -432,21 +470,26 @@ pub struct ObjectTable {
     /// Lateral position of the object's origin: from the axis, in a lane, or from the edge of the drivable
     /// lanes.
     pub lateral: At<LateralTable>,
-    /// Angle of the object's x axis to the left of the road's direction, degrees; -360 to 360.
+    /// Angle of the object's x axis to the left of the road's direction, degrees.
     #[serde(default)]
-    pub yaw_deg: At<f64>,
-    /// Pitch, degrees, positive nose down; -360 to 360.
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub yaw_deg: f64,
+    /// Pitch, degrees, positive nose down.
     #[serde(default)]
-    pub pitch_deg: At<f64>,
-    /// Roll, degrees, positive left side up; -360 to 360.
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub pitch_deg: f64,
+    /// Roll, degrees, positive left side up.
     #[serde(default)]
-    pub roll_deg: At<f64>,
-    /// Height of the object's origin above the road, m; -100 to 1000.
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub roll_deg: f64,
+    /// Height of the object's origin above the road, m.
     #[serde(default)]
-    pub lift_m: At<f64>,
-    /// Constant speed along the object's x axis, m/s; -1000 to 1000.
+    #[schemars(range(min = -100.0, max = 1000.0))]
+    pub lift_m: f64,
+    /// Constant speed along the object's x axis, m/s.
     #[serde(default)]
-    pub speed_mps: At<f64>,
+    #[schemars(range(min = -1000.0, max = 1000.0))]
+    pub speed_mps: f64,
     /// true: the object's z axis is vertical even where the road slopes; false: it is perpendicular to the road.
     #[serde(default)]
     pub upright: bool,
@@ -461,10 +504,11 @@ pub struct VehicleTable {
     /// Kind of vehicle or person from the library.
     #[schemars(extend("enum" = VEHICLES))]
     pub kind: At<String>,
-    /// Radar cross section of an isotropic point at its centre that scatters instead of its shape, dBsm; -200
-    /// to 200. Its body is then transparent to the radar, while labels, masks and lidar show it as before.
-    /// Default: its shape scatters.
-    pub rcs_dbsm: Option<At<f64>>,
+    /// Radar cross section of an isotropic point at its centre that scatters instead of its shape, dBsm. Its
+    /// body is then transparent to the radar, while labels, masks and lidar show it as before. Default: its
+    /// shape scatters.
+    #[schemars(range(min = -200.0, max = 200.0))]
+    pub rcs_dbsm: Option<f64>,
     /// Station of its centre, m; 0 to the road's length.
     pub s_m: At<f64>,
     /// Lateral position of its centre: from the axis, in a lane, or from the edge of the drivable lanes.
@@ -472,9 +516,11 @@ pub struct VehicleTable {
     /// Heading relative to the driving direction of its lane (outside lanes, to the road's direction),
     /// degrees, positive to the left.
     #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0))]
     pub heading_deg: At<f64>,
     /// Constant speed, m/s; it follows the road, or drives straight on if it has a heading.
     #[serde(default)]
+    #[schemars(range(min = -1000.0, max = 1000.0))]
     pub speed_mps: At<f64>,
     /// Speed and lateral motion over time, in place of a constant speed.
     pub drive: Option<DriveTable>,
@@ -495,9 +541,10 @@ pub struct RoadTable {
     pub opendrive: Option<At<String>>,
     /// Id of the road in the OpenDRIVE file; default its first road.
     pub opendrive_road: Option<At<String>>,
-    /// Grade at the beginning, percent, positive uphill; -100 to 100.
+    /// Grade at the beginning, percent, positive uphill.
     #[serde(default)]
-    pub grade_percent: At<f64>,
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub grade_percent: f64,
     /// Changes of grade, ordered by station.
     #[serde(default)]
     pub grade: Vec<GradeTable>,

@@ -1,7 +1,7 @@
 //! The TOML description of a road scene, for `catseye scene FILE.toml`: from its tables to a checked plan. Complaints
 //! name the place in the file.
 
-use crate::base::error::{BadInput, Error, Result};
+use crate::base::error::{Error, Result};
 use crate::road::axis::{Course, GradeChange, RoadAxis, RoadPoint};
 use crate::road::build::{MAX_ROW, places};
 use crate::road::layout::{Base, Driven, InLane, Lane, LaneKind, Lateral, LineKind, Paint, Road, Side};
@@ -21,9 +21,9 @@ use crate::scene::backscatter::Backscatter;
 use crate::scene::drive::{self, Drive};
 use crate::scene::material::{self, Given, Material};
 use crate::scene::mesh_file::{self, ImportTable};
-use crate::scene::toml_file::{Above, At, Document, read_text};
+use crate::scene::toml_file::{At, Document, read_text};
 use glam::DVec3;
-use std::ops::{Range, RangeInclusive};
+use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 
 /// Reads and checks a file.
@@ -42,17 +42,6 @@ pub fn load(path: &Path) -> Result<ScenePlan> {
 pub fn parse(file: &Path, text: &str) -> Result<ScenePlan> {
     let doc = Document::parse(file, text)?;
     let f: SceneFile = doc.read()?;
-    let sagitta_m = match &f.sagitta_m {
-        Some(s) => doc.in_range(s, 1e-5..=1.0, "metres, as in 0.005")?,
-        None => DEFAULT_SAGITTA_M,
-    };
-    if f.road.is_empty() {
-        return Err(BadInput::new("the scene has no road")
-            .file(file)
-            .key("road")
-            .remedy("add a [[road]] with name, plan and lanes")
-            .into());
-    }
     let materials = own_materials(&doc, &f.material)?;
     let mut roads: Vec<RoadPlan> = Vec::new();
     let mut warnings: Vec<String> = Vec::new();
@@ -66,10 +55,8 @@ pub fn parse(file: &Path, text: &str) -> Result<ScenePlan> {
             }
         }
     }
-    let duration_s = match &f.duration_s {
-        Some(d) => doc.in_range(d, 0.0..=3600.0, "give seconds, as in 30")?,
-        None => DEFAULT_DURATION_S,
-    };
+    let sagitta_m = f.sagitta_m.unwrap_or(DEFAULT_SAGITTA_M);
+    let duration_s = f.duration_s.unwrap_or(DEFAULT_DURATION_S);
     Ok(ScenePlan { name: f.name, sagitta_m, duration_s, materials, roads, warnings })
 }
 
@@ -111,9 +98,6 @@ fn own_materials(doc: &Document<'_>, tables: &[MaterialTable]) -> Result<Vec<Mat
             let known = bad("is a material already", "give it a name of its own, and like = \"the old one\"");
             return Err(known.into());
         }
-        let number = |at: &Option<At<f64>>, range: RangeInclusive<f64>, remedy: &str| {
-            at.as_ref().map(|a| doc.in_range(a, range, remedy)).transpose()
-        };
         let pair = |at: &Option<At<[f64; 2]>>, good: fn([f64; 2]) -> bool, allowed: &str| {
             let Some(a) = at else { return Ok(None) };
             if a.value.iter().all(|v| v.is_finite()) && good(a.value) {
@@ -134,9 +118,9 @@ fn own_materials(doc: &Document<'_>, tables: &[MaterialTable]) -> Result<Vec<Mat
                 |[re, loss]| re > 0.0 && loss >= 0.0,
                 "eps' above 0, eps'' (loss) 0 or more",
             )?,
-            conductivity_s_per_m: number(&t.conductivity_s_per_m, 0.0..=1e12, "give siemens per metre")?,
-            roughness_rms_m: number(&t.roughness_rms_m, 0.0..=1.0, "give metres, as in 0.0005")?,
-            correlation_length_m: number(&t.correlation_length_m, 0.0..=1000.0, "give metres, as in 0.005")?,
+            conductivity_s_per_m: t.conductivity_s_per_m,
+            roughness_rms_m: t.roughness_rms_m,
+            correlation_length_m: t.correlation_length_m,
             backscatter: law.transpose()?,
             valid_hz: pair(&t.valid_hz, |[lo, hi]| lo >= 0.0 && lo < hi, "lowest and highest frequency, Hz")?
                 .map(|[lo, hi]| (lo, hi)),
@@ -175,22 +159,9 @@ impl Reader<'_> {
         Profile::linear(&at.value.0).map_err(|e| self.at(&at.span, e))
     }
 
-    /// A length that is more than zero, or `default`.
-    fn length(&self, at: &Option<At<f64>>, default: f64) -> Result<f64> {
-        match at {
-            Some(a) => self.doc.in_range(a, Above { low: 0.0, high: 1e6 }, "give metres"),
-            None => Ok(default),
-        }
-    }
-
     /// The error of a value that is not allowed where it stands.
     fn refuse<T>(&self, span: &Range<usize>, problem: impl Into<String>, remedy: &str) -> Result<T> {
         Err(self.doc.bad(span, problem).remedy(remedy).into())
-    }
-
-    /// A number of the range, or `default`.
-    fn metres(&self, at: &Option<At<f64>>, default: f64, range: RangeInclusive<f64>) -> Result<f64> {
-        at.as_ref().map_or(Ok(default), |a| self.doc.in_range(a, range, "give metres"))
     }
 
     /// Errors when so many steps from `span_m`'s beginning to its end are more than [`MAX_ROW`].
@@ -201,14 +172,6 @@ impl Reader<'_> {
         }
         let e = self.doc.bad(at, format!("makes {count:.0} {what}"));
         Err(e.allowed(format!("up to {MAX_ROW}")).remedy("give larger distances, or a shorter span").into())
-    }
-
-    fn angle(&self, at: &At<f64>) -> Result<f64> {
-        Ok(self.doc.in_range(at, -360.0..=360.0, "give degrees")?.to_radians())
-    }
-
-    fn speed(&self, at: &At<f64>) -> Result<f64> {
-        self.doc.in_range(at, -1000.0..=1000.0, "give metres per second")
     }
 
     /// A material's name or spec that exists, or the default.
@@ -267,7 +230,7 @@ impl Reader<'_> {
             return Err(self.missing(&t.name.span, "plan", remedy));
         };
         let start = &t.start;
-        let heading = self.angle(&start.heading_deg)?;
+        let heading = start.heading_deg.to_radians();
         let (position, heading) = match (&start.road, &start.position_m) {
             (Some(name), Some(p)) => {
                 return self.refuse(
@@ -307,22 +270,15 @@ impl Reader<'_> {
             courses.push(course);
         }
         let axis = RoadAxis::new(position, heading, &courses).map_err(|e| self.at(&plan.span, e))?;
-        let percent = |at: &At<f64>| -> Result<f64> {
-            Ok(0.01 * self.doc.in_range(at, -100.0..=100.0, "percent, positive uphill")?)
-        };
         let mut changes = Vec::new();
         for g in &t.grade {
             changes.push(GradeChange {
                 s_m: self.doc.in_range(&g.s_m, 0.0..=axis.length_m(), "metres along the road")?,
-                grade: percent(&g.grade_percent)?,
-                k_m_per_percent: self.doc.in_range(
-                    &g.k_m_per_percent,
-                    0.0..=1e6,
-                    "metres for each percent",
-                )?,
+                grade: 0.01 * g.grade_percent,
+                k_m_per_percent: g.k_m_per_percent,
             });
         }
-        let first = percent(&t.grade_percent)?;
+        let first = 0.01 * t.grade_percent;
         let span = t.grade.first().map_or(&plan.span, |g| &g.s_m.span);
         let axis = axis.with_grades(first, &changes).map_err(|e| self.at(span, e))?;
         let Some(slope) = &t.cross_slope_percent else { return Ok(axis) };
@@ -361,7 +317,7 @@ impl Reader<'_> {
             only("from_radius_m", &e.from_radius_m, "a clothoid")?;
             only("to_radius_m", &e.to_radius_m, "a clothoid")?;
         }
-        let length = e.length_m.as_ref().map(|_| self.length(&e.length_m, 0.0)).transpose()?;
+        let length = e.length_m.as_ref().map(|l| l.value);
         Ok(match e.kind.value {
             ElementKind::Straight => Course::Straight { length_m: length.ok_or_else(needed)? },
             ElementKind::Arc => {
@@ -372,10 +328,7 @@ impl Reader<'_> {
                 let k = curvature(r)?;
                 let length_m = match (length, &e.angle_deg) {
                     (Some(l), None) => l,
-                    (None, Some(a)) => {
-                        self.doc.in_range(a, Above { low: 0.0, high: 3600.0 }, "degrees")?.to_radians()
-                            / k.abs()
-                    }
+                    (None, Some(a)) => a.value.to_radians() / k.abs(),
                     (Some(_), Some(a)) => {
                         return self.refuse(&a.span, "the arc has a length as well", "keep one");
                     }
@@ -422,13 +375,11 @@ impl Reader<'_> {
     }
 
     fn paint(&self, p: &PaintTable, under: &str, under_span: &Range<usize>) -> Result<Paint> {
-        let length = |at: &At<f64>| self.doc.in_range(at, Above { low: 0.0, high: 1000.0 }, "give metres");
         let paint = Paint {
-            width_m: length(&p.width_m)?,
-            // Shorter ones than a millimetre are not painted.
-            dash_m: self.doc.in_range(&p.dash_m, Above { low: 1e-3, high: 1000.0 }, "give metres")?,
-            gap_m: length(&p.gap_m)?,
-            thickness_m: self.doc.in_range(&p.thickness_m, 1e-4..=0.05, "metres over the road")?,
+            width_m: p.width_m.value,
+            dash_m: p.dash_m.value,
+            gap_m: p.gap_m.value,
+            thickness_m: p.thickness_m.value,
             material: p.material.value.clone(),
         };
         let spec = format!("{under}+{}:{}", paint.material, paint.thickness_m);
@@ -525,8 +476,8 @@ impl Reader<'_> {
         for v in &t.verge {
             plan.verges.push(VergePlan {
                 side: v.side,
-                width_m: self.doc.in_range(&v.width_m, Above { low: 0.0, high: 1000.0 }, "give metres")?,
-                drop_m: self.metres(&v.drop_m, 0.12, 0.0..=10.0)?,
+                width_m: v.width_m,
+                drop_m: v.drop_m.unwrap_or(0.12),
                 material: self.material(&v.material, "grass")?,
                 span_m: self.span(&plan.road, &v.from_m, &v.to_m)?,
             });
@@ -560,11 +511,8 @@ impl Reader<'_> {
                 lateral,
                 faces: r.faces.unwrap_or(towards),
                 span_m,
-                height_m: self.metres(&r.height_m, 0.75, 0.35..=10.0)?,
-                post_spacing_m: match &r.post_spacing_m {
-                    Some(p) if p.value == 0.0 => 0.0,
-                    p => self.length(p, 4.0)?,
-                },
+                height_m: r.height_m.unwrap_or(0.75),
+                post_spacing_m: r.post_spacing_m.as_ref().map_or(4.0, |p| p.value),
                 material: self.material(&r.material, "steel")?,
             });
         }
@@ -575,8 +523,8 @@ impl Reader<'_> {
                     class,
                     lateral: self.lateral(&plan.road, &w.lateral)?,
                     span_m: self.span(&plan.road, &w.from_m, &w.to_m)?,
-                    height_m: self.length(&w.height_m, height)?,
-                    thickness_m: self.length(&w.thickness_m, thickness)?,
+                    height_m: w.height_m.unwrap_or(height),
+                    thickness_m: w.thickness_m.unwrap_or(thickness),
                     material: self.material(&w.material, "concrete")?,
                 });
             }
@@ -584,16 +532,16 @@ impl Reader<'_> {
         for f in &t.fence {
             let span_m = self.span(&plan.road, &f.from_m, &f.to_m)?;
             if let Some(p) = &f.post_spacing_m {
-                self.few(&p.span, &span_m, self.length(&f.post_spacing_m, 0.0)?, "posts")?;
+                self.few(&p.span, &span_m, p.value, "posts")?;
             }
             plan.fences.push(FencePlan {
                 lateral: self.lateral(&plan.road, &f.lateral)?,
                 span_m,
-                height_m: self.length(&f.height_m, 1.2)?,
-                post_spacing_m: self.length(&f.post_spacing_m, 2.5)?,
-                post_m: self.length(&f.post_m, 0.08)?,
-                bars: f.bars.as_ref().map_or(Ok(3), |b| self.doc.in_range(b, 1..=100, "level bars"))?,
-                bar_m: self.length(&f.bar_m, 0.04)?,
+                height_m: f.height_m.unwrap_or(1.2),
+                post_spacing_m: f.post_spacing_m.as_ref().map_or(2.5, |p| p.value),
+                post_m: f.post_m.unwrap_or(0.08),
+                bars: f.bars.unwrap_or(3),
+                bar_m: f.bar_m.unwrap_or(0.04),
                 material: self.material(&f.material, "steel")?,
             });
         }
@@ -602,8 +550,8 @@ impl Reader<'_> {
                 s_m: self.place(&plan.road, &g.s_m)?,
                 from: self.lateral(&plan.road, &g.from)?,
                 to: self.lateral(&plan.road, &g.to)?,
-                clearance_m: self.length(&g.clearance_m, 5.5)?,
-                beam_m: self.length(&g.beam_m, 0.8)?,
+                clearance_m: g.clearance_m.unwrap_or(5.5),
+                beam_m: g.beam_m.unwrap_or(0.8),
                 material: self.material(&g.material, "steel")?,
             });
         }
@@ -669,7 +617,6 @@ impl Reader<'_> {
     }
 
     fn row(&self, road: &Road, r: &RowTable, i: usize) -> Result<RowPlan> {
-        let gap = |at: &At<f64>| self.doc.in_range(at, Above { low: 0.0, high: 1e6 }, "give metres");
         let ways = [r.spacing_m.is_some(), r.gaps_m.is_some(), r.code.is_some()];
         if ways.iter().filter(|x| **x).count() != 1 {
             let e = self.doc.bad(&r.reflector.span, "says its distances not at all, or twice");
@@ -687,8 +634,7 @@ impl Reader<'_> {
                     let e = self.doc.bad(&c.word.span, "is no code word").allowed("zeros and ones");
                     return Err(e.remedy("for example \"1011\"").into());
                 }
-                let (zero_m, one_m) = (gap(&c.zero_m)?, gap(&c.one_m)?);
-                let sync_m = c.sync_m.as_ref().map(gap).transpose()?;
+                let (zero_m, one_m, sync_m) = (c.zero_m, c.one_m.value, c.sync_m);
                 if zero_m == one_m || sync_m == Some(zero_m) || sync_m == Some(one_m) {
                     return self.refuse(
                         &c.one_m.span,
@@ -699,15 +645,9 @@ impl Reader<'_> {
                 let word = c.word.value.bytes().map(|b| b == b'1').collect();
                 Spacing::Code { word, zero_m, one_m, sync_m }
             }
-            (_, Some(g), _) => {
-                if let Some(x) = g.value.iter().find(|x| !(**x > 0.0 && **x < 1e6)) {
-                    let e = self.doc.bad(&g.span, format!("{x} is no gap")).allowed("more than 0");
-                    return Err(e.remedy("give metres").into());
-                }
-                Spacing::Gaps(g.value.clone())
-            }
+            (_, Some(gaps_m), _) => Spacing::Gaps(gaps_m.clone()),
             (Some(s), ..) => {
-                let spacing_m = gap(s)?;
+                let spacing_m = s.value;
                 let wanted = r.count.as_ref().map_or(f64::INFINITY, |c| f64::from(c.value) * spacing_m);
                 let span_m = self.span(road, &r.from_m, &r.to_m)?;
                 let end = span_m.end.min(span_m.start + wanted);
@@ -726,11 +666,11 @@ impl Reader<'_> {
             span_m: self.span(road, &r.from_m, &r.to_m)?,
             spacing,
             along_row: r.along_row,
-            yaw_rad: r.yaw_deg.as_ref().map_or(Ok(std::f64::consts::PI), |y| self.angle(y))?,
-            turn_rad: self.angle(&r.turn_deg)?,
-            pitch_rad: self.angle(&r.pitch_deg)?,
-            roll_rad: self.angle(&r.roll_deg)?,
-            lift_m: self.metres(&r.lift_m, lift, -10.0..=100.0)?,
+            yaw_rad: r.yaw_deg.map_or(std::f64::consts::PI, f64::to_radians),
+            turn_rad: r.turn_deg.to_radians(),
+            pitch_rad: r.pitch_deg.to_radians(),
+            roll_rad: r.roll_deg.to_radians(),
+            lift_m: r.lift_m.unwrap_or(lift),
             lying: !r.upright.unwrap_or(!is_marker),
             class,
         };
@@ -778,11 +718,11 @@ impl Reader<'_> {
             source,
             s_m: self.place(road, &o.s_m)?,
             lateral: self.lateral(road, &o.lateral)?,
-            yaw_rad: self.angle(&o.yaw_deg)?,
-            pitch_rad: self.angle(&o.pitch_deg)?,
-            roll_rad: self.angle(&o.roll_deg)?,
-            lift_m: self.doc.in_range(&o.lift_m, -100.0..=1000.0, "give metres")?,
-            speed_mps: self.speed(&o.speed_mps)?,
+            yaw_rad: o.yaw_deg.to_radians(),
+            pitch_rad: o.pitch_deg.to_radians(),
+            roll_rad: o.roll_deg.to_radians(),
+            lift_m: o.lift_m,
+            speed_mps: o.speed_mps,
             drive: None,
             against: false,
             lying: !o.upright,
@@ -798,9 +738,8 @@ impl Reader<'_> {
             Base::Lane(side, i, _) => road.side(side)[i].driven == Driven::Backward,
             _ => false,
         };
-        let rcs_dbsm = v.rcs_dbsm.as_ref();
-        let rcs_dbsm = rcs_dbsm.map(|x| self.doc.in_range(x, -200.0..=200.0, "give dBsm")).transpose()?;
-        let (heading, speed) = (self.angle(&v.heading_deg)?, self.speed(&v.speed_mps)?);
+        let rcs_dbsm = v.rcs_dbsm;
+        let (heading, speed) = (v.heading_deg.value.to_radians(), v.speed_mps.value);
         let drive = match &v.drive {
             Some(d) if speed != 0.0 || heading != 0.0 => {
                 let (span, key) = match speed != 0.0 {

@@ -526,7 +526,7 @@ fn bad_files_are_refused_in_one_line() {
             ),
             "wall of road 'r' at s",
         ),
-        (complaint("name = \"x\"\nroad = []"), "the scene has no road"),
+        (complaint("name = \"x\"\nroad = []"), "road = []: has 0 elements; allowed: one element or more"),
     ] {
         assert!(got.contains(expect), "got {got}\nexpected {expect}");
     }

@@ -1,6 +1,6 @@
 //! How a vehicle goes along a road, without the road: speed, lane changes and sway over time. `road` turns it into a motion.
 
-use super::toml_file::{Above, At, Document};
+use super::toml_file::{At, Document};
 use crate::base::error::Result;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -10,63 +10,49 @@ use std::f64::consts::TAU;
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DriveTable {
-    /// Constant speed along the lane, m/s; -150 to 150.
+    /// Constant speed along the lane, m/s.
+    #[schemars(range(min = -150.0, max = 150.0))]
     pub speed_mps: At<f64>,
     /// Speed over time in place of `speed_mps`: pairs [time in s, speed in m/s] with linear interpolation,
     /// constant before the first and after the last.
     pub speed_profile: At<Vec<[f64; 2]>>,
     /// Lateral moves (lane changes), ordered by time.
-    pub lane_change: Vec<LaneChangeTable>,
+    pub lane_change: Vec<LaneChange>,
     /// Sinusoidal sway about the lane centre.
-    pub sway: Option<SwayTable>,
+    pub sway: Option<Sway>,
     /// Heading of the vehicle relative to its direction of travel, degrees, positive to the left.
-    pub heading_error_deg: At<f64>,
+    #[schemars(range(min = -180.0, max = 180.0))]
+    pub heading_error_deg: f64,
 }
 
 /// A lateral move along a polynomial of fifth degree, without a step of acceleration.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LaneChangeTable {
-    /// Start time of the move, s.
-    pub at_s: At<f64>,
-    /// Lateral distance of the move, m, positive to the left in the direction of travel.
-    pub by_m: At<f64>,
-    /// Duration of the move, s.
-    pub over_s: At<f64>,
-}
-
-/// Sinusoidal sway about the lane centre.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SwayTable {
-    /// Amplitude, m.
-    pub amplitude_m: At<f64>,
-    /// Period, s.
-    pub period_s: At<f64>,
-    /// Phase at time zero as a fraction of a period, -1 to 1.
-    #[serde(default)]
-    pub phase: At<f64>,
-}
-
-/// A move to the side that has been checked.
-#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LaneChange {
-    /// When it begins, s.
+    /// Start time of the move, s.
+    #[schemars(range(min = -1e6, max = 1e6))]
     pub at_s: f64,
-    /// How far it goes to the left, m.
+    /// Lateral distance of the move, m, positive to the left in the direction of travel.
+    #[schemars(range(min = -100.0, max = 100.0))]
     pub by_m: f64,
     /// Duration of the move, s.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub over_s: f64,
 }
 
-/// Sway that has been checked.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Sinusoidal sway about the lane centre.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Sway {
     /// Amplitude, m.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub amplitude_m: f64,
     /// Period, s.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub period_s: f64,
-    /// Phase at time zero, rad.
+    /// Phase at time zero as a fraction of a period.
+    #[serde(default)]
+    #[schemars(range(min = -1.0, max = 1.0))]
     pub phase: f64,
 }
 
@@ -137,47 +123,34 @@ impl Drive {
 /// Reads and checks a table.
 ///
 /// # Errors
-/// Returns an error if the speed is given in both ways, times do not rise, or a length of time is not positive.
+/// Returns an error if both keys state the speed, or if the times of the profile do not ascend.
 pub fn build(doc: &Document<'_>, t: &DriveTable) -> Result<Drive> {
-    let speed = |v: f64| (-150.0..=150.0).contains(&v);
     let profile = &t.speed_profile;
     let speed = match profile.value.is_empty() {
-        true => vec![[0.0, doc.in_range(&t.speed_mps, -150.0..=150.0, "give metres per second")?]],
+        true => vec![[0.0, t.speed_mps.value]],
         false => {
             if t.speed_mps.value != 0.0 {
-                let e = doc.bad(&t.speed_mps.span, "the speed is given twice");
-                return Err(e.remedy("keep speed_mps or speed_profile").into());
+                let e = doc.bad(&t.speed_mps.span, "speed_mps and speed_profile exclude each other");
+                return Err(e.remedy("keep one of them").into());
             }
-            let rising = profile.value.windows(2).all(|w| w[0][0] < w[1][0]);
-            if !rising || !profile.value.iter().all(|p| p[0].is_finite() && speed(p[1])) {
+            let ascends = profile.value.windows(2).all(|w| w[0][0] < w[1][0]);
+            let allowed = |v: f64| (-150.0..=150.0).contains(&v);
+            if !ascends || !profile.value.iter().all(|p| p[0].is_finite() && allowed(p[1])) {
                 return Err(doc
-                    .bad(&profile.span, "is no speed over time")
-                    .allowed("[time in s, speed in -150..=150 m/s], times rising")
+                    .bad(&profile.span, "is not a speed over time")
+                    .allowed("[time in s, speed in -150..=150 m/s], times ascending")
                     .remedy("as in [[0, 20], [4, 12]]")
                     .into());
             }
             profile.value.clone()
         }
     };
-    let time = || Above { low: 0.0, high: 1e6 };
-    let lane_changes = t.lane_change.iter().map(|c| {
-        Ok(LaneChange {
-            at_s: doc.in_range(&c.at_s, -1e6..=1e6, "give seconds")?,
-            by_m: doc.in_range(&c.by_m, -100.0..=100.0, "give metres, positive to the left")?,
-            over_s: doc.in_range(&c.over_s, time(), "give seconds, as in 4")?,
-        })
-    });
-    let lane_changes = lane_changes.collect::<Result<_>>()?;
-    let sway = match &t.sway {
-        None => None,
-        Some(s) => Some(Sway {
-            amplitude_m: doc.in_range(&s.amplitude_m, 0.0..=10.0, "give metres")?,
-            period_s: doc.in_range(&s.period_s, time(), "give seconds, as in 6")?,
-            phase: doc.in_range(&s.phase, -1.0..=1.0, "give a share of a period")?,
-        }),
-    };
-    let error = doc.in_range(&t.heading_error_deg, -180.0..=180.0, "give degrees")?;
-    Ok(Drive { speed, lane_changes, sway, heading_error_rad: error.to_radians() })
+    Ok(Drive {
+        speed,
+        lane_changes: t.lane_change.clone(),
+        sway: t.sway,
+        heading_error_rad: t.heading_error_deg.to_radians(),
+    })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::motion::{Joint, Motion};
 use super::place_reader::PlaceReader;
 use super::radar::{Antenna, Pattern, Polarisation, Radar};
-use super::toml_file::{Above, At};
+use super::toml_file::At;
 use super::trajectory::TrajectoryTable;
 use crate::base::error::Result;
 use crate::base::frames::{Pose, Sensor, World};
@@ -85,45 +85,56 @@ pub struct InterfererTable {
     /// Name of the radar.
     pub name: String,
     /// Centre frequency of the sweep, Hz.
+    #[schemars(range(min = 1e8, max = 3e12))]
     pub carrier_hz: At<f64>,
     /// Bandwidth swept during `ramp_time_s`, Hz, negative for a falling ramp.
     pub bandwidth_hz: At<f64>,
     /// Duration of a ramp, s.
-    pub ramp_time_s: At<f64>,
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
+    pub ramp_time_s: f64,
     /// Time from the start of one ramp to the start of the next, s.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub chirp_period_s: At<f64>,
     /// Start time of one of its ramps relative to the middle of the frame, s; default random.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub start_s: Option<At<f64>>,
+    #[schemars(range(min = -1.0, max = 1.0))]
+    pub start_s: Option<f64>,
     /// true: all ramps start with the same phase; default false: each ramp starts with a random phase.
     #[serde(default)]
     pub coherent: bool,
     /// Transmit power, dBm.
-    pub power_dbm: At<f64>,
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub power_dbm: f64,
     /// Antenna gain, dBi.
     #[serde(default)]
-    pub gain_dbi: At<f64>,
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub gain_dbi: f64,
     /// Polarisation: V, H, +45, -45, RHCP or LHCP (default V).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarisation: Option<At<String>>,
     /// Exponent n of the power pattern cos(azimuth)^n cos(elevation)^m; isotropic without both exponents.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub azimuth_exponent: Option<At<f64>>,
+    #[schemars(range(min = 0.0, max = 10_000.0))]
+    pub azimuth_exponent: Option<f64>,
     /// Exponent m of the power pattern over elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub elevation_exponent: Option<At<f64>>,
+    #[schemars(range(min = 0.0, max = 10_000.0))]
+    pub elevation_exponent: Option<f64>,
     /// Position at the middle of frame 0, [forward, left, up] in the world, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position_m: Option<At<[f64; 3]>>,
     /// Yaw of the boresight, degrees, positive to the left; 180 looks back along the road. With a trajectory it is relative to the heading.
     #[serde(default)]
-    pub yaw_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub yaw_deg: f64,
     /// Pitch, degrees.
     #[serde(default)]
-    pub pitch_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub pitch_deg: f64,
     /// Roll, degrees.
     #[serde(default)]
-    pub roll_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub roll_deg: f64,
     /// Velocity in the world, m/s.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
@@ -138,14 +149,13 @@ pub struct InterfererTable {
 /// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub(super) fn build(places: &mut PlaceReader<'_, '_>, key: &str, t: &InterfererTable) -> Result<Interferer> {
     let doc = places.doc;
-    let carrier_hz = doc.in_range(&t.carrier_hz, 1e8..=3e12, "centre of the sweep in hertz, as in 77e9")?;
+    let carrier_hz = t.carrier_hz.value;
     let bandwidth_hz = doc.in_range(
         &t.bandwidth_hz,
         -carrier_hz..=carrier_hz,
         "swept bandwidth in hertz, as in 0.5e9; negative falls",
     )?;
-    let seconds = |a: &At<f64>| doc.in_range(a, Above { low: 0.0, high: 1.0 }, "seconds, as in 30e-6");
-    let (ramp_time_s, period_s) = (seconds(&t.ramp_time_s)?, seconds(&t.chirp_period_s)?);
+    let (ramp_time_s, period_s) = (t.ramp_time_s, t.chirp_period_s.value);
     if period_s < ramp_time_s * (1.0 - 1e-9) {
         return Err(doc
             .bad(&t.chirp_period_s.span, "is shorter than the ramp")
@@ -161,27 +171,17 @@ pub(super) fn build(places: &mut PlaceReader<'_, '_>, key: &str, t: &InterfererT
                 .remedy("V is up, H is left, +45 between the two")
         })?,
     };
-    let exponent = |x: &Option<At<f64>>| match x {
-        Some(x) => doc.in_range(x, 0.0..=10_000.0, "exponent of the cosine, in power"),
-        None => Ok(0.0),
-    };
-    let pattern = if t.azimuth_exponent.is_none() && t.elevation_exponent.is_none() {
-        Pattern::Isotropic
-    } else {
-        Pattern::CosinePower {
-            azimuth_exponent: exponent(&t.azimuth_exponent)?,
-            elevation_exponent: exponent(&t.elevation_exponent)?,
-        }
-    };
-    let angle = |a: &At<f64>| doc.in_range(a, -360.0..=360.0, "degrees").map(|d: f64| d.to_radians());
-    let start_s = match &t.start_s {
-        None => None,
-        Some(s) => Some(doc.in_range(s, -1.0..=1.0, "seconds after the middle of the frame")?),
+    let pattern = match (t.azimuth_exponent, t.elevation_exponent) {
+        (None, None) => Pattern::Isotropic,
+        (azimuth, elevation) => Pattern::CosinePower {
+            azimuth_exponent: azimuth.unwrap_or(0.0),
+            elevation_exponent: elevation.unwrap_or(0.0),
+        },
     };
     let (position_m, velocity_mps, trajectory) =
         places.of(key, &t.name, (&t.position_m, &t.velocity_mps, &t.trajectory), &t.carrier_hz.span)?;
-    let pose =
-        Pose::from_yaw_pitch_roll(position_m, angle(&t.yaw_deg)?, angle(&t.pitch_deg)?, angle(&t.roll_deg)?);
+    let [yaw, pitch, roll] = [t.yaw_deg, t.pitch_deg, t.roll_deg].map(f64::to_radians);
+    let pose = Pose::from_yaw_pitch_roll(position_m, yaw, pitch, roll);
     let motion = trajectory.map(|t| {
         let own = std::iter::once(Joint::Fixed(pose.rotation, DVec3::ZERO));
         Arc::new(Motion { joints: own.chain(t.motion.joints.iter().cloned()).collect() })
@@ -192,15 +192,10 @@ pub(super) fn build(places: &mut PlaceReader<'_, '_>, key: &str, t: &InterfererT
         slope_hz_per_s: bandwidth_hz / ramp_time_s,
         ramp_time_s,
         period_s,
-        start_s,
+        start_s: t.start_s,
         coherent: t.coherent,
-        power_dbm: doc.in_range(&t.power_dbm, -100.0..=100.0, "dBm, as in 12")?,
-        antenna: Antenna {
-            position_m: DVec3::ZERO,
-            polarisation,
-            gain_dbi: doc.in_range(&t.gain_dbi, -100.0..=100.0, "peak gain in dBi, as in 11")?,
-            pattern,
-        },
+        power_dbm: t.power_dbm,
+        antenna: Antenna { position_m: DVec3::ZERO, polarisation, gain_dbi: t.gain_dbi, pattern },
         pose,
         velocity_mps,
         motion,

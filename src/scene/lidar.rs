@@ -8,8 +8,6 @@ use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Most channels of a lidar.
-const MOST_CHANNELS: u32 = 512;
 /// Most rays of a scan, so that its table stays within the memory of one frame.
 const MOST_RAYS: u64 = 2_000_000;
 /// Place of a lidar that is given no other: above the roof of a passenger car, from the rear-axle centre, m.
@@ -22,17 +20,20 @@ const CLOSED: f64 = 1e-9;
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LidarTable {
-    /// Number of channels (elevations), 1 to 512.
-    pub channels: At<u32>,
+    /// Number of channels (elevations).
+    #[schemars(range(min = 1, max = 512))]
+    pub channels: u32,
     /// Elevations of the lowest and the highest channel, degrees, positive up. The others are evenly spaced
     /// between them; a single channel has the first.
     pub elevation_deg: At<[f64; 2]>,
     /// First and last azimuth, degrees, positive to the left; a full circle ends one step before its start.
     pub azimuth_deg: At<[f64; 2]>,
     /// Azimuth step, degrees.
+    #[schemars(range(min = 1e-3, max = 360.0))]
     pub azimuth_step_deg: At<f64>,
     /// Maximum range, m; surfaces at this distance or farther give no point.
-    pub max_range_m: At<f64>,
+    #[schemars(range(min = 0.1, max = 1e4))]
+    pub max_range_m: f64,
     /// Pose on the vehicle; default above the roof, 0.95 m ahead of the rear-axle centre and 1.85 m above it.
     pub mounting: Option<MountingTable>,
 }
@@ -40,11 +41,11 @@ pub struct LidarTable {
 impl Default for LidarTable {
     fn default() -> Self {
         LidarTable {
-            channels: 32.into(),
+            channels: 32,
             elevation_deg: [-30.0, 10.0].into(),
             azimuth_deg: [-180.0, 180.0].into(),
             azimuth_step_deg: 0.4.into(),
-            max_range_m: 100.0.into(),
+            max_range_m: 100.0,
             mounting: None,
         }
     }
@@ -69,7 +70,7 @@ pub struct Lidar {
 /// Returns `BadInput` with file, line, key and range for a value that is out of its range, for two angles that are not in
 /// rising order, and for more than two million rays.
 pub fn build(doc: &Document<'_>, t: &LidarTable) -> Result<Lidar> {
-    let channels = doc.in_range(&t.channels, 1..=MOST_CHANNELS, "give the number of channels, as in 32")?;
+    let channels = t.channels;
     let elevation_deg = rising(doc, &t.elevation_deg, 90.0, channels == 1)?;
     let azimuth_deg = rising(doc, &t.azimuth_deg, 360.0, true)?;
     let width_deg = azimuth_deg[1] - azimuth_deg[0];
@@ -80,7 +81,7 @@ pub fn build(doc: &Document<'_>, t: &LidarTable) -> Result<Lidar> {
             .remedy("give [-180, 180] for a full circle")
             .into());
     }
-    let step_deg = doc.in_range(&t.azimuth_step_deg, 1e-3..=360.0, "give degrees, as in 0.4")?;
+    let step_deg = t.azimuth_step_deg.value;
     let steps = (width_deg / step_deg + CLOSED).floor();
     // A full circle that the steps close would otherwise look twice in its first direction.
     let is_closed = steps > 0.0 && 360.0 - steps * step_deg < CLOSED * step_deg.max(1.0);
@@ -100,7 +101,7 @@ pub fn build(doc: &Document<'_>, t: &LidarTable) -> Result<Lidar> {
         azimuths_rad: (0..azimuths)
             .map(|i| (azimuth_deg[0] + f64::from(i) * step_deg).to_radians())
             .collect(),
-        max_range_m: doc.in_range(&t.max_range_m, 0.1..=1e4, "give metres, as in 100")?,
+        max_range_m: t.max_range_m,
         mounting: match &t.mounting {
             Some(table) => mounting(doc, table)?,
             None => Pose::new(glam::DQuat::IDENTITY, ROOF_M),
@@ -128,7 +129,7 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    #[derive(Deserialize)]
+    #[derive(Deserialize, JsonSchema)]
     struct File {
         #[serde(default)]
         lidar: LidarTable,

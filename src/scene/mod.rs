@@ -2,6 +2,7 @@
 //! radar that looks at it. glTF comes in here and is turned to ISO 8855 axes once.
 
 pub mod backscatter;
+mod bounds;
 pub mod creases;
 pub mod drive;
 pub mod front_end;

@@ -1,10 +1,12 @@
 //! A radar with other settings of its processing, named as the keys of its file name them.
 
 use super::radar::Radar;
-use super::radar_toml::{parse, to_toml};
+use super::radar_toml::{ProcessingTable, processing, processing_table};
+use super::toml_file::Document;
 use crate::base::error::{BadInput, Error, Result};
+use schemars::JsonSchema;
+use serde::Deserialize;
 use serde_json::{Map, Value};
-use std::path::Path;
 
 /// The radar with some keys of `[processing]` changed. `changes` has the keys of a radar file: a window may be its name alone, and the
 /// tables `angle` and `cfar` keep what is not named, but that the rank of an OS detector follows its window where no rank is given. What
@@ -16,21 +18,17 @@ pub fn with_processing(radar: &Radar, changes: &Map<String, Value>) -> Result<Ra
     if changes.is_empty() {
         return Ok(radar.clone());
     }
-    let mut file: toml::Table = toml::from_str(&to_toml(radar)?)
-        .map_err(|e| Error::Failed(format!("radar '{}' as TOML: {e}", radar.name)))?;
-    let table = file
-        .get_mut("processing")
-        .and_then(toml::Value::as_table_mut)
-        .ok_or_else(|| Error::Failed(format!("radar '{}' has no processing", radar.name)))?;
-    // The file of a calibration lies wherever it was read, and is not read again.
-    let calibration = part(table, "angle").and_then(|angle| angle.remove("calibration")).is_some()
-        && !names(changes, "angle", "calibration");
+    let failed = |e: toml::ser::Error| Error::Failed(format!("radar '{}' as TOML: {e}", radar.name));
+    let mut table = toml::Table::try_from(processing_table(radar)).map_err(failed)?;
+    // The file of a calibration is wherever it was read, and is not read again.
+    let calibration = part(&mut table, "angle").and_then(|angle| angle.remove("calibration_file")).is_some()
+        && !names(changes, "angle", "calibration_file");
     for (key, value) in changes {
         let value = match value {
             Value::String(name) if key.ends_with("_window") => serde_json::json!({ "kind": name }),
             other => other.clone(),
         };
-        if let (Value::Object(some), Some(all)) = (&value, part(table, key)) {
+        if let (Value::Object(some), Some(all)) = (&value, part(&mut table, key)) {
             if key.ends_with("_window") {
                 all.clear();
             }
@@ -44,24 +42,33 @@ pub fn with_processing(radar: &Radar, changes: &Map<String, Value>) -> Result<Ra
         }
         table.insert(key.clone(), converted(key, &value)?);
     }
-    let text = toml::to_string(&file).map_err(|e| Error::Failed(format!("processing as TOML: {e}")))?;
-    let mut processing = match parse(Path::new(""), &text) {
-        Ok(changed) => changed.processing,
-        // The lines are those of a text that nobody wrote.
-        Err(Error::Input(b)) => return Err(BadInput { file: None, line: None, ..*b }.into()),
-        Err(e) => return Err(e),
-    };
+    let text = toml::to_string(&toml::Table::from_iter([("processing".to_string(), table.into())]));
+    let text = text.map_err(failed)?;
+    let mut changed = radar.clone();
+    let made = Document::parse("", &text)
+        .and_then(|doc| processing(&doc, &doc.read::<File>()?.processing, &mut changed));
+    made.map_err(|e| match e {
+        // The lines are those of a text that the user did not write.
+        Error::Input(b) => BadInput { file: None, line: None, ..*b }.into(),
+        e => e,
+    })?;
     // Degrees and radians do not turn into each other to the bit.
     if !changes.contains_key("azimuth_max_deg") {
-        processing.azimuth_fov_rad = radar.processing.azimuth_fov_rad;
+        changed.processing.azimuth_fov_rad = radar.processing.azimuth_fov_rad;
     }
     if !changes.contains_key("elevation_max_deg") && !changes.contains_key("elevation_bins") {
-        processing.elevation_fov_rad = radar.processing.elevation_fov_rad;
+        changed.processing.elevation_fov_rad = radar.processing.elevation_fov_rad;
     }
     if calibration {
-        processing.angle.calibration = radar.processing.angle.calibration.clone();
+        changed.processing.angle.calibration = radar.processing.angle.calibration.clone();
     }
-    Ok(Radar { processing, ..radar.clone() })
+    Ok(changed)
+}
+
+/// A radar file of which only the processing is read.
+#[derive(Deserialize, JsonSchema)]
+struct File {
+    processing: ProcessingTable,
 }
 
 fn part<'a>(table: &'a mut toml::Table, key: &str) -> Option<&'a mut toml::Table> {
@@ -86,7 +93,7 @@ fn converted(key: &str, value: &Value) -> Result<toml::Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::radar::{AngleMethod, CfarKind, Window};
+    use crate::scene::radar::{AngleMethod, CalibrationFile, CfarKind, Window};
     use crate::scene::radar_toml::preset;
 
     fn changed(changes: Value) -> Result<Radar> {
@@ -123,6 +130,17 @@ mod tests {
         assert_eq!(cfar(window("ca", 4)).train, [0, 4]);
         let pfa = serde_json::json!({ "kind": "os", "rank": 3, "false_alarm_probability": 1e-3 });
         assert_eq!((cfar(pfa.clone()).kind, cfar(pfa).pfa), (CfarKind::Os { rank: 3 }, 1e-3));
+    }
+
+    #[test]
+    fn a_calibration_is_kept_and_not_read_again() {
+        let mut radar = preset("front77").unwrap();
+        let calibration = CalibrationFile { path: "gone/array.csv".into(), text: "as it was read".into() };
+        radar.processing.angle.calibration = Some(calibration);
+        let changes = serde_json::json!({ "cfar": { "false_alarm_probability": 1e-3 } });
+        let changed = with_processing(&radar, changes.as_object().unwrap()).unwrap();
+        assert_eq!(changed.processing.angle, radar.processing.angle);
+        assert_eq!(changed.processing.cfar.pfa, 1e-3);
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! The radar TOML: what the keys are, their checks, the presets, and writing a radar back.
 
-use super::front_end::{self, FrontEndSettings, FrontEndTable};
+use super::front_end::{self, FrontEndSettings, FrontEndTable, JitterTable};
 use super::radar::{
     AngleMethod, AngleSettings, Antenna, CalibrationFile, Cfar, CfarKind, Pattern, Polarisation, Processing,
     Radar, Sources, Window,
 };
 
-use super::toml_file::{Above, At, Document, clip, read_beside, read_text};
+use super::toml_file::{At, Document, clip, read_beside, read_text};
 use super::waveform::{Multiplex, Waveform};
 use super::waveform_toml::{self, ReceiverTable, WaveformTable};
 use crate::base::error::{BadInput, Error, Result, nearest};
@@ -17,7 +17,7 @@ use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_1_SQRT_2;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
 /// A radar file. Lengths are in metres, times in seconds, angles in degrees.
@@ -40,8 +40,10 @@ pub struct RadarFile {
     #[serde(default)]
     pub antenna: AntennaTable,
     /// Transmit antennas, in the order in which they transmit.
+    #[schemars(length(min = 1, max = 1024))]
     pub tx: Vec<ElementTable>,
     /// Receive antennas.
+    #[schemars(length(min = 1, max = 1024))]
     pub rx: Vec<ElementTable>,
     /// Pose of the radar on the vehicle.
     #[serde(default)]
@@ -56,7 +58,8 @@ pub struct RadarFile {
 #[serde(deny_unknown_fields)]
 pub struct TransmitterTable {
     /// Power of one transmitter at its antenna input, dBm.
-    pub power_dbm: At<f64>,
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub power_dbm: f64,
 }
 
 /// Antenna pattern.
@@ -80,15 +83,18 @@ pub struct AntennaTable {
     pub polarisation: Option<At<String>>,
     /// Peak gain, dBi; default 0, and for a table its largest value.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub gain_dbi: Option<At<f64>>,
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub gain_dbi: Option<f64>,
     /// Antenna pattern; default "isotropic".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<At<PatternName>>,
     /// Exponent of the cosine pattern over azimuth.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub azimuth_exponent: Option<At<f64>>,
     /// Exponent of the cosine pattern over elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub elevation_exponent: Option<At<f64>>,
     /// CSV file, relative to the radar file, with the header azimuth_deg,elevation_deg,gain_db and one row
     /// for each point of a full grid. The gain is interpolated bilinearly; its largest value is the peak
@@ -97,12 +103,15 @@ pub struct AntennaTable {
     pub table_file: Option<At<String>>,
     /// Azimuths of the pattern's columns, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1), inner(range(min = -180.0, max = 180.0)))]
     pub table_azimuth_deg: Option<At<Vec<f64>>>,
     /// Elevations of the pattern's rows, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1), inner(range(min = -90.0, max = 90.0)))]
     pub table_elevation_deg: Option<At<Vec<f64>>>,
     /// Gains of the pattern, dB, row by row: azimuth varies fastest.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1), inner(range(min = -500.0, max = 500.0)))]
     pub table_gain_db: Option<At<Vec<f64>>>,
 }
 
@@ -122,27 +131,33 @@ pub struct ElementTable {
     pub polarisation: Option<At<String>>,
     /// Peak gain, dBi.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub gain_dbi: Option<At<f64>>,
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub gain_dbi: Option<f64>,
     /// Antenna pattern.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<At<PatternName>>,
     /// Exponent of the cosine pattern over azimuth.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub azimuth_exponent: Option<At<f64>>,
     /// Exponent of the cosine pattern over elevation.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 10_000.0))]
     pub elevation_exponent: Option<At<f64>>,
     /// CSV file of the pattern, as in `[antenna]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub table_file: Option<At<String>>,
     /// Azimuths of the pattern's columns, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1), inner(range(min = -180.0, max = 180.0)))]
     pub table_azimuth_deg: Option<At<Vec<f64>>>,
     /// Elevations of the pattern's rows, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1), inner(range(min = -90.0, max = 90.0)))]
     pub table_elevation_deg: Option<At<Vec<f64>>>,
     /// Gains of the pattern, dB, row by row: azimuth varies fastest.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1), inner(range(min = -500.0, max = 500.0)))]
     pub table_gain_db: Option<At<Vec<f64>>>,
 }
 
@@ -156,13 +171,16 @@ pub struct MountingTable {
     pub position_m: At<[f64; 3]>,
     /// Yaw of the radar, degrees, positive to the left.
     #[serde(default)]
-    pub yaw_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub yaw_deg: f64,
     /// Pitch of the radar, degrees, positive nose down.
     #[serde(default)]
-    pub pitch_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub pitch_deg: f64,
     /// Roll of the radar, degrees, positive left side up.
     #[serde(default)]
-    pub roll_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub roll_deg: f64,
 }
 
 /// Name of a window without parameters.
@@ -189,6 +207,7 @@ pub struct WindowTable {
     pub kind: At<WindowName>,
     /// Side-lobe attenuation below the peak, dB; required by dolph-chebyshev and only allowed there.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 20.0, max = 200.0))]
     pub side_lobe_db: Option<At<f64>>,
 }
 
@@ -214,25 +233,32 @@ pub struct ProcessingTable {
     /// Length of the range FFT, at least the number of lines of a chirp, which equals the number of samples
     /// except for pulses and codes (default: the next power of two).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 262_144))]
     pub range_fft: Option<At<usize>>,
     /// Length of the Doppler FFT, at least `chirps` (default: the next power of two).
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 262_144))]
     pub doppler_fft: Option<At<usize>>,
     /// Number of beams from -azimuth_max_deg to azimuth_max_deg; default 64.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub azimuth_bins: Option<At<usize>>,
+    #[schemars(range(min = 1, max = 65_536))]
+    pub azimuth_bins: Option<usize>,
     /// Maximum azimuth of a beam, degrees; default 60.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub azimuth_max_deg: Option<At<f64>>,
+    #[schemars(range(max = 90.0), extend("exclusiveMinimum" = 0.0))]
+    pub azimuth_max_deg: Option<f64>,
     /// Number of beams in elevation; default 1: elevation is not estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub elevation_bins: Option<At<usize>>,
+    #[schemars(range(min = 1, max = 65_536))]
+    pub elevation_bins: Option<usize>,
     /// Maximum elevation of a beam, degrees; default 20.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub elevation_max_deg: Option<At<f64>>,
+    #[schemars(range(max = 90.0), extend("exclusiveMinimum" = 0.0))]
+    pub elevation_max_deg: Option<f64>,
     /// Maximum number of points in a frame; the strongest are kept; default 4096.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub max_points: Option<At<usize>>,
+    #[schemars(range(min = 1, max = 10_000_000))]
+    pub max_points: Option<usize>,
     /// true: the mean over the chirps is subtracted, which removes targets without range rate; default false.
     #[serde(default, skip_serializing_if = "is_false")]
     pub remove_static: bool,
@@ -243,13 +269,16 @@ pub struct ProcessingTable {
     /// intervals other than the first. Each interval costs one more transform of the frame. Default 0: the
     /// first interval alone.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 200.0))]
     pub range_migration_max_mps: Option<At<f64>>,
     /// Number of range cells within which a peak is merged with a stronger one; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub group_range_cells: Option<At<usize>>,
+    #[schemars(range(max = 4096))]
+    pub group_range_cells: Option<usize>,
     /// Number of Doppler cells within which a peak is merged with a stronger one; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub group_doppler_cells: Option<At<usize>>,
+    #[schemars(range(max = 4096))]
+    pub group_doppler_cells: Option<usize>,
     /// Angle estimation (direction of arrival).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle: Option<AngleTable>,
@@ -258,8 +287,6 @@ pub struct ProcessingTable {
     pub cfar: Option<CfarTable>,
 }
 
-/// No target is looked for that is faster than this, m/s.
-const FASTEST_MPS: f64 = 200.0;
 /// Most Doppler folds for which targets are held in their range cells.
 const MOST_FOLDS: usize = 31;
 
@@ -289,7 +316,8 @@ pub struct AngleTable {
     pub sources: Option<At<SourcesTable>>,
     /// Maximum number of sources in a cell; default 3.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub max_sources: Option<At<usize>>,
+    #[schemars(range(min = 1, max = 64))]
+    pub max_sources: Option<usize>,
     /// Rows and columns of the subarrays for spatial smoothing; default chosen from the array.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub subarray: Option<At<[usize; 2]>>,
@@ -298,6 +326,7 @@ pub struct AngleTable {
     pub forward_backward: Option<bool>,
     /// "bi-svd": forgetting factor of the subspace tracker; default 0.9.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.01, max = 1.0))]
     pub forgetting: Option<At<f64>>,
     /// File of measured steering vectors (`catseye calibrate` writes one), relative to the radar file.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -340,6 +369,9 @@ pub enum CfarName {
     Os,
 }
 
+/// Probabilities of false alarm for which a detector computes its threshold.
+pub const FALSE_ALARM: RangeInclusive<f64> = 1e-12..=0.5;
+
 /// CFAR detector. A one-dimensional detector along range has no guard and training cells in Doppler.
 #[derive(Debug, Clone, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -348,21 +380,27 @@ pub struct CfarTable {
     pub kind: At<CfarName>,
     /// "os": rank of the training cell that is used, from 1 for the smallest; default three quarters of their number.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1))]
     pub rank: Option<At<usize>>,
     /// Number of guard cells in range on each side.
     #[serde(default)]
-    pub guard_range_cells: At<usize>,
+    #[schemars(range(max = 4096))]
+    pub guard_range_cells: usize,
     /// Number of guard cells in Doppler on each side.
     #[serde(default)]
-    pub guard_doppler_cells: At<usize>,
+    #[schemars(range(max = 4096))]
+    pub guard_doppler_cells: usize,
     /// Number of training cells in range on each side, outside the guard cells.
     #[serde(default)]
+    #[schemars(range(max = 4096))]
     pub train_range_cells: At<usize>,
     /// Number of training cells in Doppler on each side, outside the guard cells.
     #[serde(default)]
+    #[schemars(range(max = 4096))]
     pub train_doppler_cells: At<usize>,
     /// Probability of false alarm in a cell that contains only noise.
-    pub false_alarm_probability: At<f64>,
+    #[schemars(range(min = *FALSE_ALARM.start(), max = *FALSE_ALARM.end()))]
+    pub false_alarm_probability: f64,
 }
 
 /// Built-in radars: name and TOML text.
@@ -453,16 +491,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Radar> {
 pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
     let w = &f.waveform;
     let r = &f.receiver;
-    let carrier_hz =
-        doc.in_range(&w.carrier_hz, 1e8..=3e12, "give the centre of the sweep in hertz, as in 77e9")?;
-    let chirps = doc.in_range(&w.chirps, 1..=65536, "chirps of each transmitter in a frame")?;
-    let samples = doc.in_range(&r.samples, 2..=65536, "samples of one chirp")?;
-    let sample_rate_hz = doc.in_range(
-        &r.sample_rate_hz,
-        Above { low: 0.0, high: 1e11 },
-        "give samples per second, as in 12.8e6",
-    )?;
-    let adc_start_s = doc.in_range(&r.adc_start_s, 0.0..=1.0, "seconds after the ramp's start")?;
+    let (carrier_hz, chirps, samples) = (w.carrier_hz.value, w.chirps.value, r.samples.value);
     let tx = elements(doc, &f.tx, f, "tx", carrier_hz)?;
     let rx = elements(doc, &f.rx, f, "rx", carrier_hz)?;
     let front_end = match &f.front_end {
@@ -476,15 +505,15 @@ pub fn build(doc: &Document<'_>, f: &RadarFile) -> Result<Radar> {
         carrier_hz,
         waveform,
         multiplex,
-        adc_start_s,
-        sample_rate_hz,
+        adc_start_s: r.adc_start_s,
+        sample_rate_hz: r.sample_rate_hz.value,
         samples,
         chirps,
         sampling: r.sampling,
         tx,
         rx,
-        tx_power_dbm: doc.in_range(&f.transmitter.power_dbm, -100.0..=100.0, "give dBm, as in 12")?,
-        noise_figure_db: doc.in_range(&r.noise_figure_db, 0.0..=60.0, "give decibels, as in 13")?,
+        tx_power_dbm: f.transmitter.power_dbm,
+        noise_figure_db: r.noise_figure_db,
         thermal_noise: r.thermal_noise,
         front_end,
         mounting: mounting(doc, &f.mounting)?,
@@ -521,15 +550,13 @@ fn check_front_end(
     multiplex: Multiplex,
 ) -> Result<()> {
     let Some(t) = &f.front_end else { return Ok(()) };
-    let jitter = t.jitter.as_ref();
     let of_ramps = [
-        ("phase_noise", t.phase_noise.as_ref().map(|p| &p.offset_hz.span)),
-        ("leakage", t.leakage.as_ref().map(|l| &l.isolation_db.span)),
-        ("bumper", t.bumper.as_ref().map(|b| &b.reflection_db.span)),
-        ("high_pass", t.high_pass.as_ref().map(|h| &h.order.span)),
-        ("low_pass", t.low_pass.as_ref().map(|l| &l.order.span)),
-        ("jitter", jitter.and_then(|j| j.aperture_rms_s.as_ref()).map(|a| &a.span)),
-        ("jitter", jitter.and_then(|j| j.chirp_start_rms_s.as_ref()).map(|a| &a.span)),
+        ("phase_noise", t.phase_noise.as_ref().map(|p| &p.span)),
+        ("leakage", t.leakage.as_ref().map(|l| &l.span)),
+        ("bumper", t.bumper.as_ref().map(|b| &b.span)),
+        ("high_pass", t.high_pass.as_ref().map(|h| &h.span)),
+        ("low_pass", t.low_pass.as_ref().map(|l| &l.span)),
+        ("jitter", t.jitter.as_ref().filter(|j| j.value != JitterTable::default()).map(|j| &j.span)),
     ];
     for (i, (key, span)) in of_ramps.into_iter().enumerate() {
         let Some(span) = span else { continue };
@@ -556,14 +583,12 @@ fn check_front_end(
 /// # Errors
 /// Returns an error for the first value that is missing, unknown or outside its range, with file, line, key and remedy.
 pub fn mounting(doc: &Document<'_>, m: &MountingTable) -> Result<Pose<Sensor, Vehicle>> {
-    let angle = |a: &At<f64>| {
-        doc.in_range(a, -360.0..=360.0, "give an angle in degrees").map(|d: f64| d.to_radians())
-    };
-    let position_m = doc.vector(&m.position_m)?;
-    Ok(Pose::from_yaw_pitch_roll(position_m, angle(&m.yaw_deg)?, angle(&m.pitch_deg)?, angle(&m.roll_deg)?))
+    let [yaw, pitch, roll] = [m.yaw_deg, m.pitch_deg, m.roll_deg].map(f64::to_radians);
+    Ok(Pose::from_yaw_pitch_roll(doc.vector(&m.position_m)?, yaw, pitch, roll))
 }
 
-fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Result<()> {
+/// Checks a processing that was read as part of `doc`, and gives it to a radar.
+pub(super) fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Result<()> {
     let window = |t: &Option<WindowTable>| -> Result<Window> {
         let Some(t) = t else { return Ok(Window::Hann) };
         if let Some(s) = &t.side_lobe_db
@@ -584,25 +609,19 @@ fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Res
                     doc.bad(&t.kind.span, "a dolph-chebyshev window needs its side-lobe level")
                         .remedy("add side_lobe_db, as in 80")
                 })?;
-                Window::DolphChebyshev {
-                    side_lobe_db: doc.in_range(s, 20.0..=200.0, "decibels below the peak, positive")?,
-                }
+                Window::DolphChebyshev { side_lobe_db: s.value }
             }
         })
     };
     let fft = |t: &Option<At<usize>>, at_least: usize, of: &str| -> Result<usize> {
         match t {
             None => Ok(at_least.next_power_of_two()),
-            Some(t) => doc.in_range(t, at_least..=1 << 18, &format!("at least {of} = {at_least}")),
+            Some(t) if t.value < at_least => {
+                let allowed = format!("at least {of} = {at_least}");
+                Err(doc.bad(&t.span, "is out of range").allowed(allowed).into())
+            }
+            Some(t) => Ok(t.value),
         }
-    };
-    let count = |t: &Option<At<usize>>, default: usize, high: usize, what: &str| match t {
-        Some(t) => doc.in_range(t, 1..=high, what),
-        None => Ok(default),
-    };
-    let degrees = |t: &Option<At<f64>>, default: f64| match t {
-        Some(t) => doc.in_range(t, Above { low: 0.0, high: 90.0 }, "half the field of view, in degrees"),
-        None => Ok(default),
     };
     let lines = radar.lines().count;
     let p = &mut radar.processing;
@@ -624,12 +643,12 @@ fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Res
             }
         };
     }
-    p.azimuth_bins = count(&f.azimuth_bins, 64, 65536, "beams in azimuth")?;
-    p.azimuth_fov_rad = degrees(&f.azimuth_max_deg, 60.0)?.to_radians();
-    p.elevation_bins = count(&f.elevation_bins, 1, 65536, "beams in elevation; 1 for none")?;
-    let elevation = degrees(&f.elevation_max_deg, 20.0)?.to_radians();
+    p.azimuth_bins = f.azimuth_bins.unwrap_or(64);
+    p.azimuth_fov_rad = f.azimuth_max_deg.unwrap_or(60.0).to_radians();
+    p.elevation_bins = f.elevation_bins.unwrap_or(1);
+    let elevation = f.elevation_max_deg.unwrap_or(20.0).to_radians();
     p.elevation_fov_rad = if p.elevation_bins == 1 { 0.0 } else { elevation };
-    p.max_points = count(&f.max_points, 4096, 10_000_000, "points of a frame")?;
+    p.max_points = f.max_points.unwrap_or(4096);
     if let Some(t) = &f.angle {
         p.angle = angle(doc, t)?;
     }
@@ -643,13 +662,9 @@ fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Res
                 .remedy("add range_migration = \"keystone\"")
                 .into());
         }
-        Some(t) => doc.in_range(t, 0.0..=FASTEST_MPS, "m/s")?,
+        Some(t) => t.value,
     };
-    let cells = |t: &Option<At<usize>>| match t {
-        Some(t) => doc.in_range(t, 0..=4096, "cells to each side"),
-        None => Ok(0),
-    };
-    p.group = [cells(&f.group_doppler_cells)?, cells(&f.group_range_cells)?];
+    p.group = [f.group_doppler_cells, f.group_range_cells].map(Option::unwrap_or_default);
     let folds = radar.migration_ambiguities().count();
     if let Some(t) = f.range_migration_max_mps.as_ref().filter(|_| folds > MOST_FOLDS) {
         let most = MOST_FOLDS as f64 * radar.max_velocity_mps();
@@ -668,10 +683,6 @@ fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Radar) -> Res
 
 fn angle(doc: &Document<'_>, t: &AngleTable) -> Result<AngleSettings> {
     let default = AngleSettings::default();
-    let max_sources = match &t.max_sources {
-        Some(m) => doc.in_range(m, 1..=64, "sources in one cell")?,
-        None => default.max_sources,
-    };
     let sources = match &t.sources {
         None => default.sources,
         Some(s) => match s.value {
@@ -696,7 +707,7 @@ fn angle(doc: &Document<'_>, t: &AngleTable) -> Result<AngleSettings> {
                 .remedy("take it out or set method = \"bi-svd\"")
                 .into());
         }
-        Some(a) => doc.in_range(a, 0.01..=1.0, "forgetting factor, as in 0.9")?,
+        Some(a) => a.value,
         None => default.forgetting,
     };
     if let Some(s) = &t.subarray
@@ -714,7 +725,7 @@ fn angle(doc: &Document<'_>, t: &AngleTable) -> Result<AngleSettings> {
     Ok(AngleSettings {
         method: t.method.value,
         sources,
-        max_sources,
+        max_sources: t.max_sources.unwrap_or(default.max_sources),
         subarray: t.subarray.as_ref().map(|s| s.value),
         forward_backward: t.forward_backward,
         forgetting,
@@ -734,7 +745,7 @@ fn angle_table(a: &AngleSettings) -> AngleTable {
             }
             .into(),
         ),
-        max_sources: Some(a.max_sources.into()),
+        max_sources: Some(a.max_sources),
         subarray: a.subarray.map(At::from),
         forward_backward: a.forward_backward,
         forgetting: (a.method == AngleMethod::BiSvd).then(|| a.forgetting.into()),
@@ -758,9 +769,8 @@ fn default_cfar(doppler_bins: usize, range_bins: usize) -> Cfar {
 }
 
 fn cfar(doc: &Document<'_>, c: &CfarTable, doppler_bins: usize, range_bins: usize) -> Result<Cfar> {
-    let cells = |t: &At<usize>| doc.in_range(t, 0..=4096, "cells on each side");
-    let guard = [cells(&c.guard_doppler_cells)?, cells(&c.guard_range_cells)?];
-    let train = [cells(&c.train_doppler_cells)?, cells(&c.train_range_cells)?];
+    let guard = [c.guard_doppler_cells, c.guard_range_cells];
+    let train = [c.train_doppler_cells.value, c.train_range_cells.value];
     let window = [2 * (guard[0] + train[0]) + 1, 2 * (guard[1] + train[1]) + 1];
     for (i, (bins, axis, at)) in
         [(doppler_bins, "Doppler", &c.train_doppler_cells), (range_bins, "range", &c.train_range_cells)]
@@ -800,9 +810,7 @@ fn cfar(doc: &Document<'_>, c: &CfarTable, doppler_bins: usize, range_bins: usiz
             rank: doc.in_range(r, 1..=training, "counted from the smallest of the training cells")?,
         },
     };
-    let p = &c.false_alarm_probability;
-    let pfa = doc.in_range(p, 1e-12..=0.5, "chance of a false alarm in a cell, as in 1e-5")?;
-    Ok(Cfar { kind, guard, train, pfa })
+    Ok(Cfar { kind, guard, train, pfa: c.false_alarm_probability })
 }
 
 fn elements(
@@ -812,14 +820,6 @@ fn elements(
     which: &str,
     carrier_hz: f64,
 ) -> Result<Vec<Antenna>> {
-    if list.is_empty() || list.len() > 1024 {
-        return Err(BadInput::new(format!("a radar with {} {which} antennas", list.len()))
-            .file(doc.file())
-            .key(which)
-            .allowed("1..=1024")
-            .remedy(format!("add a [[{which}]] table for each antenna"))
-            .into());
-    }
     let half_wavelength = 0.5 * crate::base::units::wavelength_m(carrier_hz);
     let mut out: Vec<Antenna> = Vec::with_capacity(list.len());
     for (i, e) in list.iter().enumerate() {
@@ -908,7 +908,7 @@ fn antenna(doc: &Document<'_>, e: &ElementTable, d: &AntennaTable, position_m: D
         PatternName::CosinePower => {
             let exponent = |x: &Option<At<f64>>, what: &str| -> Result<f64> {
                 match x {
-                    Some(x) => doc.in_range(x, 0.0..=10_000.0, "exponent of the cosine, in power"),
+                    Some(x) => Ok(x.value),
                     None => Err(doc
                         .bad(
                             &name.map_or(0..0, |n| n.span.clone()),
@@ -928,29 +928,20 @@ fn antenna(doc: &Document<'_>, e: &ElementTable, d: &AntennaTable, position_m: D
                 (Some(f), [None, None, None]) => table_file(doc, f)?,
                 (None, [Some(az), Some(el), Some(gain)]) => {
                     let n = az.value.len() * el.value.len();
-                    if n == 0 || n != gain.value.len() {
+                    if n != gain.value.len() {
                         return Err(doc
                             .bad(&gain.span, format!("{} gains", gain.value.len()))
                             .allowed(format!("one for each pair of the lists: {n}"))
                             .remedy("azimuth runs fastest")
                             .into());
                     }
-                    for (list, limit) in [(az, 180.0), (el, 90.0)] {
-                        let rising = list.value.windows(2).all(|w| w[0] < w[1]);
-                        if !rising || list.value.iter().any(|x| x.is_nan() || x.abs() > limit) {
+                    for list in [az, el] {
+                        if !list.value.windows(2).all(|w| w[0] < w[1]) {
                             return Err(doc
-                                .bad(&list.span, "must rise")
-                                .allowed(format!("-{limit}..={limit}"))
-                                .remedy("sort the angles")
+                                .bad(&list.span, "must ascend")
+                                .remedy("sort the angles, the smallest first")
                                 .into());
                         }
-                    }
-                    if gain.value.iter().any(|g| g.is_nan() || g.abs() > 500.0) {
-                        return Err(doc
-                            .bad(&gain.span, "is out of range")
-                            .allowed("-500..=500 dB")
-                            .remedy("give decibels")
-                            .into());
                     }
                     normalised(&az.value, &el.value, gain.value.clone())
                 }
@@ -968,10 +959,7 @@ fn antenna(doc: &Document<'_>, e: &ElementTable, d: &AntennaTable, position_m: D
             pattern
         }
     };
-    let gain_dbi = match e.gain_dbi.as_ref().or(d.gain_dbi.as_ref()) {
-        Some(g) => doc.in_range(g, -100.0..=100.0, "peak gain in dBi, as in 11")?,
-        None => table_peak.unwrap_or(0.0),
-    };
+    let gain_dbi = e.gain_dbi.or(d.gain_dbi).or(table_peak).unwrap_or(0.0);
     Ok(Antenna { position_m, polarisation, gain_dbi, pattern })
 }
 
@@ -1086,6 +1074,56 @@ impl Polarisation {
     }
 }
 
+/// The processing of a radar as the table of its file, with every key written out.
+pub(super) fn processing_table(radar: &Radar) -> ProcessingTable {
+    let window = |w: &Window| {
+        Some(match *w {
+            Window::Rectangle => WindowName::Rectangle.into(),
+            Window::Hann => WindowName::Hann.into(),
+            Window::Hamming => WindowName::Hamming.into(),
+            Window::Blackman => WindowName::Blackman.into(),
+            Window::DolphChebyshev { side_lobe_db } => WindowTable {
+                kind: WindowName::DolphChebyshev.into(),
+                side_lobe_db: Some(side_lobe_db.into()),
+            },
+        })
+    };
+    let p = &radar.processing;
+    let (kind, rank) = match p.cfar.kind {
+        CfarKind::Ca => (CfarName::Ca, None),
+        CfarKind::Go => (CfarName::Go, None),
+        CfarKind::So => (CfarName::So, None),
+        CfarKind::Os { rank } => (CfarName::Os, Some(rank.into())),
+    };
+    ProcessingTable {
+        range_window: window(&p.range_window),
+        doppler_window: window(&p.doppler_window),
+        angle_window: window(&p.angle_window),
+        range_fft: Some(p.range_fft.into()),
+        doppler_fft: Some(p.doppler_fft.into()),
+        azimuth_bins: Some(p.azimuth_bins),
+        azimuth_max_deg: Some(p.azimuth_fov_rad.to_degrees()),
+        elevation_bins: Some(p.elevation_bins),
+        elevation_max_deg: (p.elevation_bins > 1).then(|| p.elevation_fov_rad.to_degrees()),
+        max_points: Some(p.max_points),
+        remove_static: p.remove_static,
+        range_migration: p.keystone.then(|| MigrationName::Keystone.into()),
+        range_migration_max_mps: (p.migration_max_mps > 0.0).then(|| p.migration_max_mps.into()),
+        group_range_cells: (p.group[1] > 0).then_some(p.group[1]),
+        group_doppler_cells: (p.group[0] > 0).then_some(p.group[0]),
+        angle: Some(angle_table(&p.angle)),
+        cfar: Some(CfarTable {
+            kind: kind.into(),
+            rank,
+            guard_range_cells: p.cfar.guard[1],
+            guard_doppler_cells: p.cfar.guard[0],
+            train_range_cells: p.cfar.train[1].into(),
+            train_doppler_cells: p.cfar.train[0].into(),
+            false_alarm_probability: p.cfar.pfa,
+        }),
+    }
+}
+
 /// The radar as a TOML text with every key written out, which [`parse`] reads back to the same radar (angles to
 /// rounding).
 ///
@@ -1099,7 +1137,7 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
         let mut e = ElementTable {
             position_m: Some(At::from(a.position_m.to_array())),
             polarisation: Some(At::from(polarisation.to_string())),
-            gain_dbi: Some(a.gain_dbi.into()),
+            gain_dbi: Some(a.gain_dbi),
             ..Default::default()
         };
         match &a.pattern {
@@ -1119,26 +1157,7 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
         }
         Ok(e)
     };
-    let window = |w: &Window| {
-        Some(match *w {
-            Window::Rectangle => WindowName::Rectangle.into(),
-            Window::Hann => WindowName::Hann.into(),
-            Window::Hamming => WindowName::Hamming.into(),
-            Window::Blackman => WindowName::Blackman.into(),
-            Window::DolphChebyshev { side_lobe_db } => WindowTable {
-                kind: WindowName::DolphChebyshev.into(),
-                side_lobe_db: Some(side_lobe_db.into()),
-            },
-        })
-    };
     let (yaw, pitch, roll) = radar.mounting.rotation.to_euler(EulerRot::ZYX);
-    let p = &radar.processing;
-    let (kind, rank) = match p.cfar.kind {
-        CfarKind::Ca => (CfarName::Ca, None),
-        CfarKind::Go => (CfarName::Go, None),
-        CfarKind::So => (CfarName::So, None),
-        CfarKind::Os { rank } => (CfarName::Os, Some(rank.into())),
-    };
     let file = RadarFile {
         name: radar.name.clone(),
         waveform: waveform_toml::table(
@@ -1152,11 +1171,11 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
             sampling: radar.sampling,
             sample_rate_hz: radar.sample_rate_hz.into(),
             samples: radar.samples.into(),
-            adc_start_s: radar.adc_start_s.into(),
-            noise_figure_db: radar.noise_figure_db.into(),
+            adc_start_s: radar.adc_start_s,
+            noise_figure_db: radar.noise_figure_db,
             thermal_noise: radar.thermal_noise,
         },
-        transmitter: TransmitterTable { power_dbm: radar.tx_power_dbm.into() },
+        transmitter: TransmitterTable { power_dbm: radar.tx_power_dbm },
         front_end: (radar.front_end != FrontEndSettings::default())
             .then(|| FrontEndTable::from(&radar.front_end)),
         antenna: AntennaTable::default(),
@@ -1164,37 +1183,11 @@ pub fn to_toml(radar: &Radar) -> Result<String> {
         rx: radar.rx.iter().map(element).collect::<Result<_>>()?,
         mounting: MountingTable {
             position_m: radar.mounting.translation_m.to_array().into(),
-            yaw_deg: yaw.to_degrees().into(),
-            pitch_deg: pitch.to_degrees().into(),
-            roll_deg: roll.to_degrees().into(),
+            yaw_deg: yaw.to_degrees(),
+            pitch_deg: pitch.to_degrees(),
+            roll_deg: roll.to_degrees(),
         },
-        processing: ProcessingTable {
-            range_window: window(&p.range_window),
-            doppler_window: window(&p.doppler_window),
-            angle_window: window(&p.angle_window),
-            range_fft: Some(p.range_fft.into()),
-            doppler_fft: Some(p.doppler_fft.into()),
-            azimuth_bins: Some(p.azimuth_bins.into()),
-            azimuth_max_deg: Some(p.azimuth_fov_rad.to_degrees().into()),
-            elevation_bins: Some(p.elevation_bins.into()),
-            elevation_max_deg: (p.elevation_bins > 1).then(|| p.elevation_fov_rad.to_degrees().into()),
-            max_points: Some(p.max_points.into()),
-            remove_static: p.remove_static,
-            range_migration: p.keystone.then(|| MigrationName::Keystone.into()),
-            range_migration_max_mps: (p.migration_max_mps > 0.0).then(|| p.migration_max_mps.into()),
-            group_range_cells: (p.group[1] > 0).then(|| p.group[1].into()),
-            group_doppler_cells: (p.group[0] > 0).then(|| p.group[0].into()),
-            angle: Some(angle_table(&p.angle)),
-            cfar: Some(CfarTable {
-                kind: kind.into(),
-                rank,
-                guard_range_cells: p.cfar.guard[1].into(),
-                guard_doppler_cells: p.cfar.guard[0].into(),
-                train_range_cells: p.cfar.train[1].into(),
-                train_doppler_cells: p.cfar.train[0].into(),
-                false_alarm_probability: p.cfar.pfa.into(),
-            }),
-        },
+        processing: processing_table(radar),
     };
     toml::to_string(&file).map_err(|e| Error::Failed(format!("radar '{}' as TOML: {e}", radar.name)))
 }

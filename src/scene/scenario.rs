@@ -192,6 +192,7 @@ pub struct PointTable {
     /// Trajectory of the point, in place of position and velocity.
     pub trajectory: Option<TrajectoryTable>,
     /// Radar cross section, dBsm.
+    #[schemars(range(min = -200.0, max = 200.0))]
     pub rcs_dbsm: At<f64>,
 }
 
@@ -220,13 +221,16 @@ pub struct ObjectTable {
     /// Yaw of the object's x axis (a reflector's boresight), degrees, positive to the left; 180 faces a radar
     /// that looks along +x. With a trajectory it is relative to the heading.
     #[serde(default)]
-    pub yaw_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub yaw_deg: f64,
     /// Pitch, degrees, positive nose down.
     #[serde(default)]
-    pub pitch_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub pitch_deg: f64,
     /// Roll, degrees, positive left side up.
     #[serde(default)]
-    pub roll_deg: At<f64>,
+    #[schemars(range(min = -360.0, max = 360.0))]
+    pub roll_deg: f64,
     /// Velocity in the world, m/s, added to the velocities that the file gives its nodes.
     #[serde(default)]
     pub velocity_mps: At<[f64; 3]>,
@@ -257,9 +261,11 @@ pub struct EgoTable {
     pub position_m: At<[f64; 3]>,
     /// Heading, degrees, positive to the left.
     #[serde(default)]
+    #[schemars(range(min = -360.0, max = 360.0))]
     pub yaw_deg: At<f64>,
     /// Speed along the heading, m/s.
     #[serde(default)]
+    #[schemars(range(min = -1000.0, max = 1000.0))]
     pub speed_mps: At<f64>,
     /// Position on a road of `scene.road` in place of position and yaw; the vehicle follows the road at `speed_mps` or as `drive` states.
     pub on_road: Option<OnRoadTable>,
@@ -279,10 +285,12 @@ pub struct OnRoadTable {
     pub lane: Option<At<i32>>,
     /// Station along the road at the middle of frame 0, m.
     #[serde(default)]
+    #[schemars(range(min = -1e6, max = 1e6))]
     pub s_m: At<f64>,
     /// Lateral offset from the lane centre, m, positive to the left in the direction of travel.
     #[serde(default)]
-    pub offset_m: At<f64>,
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub offset_m: f64,
     /// true: the vehicle drives against the direction of the road; default the driving direction of the lane.
     pub against: Option<bool>,
 }
@@ -292,14 +300,16 @@ pub struct OnRoadTable {
 #[serde(deny_unknown_fields, default)]
 pub struct FramesTable {
     /// Number of frames.
-    pub count: At<u32>,
+    #[schemars(range(min = 1, max = 10_000_000))]
+    pub count: u32,
     /// Time from the middle of one frame to the middle of the next, s.
-    pub interval_s: At<f64>,
+    #[schemars(range(min = 0.0, max = 1e6))]
+    pub interval_s: f64,
 }
 
 impl Default for FramesTable {
     fn default() -> Self {
-        FramesTable { count: 1.into(), interval_s: 0.05.into() }
+        FramesTable { count: 1, interval_s: 0.05 }
     }
 }
 
@@ -308,21 +318,27 @@ impl Default for FramesTable {
 #[serde(deny_unknown_fields, default)]
 pub struct TraceTable {
     /// Approximate number of scatterers on all rough surfaces in a frame; rain has the same number.
-    pub rays: At<u64>,
-    /// Number of bounces that are traced, 1 to 8; one more is possible on a large plane ahead of the surface
+    #[schemars(range(max = 100_000_000))]
+    pub rays: u64,
+    /// Number of bounces that are traced; one more is possible on a large plane ahead of the surface
     /// that it lights. Default 3, and more as `most_bounces` states.
+    #[schemars(range(min = 1, max = MAX_BOUNCES))]
     pub bounces: Option<At<u32>>,
     /// Bounces are traced up to this number until one more would contribute less than the accuracy to the
     /// frame. Default 8 without `bounces`, otherwise `bounces`.
+    #[schemars(range(min = 1, max = MAX_BOUNCES))]
     pub most_bounces: Option<At<u32>>,
     /// Error allowed in the coherent sum of the radiation of a smooth surface, dB.
-    pub accuracy_db: At<f64>,
+    #[schemars(range(min = 1e-4, max = 3.0))]
+    pub accuracy_db: f64,
     /// Maximum number of triangles of the scene after the facets of strongly curved surfaces are subdivided.
     /// A scene with more triangles than this keeps them.
-    pub facets: At<u64>,
+    #[schemars(range(max = 100_000_000))]
+    pub facets: u64,
     /// Echoes below this power are left out, dB relative to the thermal noise of a cell of the map after all
     /// channels (negative: below the noise). Each echo counts as if it were in the main direction of the
     /// antennas. This replaces the threshold that `exact` describes. Without noise all echoes are kept.
+    #[schemars(range(min = -200.0, max = 0.0))]
     pub floor_db: Option<At<f64>>,
     /// true: every echo is kept. false: echoes of one position and one path are merged, and the weakest are
     /// left out as long as the sum of their powers stays 10 dB below the noise of a cell after all channels
@@ -335,11 +351,11 @@ pub struct TraceTable {
 impl Default for TraceTable {
     fn default() -> Self {
         TraceTable {
-            rays: 100_000.into(),
+            rays: 100_000,
             bounces: None,
             most_bounces: None,
-            accuracy_db: 0.2.into(),
-            facets: 50_000.into(),
+            accuracy_db: 0.2,
+            facets: 50_000,
             floor_db: None,
             exact: false.into(),
             convention: Convention::Every,
@@ -1037,7 +1053,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Scenario> {
 pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Result<Scenario> {
     let doc = Document::parse(file, text)?;
     let f: ScenarioFile = doc.read()?;
-    let frames = frames(&doc, &f.frames)?;
+    let frames = frames(&f.frames);
     let last_s = frames.time_s(frames.count.saturating_sub(1));
     let mut places = PlaceReader::new(&doc, last_s);
     let radars = radars(&mut places, &f)?;
@@ -1072,9 +1088,6 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             }
         }
     };
-    let angle = |a: &At<f64>| {
-        doc.in_range(a, -360.0..=360.0, "give an angle in degrees").map(|d: f64| d.to_radians())
-    };
     let mut points = Vec::with_capacity(f.point.len());
     for (i, p) in f.point.iter().enumerate() {
         let name = if p.name.is_empty() { format!("point {}", i + 1) } else { p.name.clone() };
@@ -1087,7 +1100,7 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             position_m,
             velocity_mps,
             trajectory,
-            rcs_dbsm: doc.in_range(&p.rcs_dbsm, -200.0..=200.0, "give dBsm, as in 10")?,
+            rcs_dbsm: p.rcs_dbsm.value,
         });
     }
     let mut objects = Vec::with_capacity(f.object.len());
@@ -1145,12 +1158,12 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             (&o.position_m, &o.velocity_mps, &o.trajectory),
             &span,
         )?;
-        let turns = (angle(&o.yaw_deg)?, angle(&o.pitch_deg)?, angle(&o.roll_deg)?);
+        let [yaw, pitch, roll] = [o.yaw_deg, o.pitch_deg, o.roll_deg].map(f64::to_radians);
         objects.push(Placed {
             name,
             class,
             source,
-            pose: Pose::from_yaw_pitch_roll(position_m, turns.0, turns.1, turns.2),
+            pose: Pose::from_yaw_pitch_roll(position_m, yaw, pitch, roll),
             velocity_mps,
             trajectory,
         });
@@ -1199,8 +1212,8 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             };
             let ego = Ego {
                 position_m: doc.vector(&f.ego.position_m)?,
-                yaw_rad: angle(&f.ego.yaw_deg)?,
-                speed_mps: doc.in_range(&f.ego.speed_mps, -1000.0..=1000.0, "give metres per second")?,
+                yaw_rad: f.ego.yaw_deg.value.to_radians(),
+                speed_mps: f.ego.speed_mps.value,
                 motion,
             };
             if ego.motion.is_none() {
@@ -1241,31 +1254,22 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         ego,
         frames,
         trace: TraceSettings {
-            rays: doc.in_range(&f.trace.rays, 0..=100_000_000, "samples of rough surfaces in a frame")?,
+            rays: f.trace.rays,
             bounces: match &f.trace.bounces {
-                Some(n) => doc.in_range(n, 1..=MOST_BOUNCES, "reflections that are followed")?,
+                Some(n) => n.value,
                 None => BOUNCES.min(f.trace.most_bounces.as_ref().map_or(BOUNCES, |n| n.value)).max(1),
             },
             most_bounces: match (&f.trace.most_bounces, &f.trace.bounces) {
-                (Some(n), least) => {
-                    let least = least.as_ref().map_or(1, |n| n.value.clamp(1, MOST_BOUNCES));
-                    doc.in_range(n, least..=MOST_BOUNCES, "reflections at most, no fewer than `bounces`")?
+                (Some(n), Some(least)) => {
+                    doc.in_range(n, least.value..=MOST_BOUNCES, "bounces at most, no fewer than `bounces`")?
                 }
+                (Some(n), None) => n.value,
                 (None, Some(_)) => 0,
                 (None, None) => MOST_BOUNCES,
             },
-            accuracy_db: doc.in_range(
-                &f.trace.accuracy_db,
-                1e-4..=3.0,
-                "decibels of error to allow, as in 0.2",
-            )?,
-            facets: doc.in_range(&f.trace.facets, 0..=100_000_000, "facets of curved surfaces")?,
-            floor_db: match &f.trace.floor_db {
-                Some(db) => {
-                    Some(doc.in_range(db, -200.0..=0.0, "decibels over the noise of a cell, as in -30")?)
-                }
-                None => None,
-            },
+            accuracy_db: f.trace.accuracy_db,
+            facets: f.trace.facets,
+            floor_db: f.trace.floor_db.as_ref().map(|db| db.value),
             exact: exact(&doc, &f.trace)?,
             convention: f.trace.convention,
         },
@@ -1275,11 +1279,8 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
     })
 }
 
-fn frames(doc: &Document<'_>, t: &FramesTable) -> Result<Frames> {
-    Ok(Frames {
-        count: doc.in_range(&t.count, 1..=10_000_000, "frames to simulate")?,
-        interval_s: doc.in_range(&t.interval_s, 0.0..=1e6, "seconds between frames, as in 0.05")?,
-    })
+fn frames(t: &FramesTable) -> Frames {
+    Frames { count: t.count, interval_s: t.interval_s }
 }
 
 /// Returns an error if the vehicle has a trajectory and a place, heading, speed or road as well.
@@ -1342,12 +1343,11 @@ fn on_road(doc: &Document<'_>, f: &ScenarioFile) -> Result<Option<OnRoad>> {
         }
         Some(d) => super::drive::build(doc, d)?,
     };
-    let metres = "give metres";
     Ok(Some(OnRoad {
         road: t.road.as_ref().map(|r| r.value.clone()),
         lane: t.lane.as_ref().map(|l| l.value),
-        s_m: doc.in_range(&t.s_m, -1e6..=1e6, metres)?,
-        offset_m: doc.in_range(&t.offset_m, -100.0..=100.0, metres)?,
+        s_m: t.s_m.value,
+        offset_m: t.offset_m,
         against: t.against,
         drive,
         at: doc.bad(t.lane.as_ref().map_or(s_span, |l| &l.span), ""),

@@ -1,10 +1,12 @@
 //! TOML with serde such that each error is one line: file, line, key, value, what is allowed and what
 //! to do. Fields that are checked after reading are [`At`], which remembers where its value stands.
 
+use super::bounds;
 use super::toml_value::{SPANNED, Value, Wrong, take_span};
 use crate::base::error::{BadInput, Result, in_words, nearest, one_line};
 use crate::formats::text::number_hint;
 pub use crate::formats::text::read as read_text_of;
+use schemars::JsonSchema;
 use serde::de::{DeserializeOwned, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt::Display;
@@ -68,7 +70,7 @@ impl<T: Serialize> Serialize for At<T> {
     }
 }
 
-impl<T: schemars::JsonSchema> schemars::JsonSchema for At<T> {
+impl<T: JsonSchema> JsonSchema for At<T> {
     fn inline_schema() -> bool {
         T::inline_schema()
     }
@@ -186,12 +188,25 @@ impl<'a> Document<'a> {
         }
     }
 
-    /// Reads the document as `T`.
+    /// Reads the document as `T`, and compares each number and list with the bounds that the fields of `T` state
+    /// (`#[schemars(range(…))]`).
     ///
     /// # Errors
     /// Returns an error for unknown keys (with the nearest), missing keys, wrong types, lists that are too long or too
-    /// short.
-    pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
+    /// short, and for the first value outside its bounds, with what the key means.
+    pub fn read<T: DeserializeOwned + JsonSchema + 'static>(&self) -> Result<T> {
+        let read = self.read_unbounded()?;
+        match bounds::first_violation(&self.tree, &bounds::schema::<T>()) {
+            None => Ok(read),
+            Some(v) => Err(self.bad(&v.span, v.problem).allowed(v.allowed).remedy(v.meaning).into()),
+        }
+    }
+
+    /// Reads the document as `T`, whose own code checks the values.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Document::read`], except those about bounds.
+    pub fn read_unbounded<T: DeserializeOwned>(&self) -> Result<T> {
         T::deserialize(Value(&self.tree))
             .map_err(|Wrong { message, span }| self.complaint(&message, span).into())
     }
@@ -408,7 +423,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    #[derive(Debug, Deserialize)]
+    #[derive(Debug, Deserialize, JsonSchema)]
     #[serde(deny_unknown_fields)]
     #[allow(dead_code)] // read by serde only
     struct File {
@@ -416,14 +431,14 @@ mod tests {
         part: Vec<Part>,
         sampling: Option<Kind>,
     }
-    #[derive(Debug, Deserialize)]
+    #[derive(Debug, Deserialize, JsonSchema)]
     #[serde(deny_unknown_fields)]
     #[allow(dead_code)]
     struct Part {
         power_dbm: At<f64>,
         position_m: Option<At<[f64; 3]>>,
     }
-    #[derive(Debug, Deserialize)]
+    #[derive(Debug, Deserialize, JsonSchema)]
     #[serde(rename_all = "lowercase")]
     enum Kind {
         Real,

@@ -54,14 +54,18 @@ pub struct ReceiverTable {
     /// "iq": complex samples, N range cells for N samples; "real": real samples, N/2 range cells.
     pub sampling: Sampling,
     /// Sample rate, Hz.
+    #[schemars(range(max = 1e11), extend("exclusiveMinimum" = 0.0))]
     pub sample_rate_hz: At<f64>,
     /// Number of samples of one chirp.
+    #[schemars(range(min = 2, max = 65_536))]
     pub samples: At<usize>,
     /// Time from the start of the ramp to the first sample, s.
     #[serde(default)]
-    pub adc_start_s: At<f64>,
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub adc_start_s: f64,
     /// Noise figure, dB.
-    pub noise_figure_db: At<f64>,
+    #[schemars(range(min = 0.0, max = 60.0))]
+    pub noise_figure_db: f64,
     /// true: thermal noise is added.
     #[serde(default = "yes")]
     pub thermal_noise: bool,
@@ -79,6 +83,7 @@ pub struct WaveformTable {
     #[serde(default)]
     pub kind: At<WaveformName>,
     /// Centre frequency of the sweep or band, Hz.
+    #[schemars(range(min = 1e8, max = 3e12))]
     pub carrier_hz: At<f64>,
     /// "fmcw": bandwidth swept during `ramp_time_s`, Hz, negative for a falling ramp. "pulse": full width of
     /// the Gaussian pulse's spectrum at -10 dB, Hz.
@@ -86,13 +91,16 @@ pub struct WaveformTable {
     pub bandwidth_hz: Option<At<f64>>,
     /// "fmcw": duration of a ramp, s.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub ramp_time_s: Option<At<f64>>,
     /// Time from the start of one chirp, tone sequence, pulse or code to the start of the next, s, for any
     /// transmitter.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 10.0), extend("exclusiveMinimum" = 0.0))]
     pub chirp_period_s: Option<At<f64>>,
     /// "fmcw": several interleaved chirp types, in place of `bandwidth_hz`, `ramp_time_s` and `chirp_period_s`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = 64))]
     pub ramp: Vec<RampTable>,
     /// With several [[waveform.ramp]]: "in-turn" (default) interleaves the chirp types, one chirp of each per
     /// loop; "bursts" transmits all chirps of one type before those of the next. Bursts of one slope with
@@ -112,6 +120,7 @@ pub struct WaveformTable {
     pub pulse_samples: Option<At<Vec<f64>>>,
     /// "pulse": sample rate of `pulse_samples`, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 1e13), extend("exclusiveMinimum" = 0.0))]
     pub pulse_rate_hz: Option<At<f64>>,
     /// "pulse": index of the sample of `pulse_samples` that is transmitted at time zero, counted from 0.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -121,17 +130,21 @@ pub struct WaveformTable {
     pub chip_rate_hz: Option<At<f64>>,
     /// "pmcw": degree of a maximum-length sequence of 2^degree - 1 chips.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 2, max = 16))]
     pub code_degree: Option<At<u32>>,
     /// "pmcw": the code, an odd number of chips 1 and -1, in place of `code_degree`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(inner(range(min = -1, max = 1)))]
     pub code: Option<At<Vec<i8>>>,
     /// Number of chirps in a frame for each chirp type and each transmitter slot.
+    #[schemars(range(min = 1, max = 65_536))]
     pub chirps: At<usize>,
     /// Multiplexing of the transmitters; default "tdm".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub multiplex: Option<At<MultiplexName>>,
     /// "ddm": number of Doppler bands without a transmitter; default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(max = 64))]
     pub empty_bands: Option<At<usize>>,
 }
 
@@ -142,8 +155,10 @@ pub struct RampTable {
     /// Bandwidth swept during `ramp_time_s`, Hz, negative for a falling ramp.
     pub bandwidth_hz: At<f64>,
     /// Duration of the ramp, s.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub ramp_time_s: At<f64>,
     /// Time from the start of this ramp to the start of the next ramp, s.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub chirp_period_s: At<f64>,
 }
 
@@ -159,10 +174,7 @@ pub fn build(
 ) -> Result<(Waveform, Multiplex)> {
     let carrier_hz = w.carrier_hz.value;
     only(doc, w)?;
-    let period = || -> Result<f64> {
-        let p = need(doc, w, &w.chirp_period_s, "chirp_period_s", "as in 55e-6")?;
-        doc.in_range(p, Above { low: 0.0, high: 10.0 }, "give seconds, as in 55e-6")
-    };
+    let period = || need(doc, w, &w.chirp_period_s, "chirp_period_s", "as in 55e-6").map(|p| p.value);
     let waveform = match w.kind.value {
         WaveformName::Fmcw => {
             let ramps = match w.ramp.is_empty() {
@@ -180,13 +192,6 @@ pub fn build(
                     .map(|t| ramp(doc, &t.bandwidth_hz, &t.ramp_time_s, &t.chirp_period_s, carrier_hz, r))
                     .collect::<Result<Vec<_>>>()?,
             };
-            if ramps.len() > 64 {
-                return Err(BadInput::new(format!("{} ramps", ramps.len()))
-                    .file(doc.file())
-                    .key("waveform.ramp")
-                    .allowed("1..=64")
-                    .into());
-            }
             let order = match &w.ramp_order {
                 Some(o) if ramps.len() < 2 => {
                     return Err(doc
@@ -358,7 +363,7 @@ fn ramp(
             .remedy("give the swept bandwidth in hertz, as in 1e9")
             .into());
     }
-    let time_s = doc.in_range(time, Above { low: 0.0, high: 1.0 }, "give seconds, as in 40e-6")?;
+    let time_s = time.value;
     let period_s = doc.in_range(period, Above { low: 0.0, high: 1.0 }, "give seconds, as in 55e-6")?;
     if period_s < time_s * (1.0 - 1e-9) {
         return Err(doc
@@ -367,7 +372,7 @@ fn ramp(
             .remedy("lengthen the period or shorten the ramp")
             .into());
     }
-    let (samples, rate, start) = (r.samples.value, r.sample_rate_hz.value, r.adc_start_s.value);
+    let (samples, rate, start) = (r.samples.value, r.sample_rate_hz.value, r.adc_start_s);
     let last = start + samples as f64 / rate;
     if last > time_s * (1.0 + 1e-9) {
         return Err(doc
@@ -387,7 +392,7 @@ fn ramp(
 
 /// Returns an error for samples that do not end before the next chirp.
 fn fits(doc: &Document<'_>, w: &WaveformTable, r: &ReceiverTable, period_s: f64, what: &str) -> Result<()> {
-    let last = r.adc_start_s.value + r.samples.value as f64 / r.sample_rate_hz.value;
+    let last = r.adc_start_s + r.samples.value as f64 / r.sample_rate_hz.value;
     if last > period_s * (1.0 + 1e-9) {
         let span = w.chirp_period_s.as_ref().map_or(&w.carrier_hz.span, |p| &p.span);
         return Err(doc
@@ -425,7 +430,7 @@ fn pulse(doc: &Document<'_>, w: &WaveformTable) -> Result<PulseShape> {
     }
     let samples = need(doc, w, &w.pulse_samples, "pulse_samples", "as in [1, 0]")?;
     let rate = need(doc, w, &w.pulse_rate_hz, "pulse_rate_hz", "as in 10e9")?;
-    let rate_hz = doc.in_range(rate, Above { low: 0.0, high: 1e13 }, "samples a second")?;
+    let rate_hz = rate.value;
     let pairs = samples.value.chunks_exact(2);
     let envelope: Vec<Complex64> = pairs.map(|p| Complex64::new(p[0], p[1])).collect();
     if samples.value.is_empty()
@@ -508,8 +513,7 @@ pub fn pulse_csv(file: &Path, text: &str) -> Result<PulseShape> {
 fn code(doc: &Document<'_>, w: &WaveformTable) -> Result<Vec<i8>> {
     match (&w.code_degree, &w.code) {
         (Some(d), None) => {
-            let degree = doc.in_range(d, 2..=16, "the code has 2^degree - 1 chips")?;
-            m_sequence(degree).ok_or_else(|| doc.bad(&d.span, "no sequence of this degree").into())
+            m_sequence(d.value).ok_or_else(|| doc.bad(&d.span, "no sequence of this degree").into())
         }
         (None, Some(c)) => {
             let odd = c.value.len() % 2 == 1 && c.value.len() >= 3 && c.value.len() <= 65536;
@@ -545,10 +549,7 @@ fn multiplex(doc: &Document<'_>, w: &WaveformTable, transmitters: usize) -> Resu
         MultiplexName::Tdm => Multiplex::Tdm,
         MultiplexName::Bpm => Multiplex::Bpm,
         MultiplexName::Ddm => {
-            let empty = match &w.empty_bands {
-                Some(e) => doc.in_range(e, 0..=64, "Doppler bands without a transmitter")?,
-                None => 1,
-            };
+            let empty = w.empty_bands.as_ref().map_or(1, |e| e.value);
             let bands = transmitters + empty;
             if !w.chirps.value.is_multiple_of(bands) {
                 return Err(doc

@@ -8,25 +8,28 @@ use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Greatest rain rate that is taken, mm/h: the range of the rates behind ITU-R P.838 is about that.
-const RAIN_MAX_MM_PER_H: f64 = 200.0;
-
 /// Rain, fog and wet roads; without this table the air is dry and lossless.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WeatherTable {
-    /// Rain rate, mm/h; rain attenuates all echoes and adds backscatter. Default 0.
-    pub rain_mm_per_h: At<f64>,
+    /// Rain rate, mm/h; rain attenuates all echoes and adds backscatter. The range is about that of the rates behind ITU-R P.838.
+    /// Default 0.
+    #[schemars(range(min = 0.0, max = 200.0))]
+    pub rain_mm_per_h: f64,
     /// Liquid water content of fog, g/m³.
-    pub fog_g_per_m3: Option<At<f64>>,
+    #[schemars(range(min = 0.0, max = 5.0))]
+    pub fog_g_per_m3: Option<f64>,
     /// Visibility in fog, m; alternative to `fog_g_per_m3`.
+    #[schemars(range(min = 10.0, max = 100_000.0))]
     pub visibility_m: Option<At<f64>>,
     /// Air temperature, °C. Default 20.
-    pub temperature_c: Option<At<f64>>,
+    #[schemars(range(min = -8.0, max = 50.0))]
+    pub temperature_c: Option<f64>,
     /// Wind velocity in the world, m/s; it moves the rain drops. Default 0.
     pub wind_mps: At<[f64; 3]>,
     /// Thickness of the water film on `wet_materials`, mm. Default 0.
-    pub wet_film_mm: At<f64>,
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub wet_film_mm: f64,
     /// Names of the scene's materials that carry the water film. Default asphalt, concrete and concrete-pavement.
     pub wet_materials: Option<At<Vec<String>>>,
 }
@@ -76,29 +79,23 @@ pub fn liquid_of_visibility_g_per_m3(visibility_m: f64) -> f64 {
 /// # Errors
 /// Returns an error for numbers out of range, or fog given twice.
 pub fn build(doc: &Document<'_>, t: &WeatherTable) -> Result<Weather> {
+    let dry = Weather::default();
     let mut w = Weather {
-        rain_mm_per_h: doc.in_range(&t.rain_mm_per_h, 0.0..=RAIN_MAX_MM_PER_H, "give mm/h, as in 10")?,
+        rain_mm_per_h: t.rain_mm_per_h,
         wind_mps: doc.vector(&t.wind_mps)?,
-        wet_film_m: 1e-3 * doc.in_range(&t.wet_film_mm, 0.0..=10.0, "give millimetres, as in 0.3")?,
-        ..Weather::default()
+        wet_film_m: 1e-3 * t.wet_film_mm,
+        temperature_c: t.temperature_c.unwrap_or(dry.temperature_c),
+        ..dry
     };
-    if let Some(at) = &t.temperature_c {
-        w.temperature_c = doc.in_range(at, -8.0..=50.0, "give degrees Celsius at which water is liquid")?;
-    }
     match (&t.fog_g_per_m3, &t.visibility_m) {
         (Some(_), Some(v)) => {
             return Err(doc
-                .bad(&v.span, "the fog is given twice")
-                .remedy("keep fog_g_per_m3 or visibility_m")
+                .bad(&v.span, "fog_g_per_m3 and visibility_m exclude each other")
+                .remedy("keep one of them")
                 .into());
         }
-        (Some(m), None) => {
-            w.liquid_g_per_m3 = doc.in_range(m, 0.0..=5.0, "thick fog holds 0.5 g/m3")?;
-        }
-        (None, Some(v)) => {
-            let seen = doc.in_range(v, 10.0..=100_000.0, "give metres; thick fog lets one see 50")?;
-            w.liquid_g_per_m3 = liquid_of_visibility_g_per_m3(seen);
-        }
+        (Some(m), None) => w.liquid_g_per_m3 = *m,
+        (None, Some(v)) => w.liquid_g_per_m3 = liquid_of_visibility_g_per_m3(v.value),
         (None, None) => {}
     }
     if w.wind_mps.length() > 100.0 {

@@ -8,7 +8,7 @@ pub mod truth;
 
 use crate::adc::budget::{Budget, trim};
 use crate::adc::interference::{self, Arrival, RadarState};
-use crate::adc::synthesis::{Levels, SynthesisStats};
+use crate::adc::synthesis::{EchoSummary, Levels};
 use crate::base::control::Control;
 use crate::base::error::{Error, Result};
 use crate::base::frames::{Pose, Sensor, World};
@@ -79,7 +79,7 @@ pub struct Frame {
     /// The same before any was left out, where the scenario asks to keep them (`output.echoes`).
     pub kept: Option<KeptTrace>,
     /// What the front end did with them.
-    pub front_end: SynthesisStats,
+    pub echo_summary: EchoSummary,
     /// Samples; None where they were not asked for ([`Prepared::making`]).
     pub cube: Option<AnyCube>,
     /// Range-Doppler maps, one for each ramp; none where no product needs them.
@@ -830,7 +830,8 @@ fn made(
             }
         };
         let TracedFrame { time_s, pose, velocity_mps, triangles, echoes, kept, seconds, mut ran } = received;
-        let MadeFrame { cube, front_end, maps, ran: on_engine, seconds: [synthesis_s, processing_s] } = made;
+        let MadeFrame { cube, echo_summary, maps, ran: on_engine, seconds: [synthesis_s, processing_s] } =
+            made;
         ran.add(&on_engine);
         ran.add(&located);
         let [geometry_s, trace_s] = seconds;
@@ -843,7 +844,7 @@ fn made(
             triangles,
             echoes,
             kept,
-            front_end,
+            echo_summary,
             cube,
             maps,
             points,

@@ -250,7 +250,7 @@ fn single_precision_keeps_80_db_for_any_echo_and_radar() {
                 1.0,
                 1,
             )]);
-            if Plan::new(&radar, &all).unwrap().front_end.dropped > 0 {
+            if Plan::new(&radar, &all).unwrap().echo_summary.dropped > 0 {
                 continue;
             }
             let truth = cube::<f64>(&radar, &all);
@@ -294,7 +294,7 @@ fn ten_dbsm_at_50_m_by_hand() {
         let half = if sampling == Sampling::Real { 2.0 } else { 1.0 };
         if sampling == Sampling::Real {
             assert_eq!(
-                Plan::new(&radar, &all).unwrap().front_end.dropped,
+                Plan::new(&radar, &all).unwrap().echo_summary.dropped,
                 1,
                 "50 m lies beyond N/2 cells here"
             );
@@ -368,7 +368,7 @@ fn still_scenes_repeat_in_every_loop_and_mix_with_moving_ones() {
     let radar = radar();
     let all = many(30, 0.0);
     let cube = cube::<f32>(&radar, &all);
-    assert_eq!(Plan::new(&radar, &all).unwrap().front_end.moving, 0);
+    assert_eq!(Plan::new(&radar, &all).unwrap().echo_summary.moving, 0);
     let row = radar.channels() * radar.samples;
     assert!((1..radar.chirps).all(|m| cube.data[..row] == cube.data[m * row..(m + 1) * row]));
 }
@@ -414,18 +414,18 @@ fn anti_alias_filter_decides_what_wraps() {
     let at = |r: f64, v: f64| point_echo(DVec3::new(r, 0.0, 0.0), DVec3::new(v, 0.0, 0.0), 1.0, 1);
     let all = echoes(vec![at(r_max - 0.5, 0.0), at(r_max + 0.5, 0.0), at(0.01, -30.0), at(5.0, -30.0)]);
     let plan = Plan::new(&radar, &all).unwrap();
-    assert_eq!(plan.front_end.dropped, 2);
-    assert_eq!(plan.front_end.moving, 1);
+    assert_eq!(plan.echo_summary.dropped, 2);
+    assert_eq!(plan.echo_summary.moving, 1);
     let a = &radar.tx[0];
     let expected = |r: f64| {
         w_from_dbm(12.0) * power_gain(a, DVec3::X).powi(2) * radar.wavelength_m().powi(2)
             / ((4.0 * PI).powi(3) * r.powi(4))
     };
-    let power = plan.front_end.dropped_power_w;
+    let power = plan.echo_summary.dropped_power_w;
     assert!((power / (expected(r_max + 0.5) + expected(0.01)) - 1.0).abs() < 1e-9);
     // A real mixer hears negative beat frequencies too.
     radar.sampling = Sampling::Real;
-    assert_eq!(Plan::new(&radar, &all).unwrap().front_end.dropped, 2);
+    assert_eq!(Plan::new(&radar, &all).unwrap().echo_summary.dropped, 2);
     assert!(beat_frequency_hz(&radar, &all.list[2]) < 0.0);
     assert!(passes_filter(&radar, beat_frequency_hz(&radar, &all.list[2])));
 }
@@ -663,7 +663,7 @@ fn gpu_refuses_a_drift_that_it_cannot_follow() {
     radar.waveform = Waveform::chirp(4e9, 60e-6, 60e-6);
     let all = echoes(vec![point_echo(DVec3::new(0.3, 0.0, 0.0), DVec3::new(70.0, 0.0, 0.0), 1.0, 1)]);
     let plan = Plan::new(&radar, &all).unwrap();
-    assert_eq!(plan.front_end.dropped, 0);
+    assert_eq!(plan.echo_summary.dropped, 0);
     let mut recorder = test_gpu().recorder("adc");
     assert!(plan.record(test_gpu(), &mut recorder).err().unwrap().to_string().contains("drifts"));
 }
@@ -693,9 +693,9 @@ fn speed() {
     radar.chirps = 16;
     let all = many(3 * 4000, 20.0);
     let plan = Plan::new(&radar, &all).unwrap();
-    println!("{:?}, {}", plan.front_end, catseye::base::simd::level());
+    println!("{:?}, {}", plan.echo_summary, catseye::base::simd::level());
     let still = plan.set(synthesis::Set::Still).len();
-    let work = (plan.front_end.moving as usize * plan.chirps + still) * plan.channels * plan.samples;
+    let work = (plan.echo_summary.moving as usize * plan.chirps + still) * plan.channels * plan.samples;
     // The best of several: others use this machine too.
     let best = |f: &mut dyn FnMut() -> f64| (0..8).map(|_| f()).fold(f64::INFINITY, f64::min);
     let timed = |f: &mut dyn FnMut()| {

@@ -75,7 +75,7 @@ fn frames_of_one_submission_are_those_of_many() {
         assert!(counts.submits <= most, "{counts:?}");
         assert_eq!(made.len(), inputs.len());
         for (i, (a, b)) in made.iter().zip(&singly).enumerate() {
-            assert!(content(a) == content(b) && a.front_end == b.front_end, "frame {i} of {together}");
+            assert!(content(a) == content(b) && a.echo_summary == b.echo_summary, "frame {i} of {together}");
             assert_eq!(a.cube.is_some(), i.is_multiple_of(3));
         }
     }
@@ -177,7 +177,7 @@ fn waits_rarely(engine: &Engine, most: u64) {
     for frames in [same, all(&some, 3)] {
         assert_eq!(frames.len(), singly.len());
         for (a, b) in frames.iter().zip(&singly) {
-            assert_eq!((a.index, &a.points, a.front_end), (b.index, &b.points, b.front_end));
+            assert_eq!((a.index, &a.points, a.echo_summary), (b.index, &b.points, b.echo_summary));
             assert!(a.maps == b.maps && a.cube == b.cube && a.echoes.list == b.echoes.list, "{}", a.index);
         }
     }

@@ -121,7 +121,7 @@ fn frames_go_as_deep_as_each_has_to() {
     let other = Prepared::new(&deep, &scene).unwrap();
     assert_eq!(other.echoes(&engine, 0, 1).unwrap().echoes, later[2]);
     let alone = simulate_with(&engine, &deep, &scene, (0, 1), Control::default()).unwrap();
-    assert_eq!((alone.echoes.list, alone.front_end.bounces), (later[2].list.clone(), 3));
+    assert_eq!((alone.echoes.list, alone.echo_summary.bounces), (later[2].list.clone(), 3));
     let fixed = parse(&format!("{text}[trace]\nbounces = 2\n"));
     let fixed = Prepared::new(&fixed, &scene).unwrap().echoes(&engine, 0, 0).unwrap().echoes;
     assert!(fixed.bounces == 2 && fixed.cut_power_w > fixed.power_w);

@@ -74,17 +74,17 @@ fn the_budget_leaves_out_what_cannot_show() {
     let (_, all) = frame("exact = true");
     let (s, some) = frame("");
     let (many, few) = (all.echoes.list.len(), some.echoes.list.len());
-    let front_end = some.front_end;
-    assert_eq!(few as u64 + front_end.merged + front_end.left_out, many as u64);
-    assert!(front_end.merged > 0 && front_end.left_out > 0, "{front_end:?}");
-    assert_eq!((all.front_end.merged, all.front_end.left_out), (0, 0));
+    let echo_summary = some.echo_summary;
+    assert_eq!(few as u64 + echo_summary.merged + echo_summary.left_out, many as u64);
+    assert!(echo_summary.merged > 0 && echo_summary.left_out > 0, "{echo_summary:?}");
+    assert_eq!((all.echo_summary.merged, all.echo_summary.left_out), (0, 0));
     let Budget::Sum(most_w) = budget(&s, 0) else { panic!("{:?}", budget(&s, 0)) };
-    assert!(front_end.left_out_power_w <= most_w && front_end.left_out_power_w > 0.3 * most_w);
+    assert!(echo_summary.left_out_power_w <= most_w && echo_summary.left_out_power_w > 0.3 * most_w);
     // What is 10 dB under the noise moves a point by 0.32 of what noise does.
     let under_db = worst_cell_db(&s, &all, &some, 0.32);
     println!(
         "{few} of {many} echoes, {} merged; the others are {under_db:.1} dB over a cell's noise",
-        front_end.merged
+        echo_summary.merged
     );
     // Of one channel, whose noise is that of all of them and more.
     let channels_db = 10.0 * (s.radars[0].virtual_channels() as f64).log10();

@@ -644,7 +644,7 @@ fn speed() {
             methods = synthesise_with(&plan, &COSTS, Control::default()).unwrap().1;
             (best, core) = (best.min(t.elapsed().as_secs_f64()), core.min(core_seconds() - c));
         }
-        println!("{} echoes, {} moving: {:?}", plan.front_end.echoes, plan.front_end.moving, methods);
+        println!("{} echoes, {} moving: {:?}", plan.echo_summary.echoes, plan.echo_summary.moving, methods);
         println!("  {:.1} ms, {:.1} core-ms", 1e3 * best, 1e3 * core);
     }
 }

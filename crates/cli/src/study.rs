@@ -154,7 +154,7 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
                 });
             }
         }
-        return study_picture(&panels, study.picture.columns.value)?.png();
+        return study_picture(&panels, study.picture.columns)?.png();
     }
     let (x_label, x) = parameter::axis_in_si(&axes[0].label, &axes[0].places());
     for c in 0..n(2) {
@@ -203,7 +203,7 @@ pub fn picture(study: &Study, given: &StudyResult) -> Result<Vec<u8>> {
             });
         }
     }
-    study_picture(&panels, study.picture.columns.value)?.png()
+    study_picture(&panels, study.picture.columns)?.png()
 }
 
 /// "H = 4 mm" from the names that the study gives, else the parameter's label with its value and unit.

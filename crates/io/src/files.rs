@@ -313,7 +313,7 @@ pub fn expected_bytes(
             triangles: received.triangles,
             echoes: received.echoes,
             kept: None,
-            front_end: Default::default(),
+            echo_summary: Default::default(),
             cube: None,
             maps: Vec::new(),
             points: Vec::new(),

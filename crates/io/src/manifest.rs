@@ -2,7 +2,7 @@
 //! committed.
 
 use catseye::adc::methods::Methods;
-use catseye::adc::synthesis::SynthesisStats;
+use catseye::adc::synthesis::EchoSummary;
 use catseye::base::error::{Error, Result};
 use catseye::dsp::doa_beamform::Grid;
 use catseye::engine::{EngineReport, Stage, Tracing};
@@ -208,7 +208,7 @@ pub struct FrontEndRecord {
 impl FrameRecord {
     /// The record of a frame.
     pub fn of(radar: &str, frame: &Frame, convergence: Vec<Convergence>) -> Self {
-        let SynthesisStats {
+        let EchoSummary {
             moving,
             dropped,
             dropped_power_w,
@@ -221,7 +221,7 @@ impl FrameRecord {
             broken,
             synthesis,
             ..
-        } = frame.front_end;
+        } = frame.echo_summary;
         FrameRecord {
             index: frame.index,
             radar: radar.into(),

@@ -28,7 +28,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub const VERSION: u32 = 2;
 /// Number of times that a vehicle that overlaps another is drawn again before it is left out.
 pub const REDRAWS: u32 = 30;
-const MOST_SCENES: u32 = 10_000_000;
 /// Names of the parts of a dataset, in this order.
 pub const SPLITS: [&str; 3] = ["train", "validation", "test"];
 /// Name of the road file of a drawn scene that is written for `catseye simulate`.
@@ -49,9 +48,11 @@ pub struct RecipeFile {
     #[serde(default)]
     pub seed: At<u64>,
     /// Number of scenes.
-    pub scenes: At<u32>,
+    #[schemars(range(min = 1, max = 10_000_000))]
+    pub scenes: u32,
     /// Number of frames of each scene; `scenario.frames.interval_s` is the time between them.
-    pub frames_per_scene: At<u32>,
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub frames_per_scene: u32,
     /// Split of the scenes into training, validation and test.
     #[serde(default)]
     pub split: At<SplitTable>,
@@ -128,7 +129,8 @@ pub struct StoreTable {
     /// Compression of arrays. Default zstd:1 for zarr, deflate:3 for hdf5; the format frames compresses only grids and masks, as .npz.
     pub compression: Option<At<Compression>>,
     /// Number of frames in a shard, which one task writes; default whole scenes, 100 frames or more.
-    pub frames_per_shard: Option<At<u32>>,
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub frames_per_shard: Option<u32>,
 }
 
 /// Data that is kept of a frame.
@@ -268,14 +270,10 @@ impl Recipe {
         let doc = Document::parse(path, text)?;
         let file: RecipeFile = doc.read()?;
         let tree = Tree::parse(path, text)?;
-        let scenes = doc.in_range(&file.scenes, 1..=MOST_SCENES, "scenes to draw")?;
-        let frames_per_scene = doc.in_range(&file.frames_per_scene, 1..=1_000_000, "frames of each scene")?;
+        let (scenes, frames_per_scene) = (file.scenes, file.frames_per_scene);
         let whole_scenes =
             FRAMES_PER_SHARD.div_ceil(u64::from(frames_per_scene)) * u64::from(frames_per_scene);
-        let frames_per_shard = match &file.store.frames_per_shard {
-            Some(n) => u64::from(doc.in_range(n, 1..=1_000_000, "frames of one shard")?),
-            None => whole_scenes,
-        };
+        let frames_per_shard = file.store.frames_per_shard.map_or(whole_scenes, u64::from);
         let (format, compression, unbuilt) = stored(&doc, &file.store)?;
         if !(file.keep.adc
             || file.keep.range_doppler

@@ -114,7 +114,7 @@ impl Config {
     /// Returns the errors of [`Config::read`] but for those of the file itself.
     pub fn parse(path: &Path, text: String) -> Result<Config> {
         let doc = Document::parse(path, &text)?;
-        let Tables { network, training, data } = doc.read()?;
+        let Tables { network, training, data } = doc.read_unbounded()?;
         let mut config = Config { network: Network::of(&doc, network)?, training, data, text: String::new() };
         config.check(&doc)?;
         for run in &mut config.data.runs {

@@ -35,7 +35,7 @@ pub fn read(path: &Path) -> Result<HdMap> {
                 .line(e.line())
                 .remedy("the documentation of lane::hd_map::file shows one")
         })?,
-        false => Document::parse(path, &text)?.read()?,
+        false => Document::parse(path, &text)?.read_unbounded()?,
     };
     map.check().map_err(|fault| BadInput::new(fault.to_string()).file(path))?;
     Ok(map)

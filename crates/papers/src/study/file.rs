@@ -14,7 +14,7 @@ use catseye::road::target::is_file;
 use catseye::scene::gltf::ImportOptions;
 use catseye::scene::mesh_file::{self, ImportTable};
 use catseye::scene::radar_toml;
-use catseye::scene::toml_file::{Above, At, Document, read_text};
+use catseye::scene::toml_file::{At, Document, read_text};
 use catseye::trace::MAX_BOUNCES;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -127,9 +127,11 @@ impl<'a> From<&'a ImportKeys> for ImportTable<'a> {
 #[serde(deny_unknown_fields, default)]
 pub struct SolverTable {
     /// Maximum number of bounces of one beam (default 3).
-    pub bounces: At<usize>,
+    #[schemars(range(min = 1, max = MAX_BOUNCES))]
+    pub bounces: usize,
     /// Error allowed for curved surfaces and finite ranges, dB (default 0.1).
-    pub accuracy_db: At<f64>,
+    #[schemars(range(min = 1e-4, max = 3.0))]
+    pub accuracy_db: f64,
     /// Bounces that radiate: "every" (default) or "last".
     pub convention: Convention,
     /// Edge diffraction: "none" (default) or "ptd".
@@ -139,7 +141,7 @@ pub struct SolverTable {
 impl Default for SolverTable {
     fn default() -> Self {
         let (convention, diffraction) = (Convention::Every, DiffractionName::None);
-        SolverTable { bounces: 3.into(), accuracy_db: 0.1.into(), convention, diffraction }
+        SolverTable { bounces: 3, accuracy_db: 0.1, convention, diffraction }
     }
 }
 
@@ -162,10 +164,12 @@ pub struct DetectionTable {
     /// Source of the received magnitudes.
     pub method: MethodName,
     /// Radar cross section of the reference, dBsm.
-    pub reference_rcs_dbsm: At<f64>,
+    #[schemars(range(min = -1000.0, max = 1000.0))]
+    pub reference_rcs_dbsm: f64,
     /// Height of the reference above the radar in the measurement, m.
     #[serde(default)]
-    pub reference_rise_m: At<f64>,
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub reference_rise_m: f64,
     /// "measured": [q1, q2] of 20 lg(1/R^q1) + q2 fitted to the maxima of the reference's magnitude.
     pub peaks_fit: Option<At<[f64; 2]>>,
     /// "measured": [q1, q2] of the same curve fitted to its minima.
@@ -173,12 +177,15 @@ pub struct DetectionTable {
     /// "measured": curve of [range in m, magnitude in dB], in place of the fits.
     pub reference_db: Option<At<Vec<[f64; 2]>>>,
     /// "measured": magnitude of the noise, dB.
+    #[schemars(range(min = -1000.0, max = 1000.0))]
     pub noise_db: Option<At<f64>>,
     /// "measured": magnitude of the ground as a curve of [range in m, magnitude in dB].
     pub ground_db: Option<At<Vec<[f64; 2]>>>,
     /// "radar-equation": backscatter coefficient of the ground (cross section per area), dB.
+    #[schemars(range(min = -1000.0, max = 1000.0))]
     pub ground_sigma0_db: Option<At<f64>>,
     /// "radar-equation": azimuth width of the ground area in one cell, degrees.
+    #[schemars(range(max = 180.0), extend("exclusiveMinimum" = 0.0))]
     pub ground_beam_deg: Option<At<f64>>,
 }
 
@@ -197,14 +204,18 @@ pub enum MethodName {
 #[serde(deny_unknown_fields, default)]
 pub struct MountTable {
     /// Distance forward of the position that the parameters give, m.
-    pub forward_m: At<f64>,
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub forward_m: f64,
     /// Distance to the left of that position, m.
     #[serde(default)]
-    pub left_m: At<f64>,
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub left_m: f64,
     /// Angle added to radar_azimuth_deg, degrees, positive to the left.
-    pub azimuth_deg: At<f64>,
+    #[schemars(range(min = -180.0, max = 180.0))]
+    pub azimuth_deg: f64,
     /// Angle added to radar_elevation_deg, degrees, positive upwards.
-    pub elevation_deg: At<f64>,
+    #[schemars(range(min = -180.0, max = 180.0))]
+    pub elevation_deg: f64,
 }
 
 /// A reference value: a number of a publication that is compared with the result of this study.
@@ -369,8 +380,6 @@ impl Reader<'_> {
             return Err(bad.remedy("take larger steps or split the study").into());
         }
         let s = &t.solver;
-        let bounces = self.doc.in_range(&s.bounces, 1..=MAX_BOUNCES, "three are enough for a corner")?;
-        let accuracy_db = self.doc.in_range(&s.accuracy_db, 1e-4..=3.0, "give decibels, as in 0.1")?;
         let detection = t.detection.as_ref().map(|d| self.detection(d)).transpose()?;
         let needs = quantities.iter().any(|q| q.needs_detection())
             || t.search.as_ref().is_some_and(|s| s.goal.needs_detection());
@@ -386,9 +395,9 @@ impl Reader<'_> {
             fixed,
             sweeps,
             place,
-            mounts: self.mounts()?,
-            bounces,
-            accuracy_db,
+            mounts: self.mounts(),
+            bounces: s.bounces,
+            accuracy_db: s.accuracy_db,
             convention: s.convention,
             diffraction: match s.diffraction {
                 DiffractionName::None => Diffraction::None,
@@ -528,23 +537,17 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn mounts(&self) -> Result<Vec<Mount>> {
-        let doc = self.doc;
-        let turn = |a: &At<f64>| doc.in_range(a, -180.0..=180.0, "give degrees").map(|d: f64| d.to_radians());
-        let shift = |a: &At<f64>| doc.in_range(a, -100.0..=100.0, "give metres");
-        let mut mounts = Vec::new();
-        for m in &self.table.mount {
-            mounts.push(Mount {
-                forward_m: shift(&m.forward_m)?,
-                left_m: shift(&m.left_m)?,
-                azimuth_rad: turn(&m.azimuth_deg)?,
-                elevation_rad: turn(&m.elevation_deg)?,
-            });
+    fn mounts(&self) -> Vec<Mount> {
+        let mounts = self.table.mount.iter().map(|m| Mount {
+            forward_m: m.forward_m,
+            left_m: m.left_m,
+            azimuth_rad: m.azimuth_deg.to_radians(),
+            elevation_rad: m.elevation_deg.to_radians(),
+        });
+        match self.table.mount.is_empty() {
+            true => vec![Mount::default()],
+            false => mounts.collect(),
         }
-        if mounts.is_empty() {
-            mounts.push(Mount::default());
-        }
-        Ok(mounts)
     }
 
     fn picture(&self) -> Result<PictureTable> {
@@ -554,7 +557,6 @@ impl Reader<'_> {
         {
             return Err(self.here(l, BadInput::new("must be two growing numbers")));
         }
-        self.doc.in_range(&p.columns, 1..=6, "panels side by side")?;
         Ok(p.clone())
     }
 
@@ -586,7 +588,6 @@ impl Reader<'_> {
     fn detection(&self, d: &DetectionTable) -> Result<Detection> {
         let radar = radar_toml::named(self.doc, &d.radar.value, &d.radar.span)?;
         let doc = self.doc;
-        let db = |a: &At<f64>| doc.in_range(a, -1000.0..=1000.0, "give decibels");
         let missing = |key: &str, remedy: &str| self.missing(&format!("detection.{key}"), remedy);
         let belongs = |span: &std::ops::Range<usize>, to: &str| -> Error {
             doc.bad(span, format!("belongs to method = \"{to}\"")).remedy("take the key out").into()
@@ -618,7 +619,7 @@ impl Reader<'_> {
                 let noise = d.noise_db.as_ref();
                 Magnitudes::Measured {
                     reference,
-                    noise_db: db(noise.ok_or_else(|| missing("noise_db", "give the noise's magnitude"))?)?,
+                    noise_db: noise.ok_or_else(|| missing("noise_db", "give the noise's magnitude"))?.value,
                     ground: d.ground_db.as_ref().map(curve).transpose()?,
                 }
             }
@@ -632,10 +633,8 @@ impl Reader<'_> {
                 }
                 let ground = match (&d.ground_sigma0_db, &d.ground_beam_deg) {
                     (Some(s), Some(b)) => Some(GroundClutter {
-                        sigma0_db: db(s)?,
-                        beam_rad: doc
-                            .in_range(b, Above { low: 0.0, high: 180.0 }, "give degrees")?
-                            .to_radians(),
+                        sigma0_db: s.value,
+                        beam_rad: b.value.to_radians(),
                         cell_m: radar.range_bin_m(),
                     }),
                     (None, None) => None,
@@ -658,8 +657,8 @@ impl Reader<'_> {
         }
         Ok(Detection {
             magnitudes,
-            reference_dbsm: db(&d.reference_rcs_dbsm)?,
-            reference_rise_m: doc.in_range(&d.reference_rise_m, -100.0..=100.0, "give metres")?,
+            reference_dbsm: d.reference_rcs_dbsm,
+            reference_rise_m: d.reference_rise_m,
             radar,
         })
     }
@@ -692,17 +691,11 @@ impl Reader<'_> {
                 return self.refused(&p.max, "must be larger than min", remedy);
             }
         }
-        if t.parameter.is_empty() || t.parameter.len() > 8 {
-            let bad = self.about("search.parameter", "there is nothing to search, or too much");
-            return Err(bad.value(t.parameter.len()).allowed("1..=8 parameters").into());
-        }
         let distances = |s: &StudySweep| s.parameter == "longitudinal_m" && s.values.len() > 1;
         if t.goal == Goal::DetectionRange && !study.sweeps.iter().any(distances) {
             let bad = self.about("search.goal", "a detection range needs distances");
             return Err(bad.remedy("sweep longitudinal_m").into());
         }
-        self.doc.in_range(&t.starts, 1..=1000, "a few are enough")?;
-        self.doc.in_range(&t.steps, 1..=10_000, "some tens are enough")?;
         Ok(())
     }
 

@@ -299,7 +299,7 @@ pub fn best(
     let problem =
         Problem { solver, study, search, cost, found: RefCell::default(), failed: RefCell::new(None) };
     let n = search.parameter.len();
-    for start in 0..search.starts.value {
+    for start in 0..search.starts {
         let origin: Vec<f64> = (0..n).map(|i| uniform(search.seed, index, start as u32, i as u32)).collect();
         // A simplex of a quarter of each interval, towards the inside.
         let mut simplex = vec![UnitCubePoint(origin.clone())];
@@ -311,7 +311,7 @@ pub fn best(
         let solver = NelderMead::new(simplex)
             .with_sd_tolerance(1e-4)
             .map_err(|e| Error::Failed(format!("the search cannot start: {e}")))?;
-        let run = Executor::new(&problem, solver).configure(|s| s.max_iters(search.steps.value)).run();
+        let run = Executor::new(&problem, solver).configure(|s| s.max_iters(search.steps)).run();
         if let Some(e) = problem.failed.take() {
             return Err(e);
         }

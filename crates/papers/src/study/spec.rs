@@ -71,8 +71,8 @@ impl StudySweep {
     }
 }
 
-fn two() -> At<usize> {
-    2.into()
+fn two() -> usize {
+    2
 }
 
 /// Settings of the plot.
@@ -87,7 +87,8 @@ pub struct PictureTable {
     pub limits: Option<At<[f64; 2]>>,
     /// Number of panels side by side (default 2).
     #[serde(default = "two")]
-    pub columns: At<usize>,
+    #[schemars(range(min = 1, max = 6))]
+    pub columns: usize,
     /// Contour values on a map.
     #[serde(default)]
     pub contours: Vec<f64>,
@@ -348,12 +349,12 @@ pub struct LimitTable {
     pub max: At<f64>,
 }
 
-fn six() -> At<usize> {
-    6.into()
+fn six() -> usize {
+    6
 }
 
-fn forty() -> At<u64> {
-    40.into()
+fn forty() -> u64 {
+    40
 }
 
 /// Optimisation of the marker's parameters.
@@ -367,13 +368,16 @@ pub struct SearchTable {
     /// Values of the cost parameter.
     pub front_values: At<Vec<f64>>,
     /// Parameters to optimise, each with its limits.
+    #[schemars(length(min = 1, max = 8))]
     pub parameter: Vec<LimitTable>,
     /// Number of start points (default 6).
     #[serde(default = "six")]
-    pub starts: At<usize>,
+    #[schemars(range(min = 1, max = 1000))]
+    pub starts: usize,
     /// Number of steps of the simplex (Nelder-Mead) from each start point (default 40).
     #[serde(default = "forty")]
-    pub steps: At<u64>,
+    #[schemars(range(min = 1, max = 10_000))]
+    pub steps: u64,
     /// Seed of the start points.
     #[serde(default)]
     pub seed: u64,

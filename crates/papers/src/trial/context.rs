@@ -4,6 +4,7 @@ use catseye::base::error::{Error, Result};
 use catseye::engine::Engine;
 use catseye::scene::scenario::Scenario;
 use catseye::scene::toml_file::{Document, read_text};
+use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -14,8 +15,8 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// Returns an error if the file cannot be read, or for keys and values that `T` does not know, with their
 /// line.
-pub fn settings<T: DeserializeOwned + Default>(scenario: &Path) -> Result<T> {
-    #[derive(Deserialize)]
+pub fn settings<T: DeserializeOwned + Default + JsonSchema + 'static>(scenario: &Path) -> Result<T> {
+    #[derive(Deserialize, JsonSchema)]
     struct File<T> {
         lane: Option<T>,
     }

@@ -1,6 +1,6 @@
 //! The whole chain on every engine: from a scene to points, with the right place, sign and level.
 
-use catseye::adc::synthesis::SynthesisStats;
+use catseye::adc::synthesis::EchoSummary;
 use catseye::base::control::Control;
 use catseye::base::frames::{Pose, Sensor, World, direction_from_angles};
 use catseye::detect::Point;
@@ -36,7 +36,7 @@ fn radar() -> Radar {
 
 struct Run {
     echoes: Echoes,
-    front_end: SynthesisStats,
+    echo_summary: EchoSummary,
     cube: Vec<Complex64>,
     points: Vec<Point>,
 }
@@ -44,7 +44,7 @@ struct Run {
 fn run(engine: &Engine, radar: &Radar, scene: &Scene, pose: &Pose<Sensor, World>, velocity: DVec3) -> Run {
     let geometry = Geometry::build(scene, 0.0, radar.carrier_hz).unwrap();
     let echoes = engine.trace(&geometry, radar, pose, velocity, &TraceOptions::default()).unwrap();
-    let (cube, front_end) = engine.cube(radar, &echoes, &[], 9, 2, Control::default()).unwrap();
+    let (cube, echo_summary) = engine.cube(radar, &echoes, &[], 9, 2, Control::default()).unwrap();
     let found = engine.range_doppler(radar, &cube).unwrap();
     let mut points = locate::points(engine, radar, &mut [found], None).unwrap();
     label::label(radar, &mut points, &echoes, &Bodies::new(scene, 0.0, pose)).unwrap();
@@ -52,7 +52,7 @@ fn run(engine: &Engine, radar: &Radar, scene: &Scene, pose: &Pose<Sensor, World>
         AnyCube::F32(c) => c.to_f64().data,
         AnyCube::F64(c) => c.data,
     };
-    Run { echoes, front_end, cube, points }
+    Run { echoes, echo_summary, cube, points }
 }
 
 fn relative_l2(got: &[Complex64], want: &[Complex64]) -> f64 {
@@ -92,7 +92,7 @@ fn points_are_where_they_are_put() {
     for engine in engines() {
         let name = engine.describe();
         let r = run(&engine, &radar, &scene, &pose, DVec3::ZERO);
-        assert_eq!((r.echoes.list.len(), r.front_end.dropped, r.front_end.moving), (6, 0, 5), "{name}");
+        assert_eq!((r.echoes.list.len(), r.echo_summary.dropped, r.echo_summary.moving), (6, 0, 5), "{name}");
         for (i, (range, azimuth, elevation, rate)) in places.into_iter().enumerate() {
             let id = i as u32 + 1;
             let p = r
@@ -199,7 +199,7 @@ fn moving_and_standing_cancel() {
     add_point(&mut scene, pose.point(DVec3::new(17.0, 3.0, 0.0)), velocity, 10.0);
     for engine in engines() {
         let r = run(&engine, &radar, &scene, &pose, velocity);
-        assert_eq!((r.front_end.echoes, r.front_end.moving), (1, 0), "{}", engine.describe());
+        assert_eq!((r.echo_summary.echoes, r.echo_summary.moving), (1, 0), "{}", engine.describe());
         assert!(r.points[0].range_rate_mps.abs() < 0.05);
     }
 }

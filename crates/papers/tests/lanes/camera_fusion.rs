@@ -207,7 +207,7 @@ fn settings_and_scenarios_that_cannot_be() {
 }
 
 fn toml_of(text: &str) -> Result<CameraFusionOptions, String> {
-    #[derive(Default, serde::Deserialize)]
+    #[derive(Default, serde::Deserialize, schemars::JsonSchema)]
     #[serde(default)]
     struct Lane {
         camera_fusion: CameraFusionOptions,
