@@ -1,4 +1,5 @@
-//! How many sources a covariance holds (CONVENTIONS eq. 93).
+//! How many sources a covariance holds (CONVENTIONS eq. 93). The criteria assume white noise of equal power in all
+//! channels, and more snapshots than sources.
 
 use statrs::function::gamma::gamma_ur;
 

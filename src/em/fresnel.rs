@@ -1,4 +1,5 @@
-//! Reflection at a plane surface (CONVENTIONS eq. 4).
+//! Reflection at a plane surface (CONVENTIONS eq. 4), smooth or with heights of Gaussian distribution that vary slowly
+//! on the scale of the wavelength (Ament).
 
 use num_complex::Complex64;
 

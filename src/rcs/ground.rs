@@ -16,9 +16,9 @@
 //! than what is known to be plane, take the target alone, on the conducting plane and on the material, and give all three:
 //! [`remark`] says when.
 //!
-//! A point of 0 dBsm over a perfectly conducting plane. In HH the reflected wave has the factor −1, so that the two
-//! ways add up where the path over the plane is half a wavelength longer, 2h sin e = λ/2: four times the field, 12 dB
-//! more. Where it is a whole wavelength longer, the point is invisible (two-ray model):
+//! A point of 0 dBsm over a perfectly conducting plane. In HH the reflected wave has the factor −1, so that the direct
+//! and the reflected path add up where the latter is half a wavelength longer, 2h sin e = λ/2: twice the field out and
+//! twice back, 12 dB more. Where it is a whole wavelength longer, the point is invisible (two-ray model):
 //!
 //! ```
 //! use catseye::base::units::{dbsm_from_amplitude, wavelength_m};

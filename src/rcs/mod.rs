@@ -1,4 +1,10 @@
 //! Radar cross sections: the scattering matrix over frequency and direction, and its table.
+//!
+//! S is in metres, σ = 4π|S|² (CONVENTIONS eq. 3). The method is physical optics (eq. 5) over exact beams (eq. 50–54)
+//! with several bounces, on request with the diffraction of metal edges ([`Diffraction::Ptd`]) and a plane below
+//! ([`Ground`]). It assumes surfaces of some wavelengths that are not seen at grazing angles ([`validity`]). Beams are
+//! found once for all frequencies; their number grows with the visible faces and the bounces, not with the size in
+//! wavelengths.
 
 pub mod beam_sum;
 pub mod closed_form;

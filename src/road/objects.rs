@@ -40,11 +40,12 @@ pub type SectionPoint = (DVec2, DVec2);
 /// ```
 /// use catseye::road::objects::{W_BEAM_DEPTH_M, w_beam_section};
 ///
-/// let section = w_beam_section(1e-5);
+/// let sagitta_m = 1e-5;
+/// let section = w_beam_section(sagitta_m);
 /// let width_m: f64 = section.windows(2).map(|p| p[0].0.distance(p[1].0)).sum();
 /// assert!((width_m - 0.483).abs() < 0.001);
 /// let depth_m = section.iter().map(|(at, _)| at.x).fold(0.0, f64::max);
-/// assert!((depth_m - W_BEAM_DEPTH_M).abs() < 1e-9);
+/// assert!((W_BEAM_DEPTH_M - depth_m).abs() <= sagitta_m);
 /// ```
 pub fn w_beam_section(sagitta_m: f64) -> Vec<SectionPoint> {
     const BEND: f64 = 0.024;

@@ -1,5 +1,10 @@
 //! What stands on the road: meshes with radar materials, moving objects, point targets; and the
 //! radar that looks at it. glTF comes in here and is turned to ISO 8855 axes once.
+//!
+//! A [`Scene`] comes from a scenario file ([`scenario`]), a mesh file or arrays ([`mesh_file`]), or is put together
+//! object by object ([`Scene::add_mesh`], [`Scene::add_object`]). Bodies are rigid and move by joints ([`motion`]);
+//! materials have a source and a range of frequencies ([`material`]). A [`radar::Radar`] is a preset or a file
+//! ([`radar_toml`]), and [`radar_figures`] are its data sheet.
 
 pub mod backscatter;
 pub mod creases;

@@ -1,4 +1,8 @@
-//! The whole chain for one frame.
+//! The whole chain for one frame: from a scenario to echoes, samples, maps, points and labels.
+//!
+//! [`simulate`](simulate()) makes one frame, [`Prepared`] many frames of a scenario with what they have in common
+//! found once. A frame depends on the scenario, its seed and the frame's number alone: on one engine it repeats to the
+//! bit, on any number of threads.
 
 pub mod kept;
 pub mod lidar;

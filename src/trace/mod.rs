@@ -1,6 +1,10 @@
-//! Waves through the scene: beams for what is smooth (`beams`, the kernels that clip them and their `clipper`, `windows` for
-//! a radar amid a scene), rays for closest hits and for the grids that beams are checked against (`launch`,
-//! `upload`), and the echoes that come out.
+//! Waves through the scene: beams for what is smooth (`beams`, the kernels that clip them and their `clipper`,
+//! `windows` for a radar amid a scene), rays for closest hits and for the grids that beams are checked against
+//! (`launch`, `upload`), and the echoes that come out.
+//!
+//! A beam is a polygon of rays that share a source or its image (CONVENTIONS eq. 50), so that plane faces reflect it
+//! without error and nothing is sampled. An [`Echo`] has the length and rate of its path (eq. 7), directions and path
+//! gain (eq. 9), from which all channels and chirps of a frame follow. [`crate::engine::Engine::trace`] finds them.
 
 pub mod air;
 pub mod beam_ahead;
@@ -38,8 +42,8 @@ use glam::DVec3;
 /// What to follow and what to keep.
 ///
 /// # Example
-/// Multipath: over a conducting road a point has echoes of three lengths, straight to and fro, once over the road, and
-/// over the road on both ways (the path over the road is that to the point's mirror image).
+/// Multipath: over a conducting road a point has echoes of three lengths: straight out and back, over the road
+/// once, and over the road out and back (the path over the road is as long as that to the point's mirror image).
 ///
 /// ```
 /// use catseye::base::frames::{Pose, Sensor, World};
