@@ -39,7 +39,7 @@ pub fn fit(a: &Matrix, r: &Matrix) -> Fit {
 ///
 /// # Example
 /// One source on a line of N receivers half a wavelength apart: σ² = 6/(SNR T N(N² − 1) π² cos² θ), SNR per channel.
-/// With 8 receivers, 20 dB and one snapshot the bound is 0.20° at 20°.
+/// With 8 receivers, 20 dB and one snapshot the bound is 0.21° at 20°.
 ///
 /// ```
 /// use catseye::dsp::{doa_crb::standard_deviations, doa_manifold::{Manifold, Matrix}};

@@ -28,13 +28,11 @@ use std::f64::consts::{PI, TAU};
 /// let (sum, energy) = (hann.iter().sum::<f64>(), hann.iter().map(|w| w * w).sum::<f64>());
 /// assert!((256.0 * energy / (sum * sum) - 1.5).abs() < 1e-12);
 /// let chebyshev = coefficients(Window::DolphChebyshev { side_lobe_db: 60.0 }, 64)?;
-/// let db = |cells: f64| {
-///     let phasor = |i: usize| Complex64::cis(-std::f64::consts::TAU * cells * i as f64 / 64.0);
-///     let value = |cells_off: bool| -> Complex64 {
-///         chebyshev.iter().enumerate().map(|(i, w)| if cells_off { phasor(i) * w } else { (*w).into() }).sum()
-///     };
-///     20.0 * (value(true).norm() / value(false).norm()).log10()
+/// let transform = |cells: f64| -> Complex64 {
+///     let phase = |i: usize| -std::f64::consts::TAU * cells * i as f64 / 64.0;
+///     chebyshev.iter().enumerate().map(|(i, w)| Complex64::from_polar(*w, phase(i))).sum()
 /// };
+/// let db = |cells: f64| 20.0 * (transform(cells).norm() / transform(0.0).norm()).log10();
 /// assert!((30..320).all(|tenth| db(f64::from(tenth) / 10.0) < -59.99));
 /// # Ok::<(), catseye::Error>(())
 /// ```

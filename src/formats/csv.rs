@@ -1,6 +1,8 @@
 //! Comma-separated tables (RFC 4180) with one header line. Outside quotes a `#` at the beginning of a line or after white space begins
 //! a comment.
 //!
+//! A table with a comment and a quoted cell, written and read:
+//!
 //! ```
 //! use catseye::formats::csv::{Table, Writer};
 //!

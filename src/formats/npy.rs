@@ -2,6 +2,8 @@
 //! Written as version 1.0, little-endian, C order. Read in versions 1 to 3, little-endian, C or
 //! Fortran order (turned into C order).
 //!
+//! A cube to a file and back:
+//!
 //! ```
 //! use catseye::formats::npy;
 //! use num_complex::Complex32;
