@@ -269,6 +269,20 @@ impl Engine {
     /// # Errors
     /// Returns an error if there is no such adapter or it fails its self-test, for `f64` with a GPU, or for limits of
     /// memory in which no work can begin.
+    ///
+    /// # Example
+    /// The cpu engine needs no adapter and is the reference for the others. Shaders compute in f32, so f64 is the
+    /// cpu's alone.
+    ///
+    /// ```
+    /// use catseye::engine::{Engine, Precision};
+    ///
+    /// let engine = Engine::open("cpu", Precision::F64)?;
+    /// assert_eq!(engine.report().engine, "cpu");
+    /// assert!(engine.describe().starts_with("cpu"));
+    /// assert!(Engine::open("no such adapter", Precision::F32).is_err());
+    /// # Ok::<(), catseye::Error>(())
+    /// ```
     pub fn open(device: &str, precision: Precision) -> Result<Engine> {
         crate::base::machine::check_limits()?;
         let gpu = match device {
@@ -382,6 +396,31 @@ impl Engine {
     /// # Errors
     /// Returns an error for a material or a scattering table without a value at a frequency, for options that are out
     /// of range, or for a body that is not closed or touches another.
+    ///
+    /// # Example
+    /// Flat facets seen from infinity have no discretisation error, so that a plate agrees with its closed form in
+    /// amplitude and phase, on its main lobe and on the side lobes.
+    ///
+    /// ```
+    /// use catseye::base::frames::direction_from_angles;
+    /// use catseye::engine::{Engine, Precision};
+    /// use catseye::rcs::{Aspect, BistaticAspect, RcsOptions, closed_form::po_plate};
+    /// use catseye::road::reflector::Reflector;
+    /// use catseye::scene::material;
+    ///
+    /// let plate = Reflector::parse("plate:width_m=0.1,height_m=0.05")?.to_scene(&material::by_name)?;
+    /// let aspects = [0.0f64, 0.7, 1.6, 5.0]
+    ///     .map(|deg| BistaticAspect::monostatic(Aspect { azimuth: deg.to_radians(), elevation: 0.0 }));
+    /// let engine = Engine::open("cpu", Precision::F32)?;
+    /// let found = engine.rcs(&plate, &[77e9], &aspects, &RcsOptions::default())?;
+    /// let exact = |a: &BistaticAspect| po_plate(0.1, 0.05, 77e9, direction_from_angles(a.transmit.azimuth, 0.0));
+    /// let peak_m = exact(&aspects[0]).norm();
+    /// for (s, aspect) in found.iter().zip(&aspects) {
+    ///     let (s_vv, s_hv) = (s.every[0][0], s.every[1][0]);
+    ///     assert!((s_vv - exact(aspect)).norm() < 1e-6 * peak_m && s_hv.norm() < 1e-6 * peak_m);
+    /// }
+    /// # Ok::<(), catseye::Error>(())
+    /// ```
     pub fn rcs(
         &self,
         scene: &Scene,

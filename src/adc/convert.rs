@@ -113,6 +113,15 @@ pub fn peak(full_scale_dbm: f64, sampling: Sampling) -> f64 {
 }
 
 /// Signal to quantisation noise of a tone that fills the range, dB: 3/2 · 4^bits, 6.02 bits + 1.76 dB.
+///
+/// # Example
+/// ```
+/// use catseye::adc::convert::full_scale_snr_db;
+///
+/// assert!((full_scale_snr_db(12) - 74.0).abs() < 0.05);
+/// // Each bit adds 6 dB.
+/// assert!((full_scale_snr_db(13) - full_scale_snr_db(12) - 6.02).abs() < 0.01);
+/// ```
 pub fn full_scale_snr_db(bits: u32) -> f64 {
     10.0 * (1.5 * 4f64.powi(bits as i32)).log10()
 }

@@ -156,12 +156,34 @@ impl Field {
 }
 
 /// Duration of a burst of interference, s: a band `band_hz` wide over the difference of the slopes.
+///
+/// # Example
+/// A receiver with ±10 MHz of bandwidth sweeps 30 MHz/µs. A sender that falls as steeply crosses its band in a third
+/// of a microsecond, one with nearly the same slope stays in it for the whole ramp.
+///
+/// ```
+/// use catseye::adc::interference::burst_s;
+///
+/// assert!((burst_s(20e6, 30e12, -30e12) - 0.333e-6).abs() < 1e-9);
+/// assert!((burst_s(20e6, 30e12, 29e12) - 20e-6).abs() < 1e-12);
+/// ```
 pub fn burst_s(band_hz: f64, slope_hz_per_s: f64, other_hz_per_s: f64) -> f64 {
     band_hz / (slope_hz_per_s - other_hz_per_s).abs()
 }
 
 /// Range at which an interferer of equal slope appears whose ramp is received `late_s` after the victim's starts and
 /// begins `higher_hz` above it: R = (c/2)(late − higher/S), m.
+///
+/// # Example
+/// A ramp of the same slope that is received one microsecond after the radar's own starts appears as a body at 150 m.
+///
+/// ```
+/// use catseye::adc::interference::ghost_range_m;
+///
+/// assert!((ghost_range_m(30e12, 1e-6, 0.0) - 149.9).abs() < 0.1);
+/// // A start 3 MHz higher is as good as 0.1 us earlier.
+/// assert!((ghost_range_m(30e12, 1e-6, 3e6) - ghost_range_m(30e12, 0.9e-6, 0.0)).abs() < 1e-9);
+/// ```
 pub fn ghost_range_m(slope_hz_per_s: f64, late_s: f64, higher_hz: f64) -> f64 {
     0.5 * C0 * (late_s - higher_hz / slope_hz_per_s)
 }

@@ -1,4 +1,10 @@
 //! From echoes to the samples that the radar's converter would deliver.
+//!
+//! Each echo is a phasor in each channel (CONVENTIONS eq. 9–12) whose phase is a polynomial of chirp and sample, so
+//! that range migration and the coupling of range and Doppler are in it. The direct sum costs echoes × samples; for
+//! many echoes [`gridding`] spreads them on a grid and takes an FFT. Thermal noise ([`noise`], eq. 13), other radars
+//! ([`interference`], eq. 112) and the converter ([`convert`], eq. 109–111) follow. [`crate::engine::Engine::cube`]
+//! does all of it.
 
 pub mod budget;
 pub mod convert;

@@ -30,6 +30,23 @@ pub struct Noise {
 
 impl Noise {
     /// The thermal noise of `radar`, or None when it is switched off.
+    ///
+    /// # Example
+    /// kT₀ is −174 dBm/Hz; with 13 dB of noise figure over 20 MHz that makes −88 dBm in a complex sample.
+    ///
+    /// ```
+    /// use catseye::adc::noise::Noise;
+    /// use catseye::base::units::dbm_from_w;
+    /// use catseye::scene::radar_toml::preset;
+    ///
+    /// let mut radar = preset("demo77")?;
+    /// // I and Q have half the power each.
+    /// let noise_dbm = Noise::thermal(&radar, 1, 0).map(|n| dbm_from_w(2.0 * n.sigma * n.sigma));
+    /// assert!(noise_dbm.is_some_and(|p| (p + 173.98 - 13.0 - 73.01).abs() < 0.01));
+    /// radar.thermal_noise = false;
+    /// assert!(Noise::thermal(&radar, 1, 0).is_none());
+    /// # Ok::<(), catseye::Error>(())
+    /// ```
     pub fn thermal(radar: &Radar, seed: u64, frame: u32) -> Option<Noise> {
         let power = BOLTZMANN * T0_K * power_from_db(radar.noise_figure_db) * radar.sample_rate_hz;
         radar.thermal_noise.then(|| Noise {

@@ -685,6 +685,27 @@ impl Polynomial {
 
 /// Beat frequency of an echo at the middle of the frame and of the samples, Hz: the turns from line to line times
 /// the sample rate. Negative for falling frequencies, and when the Doppler shift outweighs the delay.
+///
+/// # Example
+/// The beat of a static point is S·2R/c; a range rate adds its Doppler shift 2v/λ.
+///
+/// ```
+/// use catseye::adc::synthesis::{beat_frequency_hz, point_echo};
+/// use catseye::base::units::C0;
+/// use catseye::scene::radar_toml::preset;
+/// use glam::DVec3;
+///
+/// let radar = preset("demo77")?;
+/// let at_m = DVec3::new(50.0, 0.0, 0.0);
+/// let beat_hz = |range_rate_mps: f64| {
+///     beat_frequency_hz(&radar, &point_echo(at_m, DVec3::X * range_rate_mps, 1.0, 1))
+/// };
+/// let expected_hz = radar.slope_hz_per_s() * 2.0 * 50.0 / C0;
+/// assert!((beat_hz(0.0) / expected_hz - 1.0).abs() < 1e-9);
+/// let doppler_hz = 2.0 * 20.0 / radar.wavelength_m();
+/// assert!(((beat_hz(20.0) - beat_hz(0.0)) / doppler_hz - 1.0).abs() < 1e-3);
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn beat_frequency_hz(radar: &Radar, r: &Echo) -> f64 {
     let lines = radar.lines();
     let middle = 0.5 * (lines.count as f64 - 1.0);

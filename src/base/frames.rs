@@ -1,5 +1,22 @@
 //! Frames of reference and the rigid motions between them. All are ISO 8855: x forward, y left,
 //! z up, metres. The marker types make a point of one frame unusable in another by mistake.
+//!
+//! A radar at the front right corner of a car, turned by 45° to the right, sees a target on its boresight. In the
+//! car's frame the target is 10 m in front of the radar and 10 m to its right; the car itself heads along the world's
+//! y axis:
+//!
+//! ```
+//! use catseye::base::frames::{Pose, Sensor, Vehicle, World};
+//! use glam::DVec3;
+//!
+//! let right_rad = -45f64.to_radians();
+//! let mounting = Pose::<Sensor, Vehicle>::from_yaw_pitch_roll(DVec3::new(3.7, -0.8, 0.5), right_rad, 0.0, 0.0);
+//! let left_rad = 90f64.to_radians();
+//! let car = Pose::<Vehicle, World>::from_yaw_pitch_roll(DVec3::new(100.0, 0.0, 0.0), left_rad, 0.0, 0.0);
+//! let target_m = DVec3::new(200f64.sqrt(), 0.0, 0.0);
+//! assert!(mounting.point(target_m).distance(DVec3::new(13.7, -10.8, 0.5)) < 1e-12);
+//! assert!(mounting.then(&car).point(target_m).distance(DVec3::new(110.8, 13.7, 0.5)) < 1e-12);
+//! ```
 
 use glam::{DMat3, DQuat, DVec3};
 use std::marker::PhantomData;
@@ -66,6 +83,18 @@ impl<A, B> Pose<A, B> {
 }
 
 /// Unit vector from azimuth (positive left) and elevation (positive up), radians (CONVENTIONS eq. 1).
+///
+/// # Example
+/// ```
+/// use catseye::base::frames::{angles_from_direction, direction_from_angles};
+///
+/// let u = direction_from_angles(10f64.to_radians(), -5f64.to_radians());
+/// // To the left of boresight is +y, below the horizon is -z.
+/// assert!(u.y > 0.0 && u.z < 0.0);
+/// let (azimuth_rad, elevation_rad) = angles_from_direction(20.0 * u);
+/// assert!((azimuth_rad.to_degrees() - 10.0).abs() < 1e-12);
+/// assert!((elevation_rad.to_degrees() + 5.0).abs() < 1e-12);
+/// ```
 pub fn direction_from_angles(azimuth: f64, elevation: f64) -> DVec3 {
     let (sa, ca) = azimuth.sin_cos();
     let (se, ce) = elevation.sin_cos();
@@ -80,6 +109,18 @@ pub fn angles_from_direction(d: DVec3) -> (f64, f64) {
 /// The linear polarisation vectors (V, H) of the ray to or from direction `d` as seen from the
 /// radar: V = -theta-hat (up), H = phi-hat (left, for a look along +x). The same two serve for
 /// receive (backscatter alignment; CONVENTIONS eq. 2). At the poles azimuth is taken as zero.
+///
+/// # Example
+/// For a level direction V is vertical, and H is horizontal and at right angles to the direction.
+///
+/// ```
+/// use catseye::base::frames::polarisation_basis;
+/// use glam::DVec3;
+///
+/// assert_eq!(polarisation_basis(DVec3::X), (DVec3::Z, DVec3::Y));
+/// let (v, h) = polarisation_basis(DVec3::new(0.6, 0.0, 0.8));
+/// assert!(v.distance(DVec3::new(-0.8, 0.0, 0.6)) < 1e-15 && h.distance(DVec3::Y) < 1e-15);
+/// ```
 pub fn polarisation_basis(d: DVec3) -> (DVec3, DVec3) {
     let rho = d.x.hypot(d.y);
     let (sa, ca) = if rho > 1e-12 { (d.y / rho, d.x / rho) } else { (0.0, 1.0) };

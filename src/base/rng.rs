@@ -19,6 +19,23 @@ pub fn philox4x32_10(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
 }
 
 /// Draws one after the other, a sequence of its own for each (seed, stream).
+///
+/// # Example
+/// ```
+/// use catseye::base::rng::Draws;
+///
+/// let numbers = |seed, stream| {
+///     let mut draws = Draws::new(seed, stream);
+///     (0..10_000).map(|_| draws.normal()).collect::<Vec<f64>>()
+/// };
+/// // The same seed and stream give the same numbers; each stream has its own.
+/// assert_eq!(numbers(7, 0), numbers(7, 0));
+/// assert_ne!(numbers(7, 0), numbers(7, 1));
+/// // The mean of 10,000 draws has a standard deviation of 0.01, their mean square one of 0.014.
+/// let mean = numbers(7, 0).iter().sum::<f64>() / 1e4;
+/// let mean_square = numbers(7, 0).iter().map(|x| x * x).sum::<f64>() / 1e4;
+/// assert!(mean.abs() < 0.04 && (mean_square - 1.0).abs() < 0.06);
+/// ```
 pub struct Draws {
     key: [u32; 2],
     next: u32,

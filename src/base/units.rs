@@ -1,4 +1,18 @@
 //! Physical constants and decibel conversions. SI throughout; radians inside.
+//!
+//! The radar equation (CONVENTIONS eq. 9) in these units, for a point of 10 dBsm at 50 m, 12 dBm of transmitted power
+//! and antennas of 10 dBi:
+//!
+//! ```
+//! use catseye::base::units::{dbm_from_w, power_from_db, w_from_dbm, wavelength_m};
+//! use std::f64::consts::PI;
+//!
+//! let (power_w, gain, rcs_m2, range_m) = (w_from_dbm(12.0), power_from_db(10.0), power_from_db(10.0), 50.0_f64);
+//! let lambda_m = wavelength_m(77e9);
+//! assert!((lambda_m * 1e3 - 3.893).abs() < 1e-3);
+//! let received_w = power_w * (gain * lambda_m).powi(2) * rcs_m2 / ((4.0 * PI).powi(3) * range_m.powi(4));
+//! assert!((dbm_from_w(received_w) + 107.13).abs() < 0.01);
+//! ```
 
 /// Speed of light in vacuum, m/s (exact, SI).
 pub const C0: f64 = 299_792_458.0;
@@ -43,6 +57,17 @@ pub fn w_from_dbm(power_dbm: f64) -> f64 {
 
 /// Radar cross section in dBsm from a scattering amplitude |S| in metres: sigma = 4 pi |S|^2
 /// (CONVENTIONS eq. 3).
+///
+/// # Example
+/// An isotropic scatterer of 1 m² has |S| = 1/√(4π) m, and ten times the amplitude is 20 dB more.
+///
+/// ```
+/// use catseye::base::units::dbsm_from_amplitude;
+///
+/// let amplitude_m = (4.0 * std::f64::consts::PI).sqrt().recip();
+/// assert!(dbsm_from_amplitude(amplitude_m).abs() < 1e-12);
+/// assert!((dbsm_from_amplitude(10.0 * amplitude_m) - 20.0).abs() < 1e-12);
+/// ```
 pub fn dbsm_from_amplitude(s_abs_m: f64) -> f64 {
     db_from_power(4.0 * std::f64::consts::PI * s_abs_m * s_abs_m)
 }

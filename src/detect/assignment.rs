@@ -9,6 +9,19 @@
 ///
 /// Shortest augmenting paths with potentials (Kuhn; Jonker and Volgenant, *Computing* 38 (1987)
 /// 325), O(rows² (rows + columns)). Equal sums are broken by order, so that the result repeats.
+///
+/// # Example
+/// Taking the smallest cost first would give row 0 column 0 and leave row 1 with 10 or its price of 5. The smallest
+/// sum is 2 + 1.5.
+///
+/// ```
+/// use catseye::detect::assignment::assign;
+///
+/// let cost = [1.0, 2.0, 1.5, 10.0];
+/// assert_eq!(assign(&cost, 2, &[5.0, 5.0]), [Some(1), Some(0)]);
+/// // A pair that is forbidden, and a row for which going without costs less.
+/// assert_eq!(assign(&[f64::INFINITY, 2.0, 1.5, 10.0], 2, &[5.0, 1.0]), [Some(1), None]);
+/// ```
 pub fn assign(cost: &[f64], columns: usize, miss: &[f64]) -> Vec<Option<usize>> {
     let rows = miss.len();
     assert_eq!(cost.len(), rows * columns, "a cost for each pair");

@@ -45,6 +45,21 @@ impl Dbscan {
     ///
     /// # Errors
     /// Returns an error for scales that are not positive, or `min_points` = 0.
+    ///
+    /// # Example
+    /// A car and a cyclist beside it are near each other, but differ in range rate; a single point elsewhere is noise.
+    ///
+    /// ```
+    /// use catseye::detect::cluster::{ClusterPoint, Dbscan};
+    ///
+    /// let at = |x_m, y_m, range_rate_mps| ClusterPoint { x_m, y_m, range_rate_mps };
+    /// let car = [at(20.0, 0.0, -8.0), at(20.8, 0.5, -8.1), at(21.4, -0.4, -7.9)];
+    /// let cyclist = [at(20.5, 1.0, -4.0), at(20.9, 1.1, -4.3)];
+    /// let points = [&car[..], &cyclist, &[at(50.0, 10.0, 0.0)]].concat();
+    /// let labels = Dbscan::default().labels(&points)?;
+    /// assert_eq!(labels, [Some(0), Some(0), Some(0), Some(1), Some(1), None]);
+    /// # Ok::<(), catseye::Error>(())
+    /// ```
     pub fn labels(&self, points: &[ClusterPoint]) -> Result<Vec<Option<usize>>> {
         for (key, value, top) in [
             ("position_m", self.position_m, f64::MAX),

@@ -330,6 +330,30 @@ impl Problem<'_> {
 /// directions that do not tell the parameters apart (all points in one line of sight); fewer standing points than the
 /// settings ask for; folded range rates that two motions explain nearly as well. Settings and mounts outside their
 /// ranges are bad input.
+///
+/// # Example
+/// The range rates of static points are −v cos α. Seven of them, and a car that drives ahead, give the radar's own
+/// speed of 15 m/s and show which point moves.
+///
+/// ```
+/// use catseye::detect::ego_motion::{EgoModel, EgoSettings, Radial, ego_motion};
+///
+/// let radial = |azimuth_rad: f64, range_rate_mps: f64| Radial {
+///     azimuth_rad,
+///     elevation_rad: 0.0,
+///     range_rate_mps,
+///     range_rate_std_mps: 0.05,
+///     ambiguity_mps: f64::INFINITY,
+///     radar: 0,
+/// };
+/// let azimuths_rad = [-0.9, -0.6, -0.3, 0.1, 0.4, 0.7, 1.0];
+/// let mut points: Vec<Radial> = azimuths_rad.map(|a: f64| radial(a, -15.0 * a.cos())).into();
+/// points.push(radial(0.05, 2.0));
+/// let motion = ego_motion(&points, &EgoModel::Sensor, &EgoSettings::default())?;
+/// assert!((motion.value[0] - 15.0).abs() < 1e-6 && motion.value[1].abs() < 1e-6);
+/// assert_eq!(motion.standing.iter().position(|is_static| !is_static), Some(7));
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -> Result<EgoMotion> {
     check(points, model, settings)?;
     let n = model.parameters();

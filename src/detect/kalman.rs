@@ -4,6 +4,28 @@
 //! The measurement stays polar, with Jacobian and Hessian, rather than converted: range rate is a
 //! function of the whole state, and a new track knows nothing of its speed across the line of sight,
 //! where first order alone makes the filter far too sure of itself.
+//!
+//! A body 50 m ahead that approaches at 10 m/s. Prediction moves it and makes its position less certain; a plot of the
+//! next scan makes it more certain again, and after some scans the speed across the line of sight is known too:
+//!
+//! ```
+//! use catseye::detect::kalman::{Estimate, Station};
+//! use catseye::detect::plot::Plot;
+//!
+//! let plot = |range_m: f64| Plot::of_point([range_m, -10.0, 0.0, 0.0], [0.2, 0.1, 0.005]);
+//! let across_std_mps = 10.0;
+//! let mut estimate = Estimate::of_plot(&plot(50.0), &Station::ORIGIN, across_std_mps);
+//! for scan in 1..=10 {
+//!     let predicted = estimate.predicted(0.1, 0.5);
+//!     let innovation = predicted.expectation(&Station::ORIGIN).innovation(&plot(50.0 - f64::from(scan)));
+//!     let updated = predicted.updated(&innovation);
+//!     assert!(innovation.distance2 < 1.0);
+//!     assert!(updated.covariance.x_axis.x < predicted.covariance.x_axis.x);
+//!     estimate = updated;
+//! }
+//! assert!((estimate.position_m().x - 40.0).abs() < 0.1);
+//! assert!(estimate.covariance.w_axis.w.sqrt() < 1.0);
+//! ```
 
 use super::plot::Plot;
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};

@@ -242,6 +242,27 @@ impl<'a> Candidate<'a> {
 /// # Errors
 /// Returns an error for slopes that are equal or zero, values that are not finite, deviations or limits that are not
 /// positive.
+///
+/// # Example
+/// A triangle of 1 MHz/µs up and down: a body at 150 m that recedes at 15 m/s shows beats of ±2SR/c + 2v/λ, whose
+/// difference gives the range and whose sum the range rate.
+///
+/// ```
+/// use catseye::base::units::{C0, wavelength_m};
+/// use catseye::detect::slope_pairs::{PairLimits, Slope, SlopePeak, pair_slopes};
+///
+/// let (slope_hz_per_s, carrier_hz, range_m, rate_mps) = (1e12, 77e9, 150.0, 15.0);
+/// let ramp = |sign: f64| {
+///     let beat_hz = sign * slope_hz_per_s * 2.0 * range_m / C0 + 2.0 * rate_mps / wavelength_m(carrier_hz);
+///     let peak = SlopePeak { beat_hz, beat_std_hz: 50.0, power_db: 0.0, azimuth_rad: None, row: None };
+///     Slope { slope_hz_per_s: sign * slope_hz_per_s, carrier_hz, peaks: vec![peak] }
+/// };
+/// let limits =
+///     PairLimits { max_range_m: 200.0, max_range_rate_mps: 60.0, power_std_db: 1.0, azimuth_std_rad: 0.01 };
+/// let pairs = pair_slopes(&[ramp(1.0), ramp(-1.0)], &limits)?;
+/// assert!((pairs[0].range_m - range_m).abs() < 1e-6 && (pairs[0].range_rate_mps - rate_mps).abs() < 1e-6);
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn pair_slopes(slopes: &[Slope], limits: &PairLimits) -> Result<Vec<SlopePair>> {
     check(slopes, limits)?;
     if slopes.len() < 2 {

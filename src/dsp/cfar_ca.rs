@@ -28,6 +28,21 @@ pub static KERNEL: Kernel = Kernel {
 ///
 /// # Errors
 /// Returns an error if `pfa` is not between 0 and 1.
+///
+/// # Example
+/// For a single channel the factor is N(pfa^(−1/N) − 1). It tends to −ln pfa when the noise is known exactly, and the
+/// difference is the loss of CFAR: 1.0 dB with 32 training cells and a false-alarm probability of 10⁻⁶.
+///
+/// ```
+/// use catseye::dsp::cfar_ca::factor;
+///
+/// let (cells, pfa) = (32, 1e-6_f64);
+/// let alpha = factor(1, cells, pfa)?;
+/// assert!((alpha / (32.0 * (pfa.powf(-1.0 / 32.0) - 1.0)) - 1.0).abs() < 1e-9);
+/// let loss_db = 10.0 * (alpha / -pfa.ln()).log10();
+/// assert!((loss_db - 1.0).abs() < 0.05, "{loss_db}");
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn factor(channels: usize, training: usize, pfa: f64) -> Result<f64> {
     check_pfa(pfa)?;
     let (k, n) = (channels as f64, training as f64);

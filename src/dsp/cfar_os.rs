@@ -27,6 +27,23 @@ pub static KERNEL: Kernel = Kernel {
 ///
 /// # Errors
 /// Returns an error if `pfa` is not between 0 and 1.
+///
+/// # Example
+/// For a single channel Rohling's product gives the false-alarm probability of the k-th of N cells, Π (N − i)/(N − i +
+/// α) over i = 0 … k − 1.
+///
+/// ```
+/// use catseye::dsp::cfar_os::factor;
+///
+/// let (cells, rank, pfa) = (24, 18, 1e-5);
+/// let found = factor(1, cells, rank, pfa)?;
+/// let product: f64 = (0..rank).map(|i| (cells - i) as f64).map(|n| n / (n + found.factor)).product();
+/// assert!((product / pfa - 1.0).abs() < 1e-6);
+/// // The mean of the 18th smallest of 24 exponentials: 1/24 + 1/23 + … + 1/7.
+/// let mean: f64 = (7..=24).map(|n| 1.0 / f64::from(n)).sum();
+/// assert!((found.expectation / mean - 1.0).abs() < 1e-6);
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn factor(channels: usize, training: usize, rank: usize, pfa: f64) -> Result<Factor> {
     check_pfa(pfa)?;
     let (k, n, r) = (channels as f64, training as f64, rank as f64);

@@ -13,6 +13,33 @@ use num_complex::Complex64;
 ///
 /// # Errors
 /// Returns an error for more sources than either axis can tell apart.
+///
+/// # Example
+/// Two sources at −5° and 12° on eight receivers, 40 snapshots without noise: the phases from one receiver to the next
+/// are those of both directions, found without a search.
+///
+/// ```
+/// use catseye::base::rng::Draws;
+/// use catseye::dsp::{doa_covariance::{covariance, eigen}, doa_esprit::esprit};
+/// use num_complex::Complex64;
+/// use std::f64::consts::PI;
+///
+/// let mut draws = Draws::new(1, 0);
+/// let snapshots: Vec<Complex64> = (0..40)
+///     .flat_map(|_| {
+///         let amplitude = [0, 1].map(|_| Complex64::new(draws.normal(), draws.normal()));
+///         let turn = [-5f64, 12.0].map(|deg| -PI * deg.to_radians().sin());
+///         (0..8).map(move |c| (0..2).map(|s| amplitude[s] * Complex64::cis(turn[s] * f64::from(c))).sum())
+///     })
+///     .collect();
+/// let eigen = eigen(&covariance(&snapshots, 8))?;
+/// assert!(eigen.values[2] < 1e-12 * eigen.values[1]);
+/// let phases = esprit(&eigen.signal(2), [1, 8])?;
+/// let mut azimuths_deg: Vec<f64> = phases.iter().map(|p| (-p[1] / PI).asin().to_degrees()).collect();
+/// azimuths_deg.sort_by(f64::total_cmp);
+/// assert!((azimuths_deg[0] + 5.0).abs() < 1e-6 && (azimuths_deg[1] - 12.0).abs() < 1e-6);
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn esprit(signal: &Matrix, size: [usize; 2]) -> Result<Vec<[f64; 2]>> {
     let l = signal.ncols();
     let [rows, cols] = size;

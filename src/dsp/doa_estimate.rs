@@ -26,6 +26,38 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 /// A method prepared for an array.
+///
+/// # Example
+/// Two equally strong bodies at ±3.5° in one cell and one snapshot of the twelve channels of `demo77`, whose beam is
+/// 8.5° wide. The beamformer sees one source between them; MUSIC, after spatial smoothing, separates the two.
+///
+/// ```
+/// use catseye::dsp::cpu::doa_spectrum::spectra;
+/// use catseye::dsp::doa_beamform::Grid;
+/// use catseye::dsp::doa_estimate::{Cells, Estimator, Method, Options, SourceNumber};
+/// use catseye::dsp::doa_manifold::Manifold;
+/// use catseye::scene::radar_toml::preset;
+///
+/// let mut radar = preset("demo77")?;
+/// radar.processing.azimuth_bins = 241;
+/// let (array, grid) = (Manifold::of_radar(&radar)?, Grid::new(&radar)?);
+/// let [left, right] = [3.5f64, -3.5].map(|deg| array.steering(deg.to_radians(), 0.0));
+/// let snapshot: Vec<_> = left.iter().zip(&right).map(|(l, r)| l + r).collect();
+/// let azimuths_deg = |method, count| -> catseye::Result<Vec<f64>> {
+///     let options = Options { method, sources: SourceNumber::Given(count), ..Default::default() };
+///     let estimator = Estimator::new(array.clone(), grid.clone(), options)?;
+///     let cells = Cells { snapshots: 1, data: &snapshot, noise_w: None };
+///     let found = estimator.estimate_cells(&cells, |steering, forms| Ok(spectra::<f64>(steering, forms)))?;
+///     let mut deg: Vec<f64> = found[0].iter().map(|s| s.azimuth_rad.to_degrees()).collect();
+///     deg.sort_by(f64::total_cmp);
+///     Ok(deg)
+/// };
+/// let music = azimuths_deg(Method::Music, 2)?;
+/// assert!((music[0] + 3.5).abs() < 0.05 && (music[1] - 3.5).abs() < 0.05, "{music:?}");
+/// let beamformer = azimuths_deg(Method::Bartlett, 1)?;
+/// assert!(beamformer[0].abs() < 0.05, "{beamformer:?}");
+/// # Ok::<(), catseye::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimator {
     manifold: Manifold,

@@ -182,6 +182,23 @@ impl Manifold {
     }
 
     /// Steering vector of eq. 90, one value per channel, mean square 1.
+    ///
+    /// # Example
+    /// On a line of receivers half a wavelength apart the phase advances by −π sin θ from one to the next (eq. 90).
+    ///
+    /// ```
+    /// use catseye::dsp::doa_manifold::Manifold;
+    /// use glam::DVec3;
+    /// use std::f64::consts::PI;
+    ///
+    /// let lambda_m = 3.9e-3;
+    /// let line = (0..8).map(|i| DVec3::Y * 0.5 * lambda_m * f64::from(i)).collect();
+    /// let array = Manifold::receivers(line, lambda_m)?;
+    /// let azimuth_rad = 20f64.to_radians();
+    /// let a = array.steering(azimuth_rad, 0.0);
+    /// assert!(a.windows(2).all(|pair| ((pair[1] / pair[0]).arg() + PI * azimuth_rad.sin()).abs() < 1e-9));
+    /// # Ok::<(), catseye::Error>(())
+    /// ```
     pub fn steering(&self, azimuth_rad: f64, elevation_rad: f64) -> Vec<Complex64> {
         let k = TAU / self.wavelength_m;
         let u = direction_from_angles(azimuth_rad, elevation_rad);

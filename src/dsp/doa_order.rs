@@ -1,4 +1,5 @@
-//! How many sources a covariance holds (CONVENTIONS eq. 93).
+//! How many sources a covariance holds (CONVENTIONS eq. 93). The criteria assume white noise of equal power in all
+//! channels, and more snapshots than sources.
 
 use statrs::function::gamma::gamma_ur;
 
@@ -17,6 +18,17 @@ pub enum Criterion {
 ///
 /// Where looks are fewer than eigenvalues, the smallest are zero by construction and say nothing:
 /// they are left out, and the number found is then below `looks`.
+///
+/// # Example
+/// Eigenvalues of eight channels and 100 snapshots: two stand out of the noise of power 1.
+///
+/// ```
+/// use catseye::dsp::doa_order::{Criterion, source_number};
+///
+/// let eigenvalues = [40.0, 6.0, 1.35, 1.2, 1.05, 0.9, 0.8, 0.7];
+/// assert_eq!(source_number(&eigenvalues, 100.0, Criterion::Mdl, false), 2);
+/// assert_eq!(source_number(&eigenvalues[2..], 100.0, Criterion::Mdl, false), 0);
+/// ```
 pub fn source_number(eigenvalues: &[f64], looks: f64, criterion: Criterion, forward_backward: bool) -> usize {
     let n = eigenvalues.len();
     // A forward-backward look counts as two for the rank.

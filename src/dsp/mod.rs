@@ -3,6 +3,32 @@
 //! Types, tables and planning that both engines share, and the host side of the kernels. The order
 //! of the chain is [`fft`] (range, then Doppler) -> [`power`] -> [`cfar_ca`], [`cfar_go_so`] or [`cfar_os`] ->
 //! [`peaks`] -> [`cfar_noise`], [`snapshot`] -> [`doa_beamform`].
+//!
+//! From an echo to the strongest cell of the map: a point of 10 dBsm, 30 m ahead, that approaches at 5 m/s.
+//!
+//! ```
+//! use catseye::adc::synthesis::point_echo;
+//! use catseye::base::control::Control;
+//! use catseye::detect::points::range_rate_mps;
+//! use catseye::engine::{Engine, Precision};
+//! use catseye::scene::radar_toml::preset;
+//! use catseye::trace::Echoes;
+//! use glam::DVec3;
+//!
+//! let radar = preset("demo77")?;
+//! let echo = point_echo(DVec3::new(30.0, 0.0, 0.0), DVec3::new(-5.0, 0.0, 0.0), 10.0, 1);
+//! let echoes = Echoes { list: vec![echo], ..Default::default() };
+//! let engine = Engine::open("cpu", Precision::F32)?;
+//! let (seed, frame) = (1, 0);
+//! let (cube, _) = engine.cube(&radar, &echoes, &[], seed, frame, Control::default())?;
+//! let found = engine.range_doppler(&radar, &cube)?;
+//! let strongest = found.cells[0];
+//! let range_m = f64::from(strongest.range) * radar.range_bin_m();
+//! assert!((range_m - 30.0).abs() < radar.range_bin_m());
+//! let rate_mps = range_rate_mps(&radar, f64::from(strongest.doppler));
+//! assert!((rate_mps + 5.0).abs() < radar.velocity_bin_mps());
+//! # Ok::<(), catseye::Error>(())
+//! ```
 
 pub use catseye_math::Real;
 use num_complex::Complex;

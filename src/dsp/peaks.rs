@@ -79,6 +79,17 @@ pub struct Peak {
 /// Offset in cells, within +-0.5, and height of the parabola through the logarithms of three powers
 /// of which the middle is the largest. When the middle is not the largest, or one is not positive,
 /// the peak is left on its cell.
+///
+/// # Example
+/// The logarithm of a Gaussian is a parabola, so that a Gaussian peak is found exactly.
+///
+/// ```
+/// use catseye::dsp::peaks::parabola;
+///
+/// let power = |cell: f64| 5.0 * (-(cell - 0.2).powi(2)).exp();
+/// let (offset, peak) = parabola(power(-1.0), power(0.0), power(1.0));
+/// assert!((offset - 0.2).abs() < 1e-12 && (peak - 5.0).abs() < 1e-12);
+/// ```
 pub fn parabola(before: f64, at: f64, after: f64) -> (f64, f64) {
     if !(before > 0.0 && after > 0.0 && at >= before && at >= after) {
         return (0.0, at);

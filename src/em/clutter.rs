@@ -60,6 +60,21 @@ pub fn sigma0(backscatter: &Backscatter, wavenumber: f64, front: &Front, cos_i: 
 /// sigma0 in dB = A1 + A2 lg(grazing angle / 20 deg) + A3 lg(f / 10 GHz), 3-100 GHz, grazing angles up to
 /// [`KULEMIN_GRAZING_DEG`], both polarisations: Kulemin, *Millimeter-Wave Radar Targets and Clutter* (Artech House 2003),
 /// chapter 2. For low grass he gives A1 = -25 to -30; the middle is taken. The rows were not compared with the printed table.
+///
+/// # Example
+/// At 77 GHz and 5° of grazing, high grass returns 29 dB more per area than concrete does.
+///
+/// ```
+/// use catseye::base::units::db_from_power;
+/// use catseye::em::clutter::kulemin;
+/// use catseye::scene::backscatter::Ground;
+///
+/// // The cosine of the angle of incidence is the sine of the grazing angle.
+/// let db = |ground| db_from_power(kulemin(ground, 77e9, 5f64.to_radians().sin()));
+/// let expected_db = -49.0 + 32.0 * 0.25f64.log10() + 20.0 * 7.7f64.log10();
+/// assert!((db(Ground::Concrete) - expected_db).abs() < 1e-9);
+/// assert!((db(Ground::HighGrass) - db(Ground::Concrete) - 28.8).abs() < 0.1);
+/// ```
 pub fn kulemin(ground: Ground, freq_hz: f64, cos_i: f64) -> f64 {
     let [a1, a2, a3] = match ground {
         Ground::Concrete => [-49.0, 32.0, 20.0],

@@ -1,9 +1,26 @@
-//! Reflection at a plane surface (CONVENTIONS eq. 4).
+//! Reflection at a plane surface (CONVENTIONS eq. 4), smooth or with heights of Gaussian distribution that vary slowly
+//! on the scale of the wavelength (Ament).
 
 use num_complex::Complex64;
 
 /// Reflection coefficients (R_perp, R_par) at incidence cosine `cos_i` in (0, 1] from a medium of relative permittivity
 /// `eps_r` = eps' - j eps''; None is a perfect conductor.
+///
+/// # Example
+/// At Brewster's angle tan θ = √ε the wave with E in the plane of incidence enters without reflection; at grazing
+/// incidence both coefficients tend to −1, whatever the material.
+///
+/// ```
+/// use catseye::em::fresnel::reflection;
+/// use num_complex::Complex64;
+///
+/// let glass = Some(Complex64::new(6.0, 0.0));
+/// let brewster_rad = 6f64.sqrt().atan();
+/// let (perp, par) = reflection(glass, brewster_rad.cos());
+/// assert!(par.norm() < 1e-15 && (perp.norm() - 5.0 / 7.0).abs() < 1e-12);
+/// let (perp, par) = reflection(glass, 1e-6);
+/// assert!((perp + 1.0).norm() < 1e-5 && (par + 1.0).norm() < 2e-5);
+/// ```
 pub fn reflection(eps_r: Option<Complex64>, cos_i: f64) -> (Complex64, Complex64) {
     let one = Complex64::new(1.0, 0.0);
     let Some(eps) = eps_r else {
@@ -18,6 +35,19 @@ pub fn reflection(eps_r: Option<Complex64>, cos_i: f64) -> (Complex64, Complex64
 }
 
 /// Loss of the coherent field on a Gaussian rough surface: exp(-2 (k h cos)^2) (Ament 1953).
+///
+/// # Example
+/// Asphalt with 0.3 mm of roughness at 77 GHz, for a radar 0.5 m above the road that looks 20 m ahead and one that
+/// looks straight down: near grazing the surface is smooth for the wave.
+///
+/// ```
+/// use catseye::base::units::wavenumber;
+/// use catseye::em::fresnel::rayleigh_factor;
+///
+/// let kept_db = |cos_i: f64| 20.0 * rayleigh_factor(wavenumber(77e9), 0.3e-3, cos_i).log10();
+/// assert!(kept_db(0.5f64.atan2(20.0).sin()) > -0.01);
+/// assert!((kept_db(1.0) + 4.1).abs() < 0.1);
+/// ```
 pub fn rayleigh_factor(wavenumber: f64, roughness_rms_m: f64, cos_i: f64) -> f64 {
     let x = wavenumber * roughness_rms_m * cos_i;
     (-2.0 * x * x).exp()

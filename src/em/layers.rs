@@ -103,6 +103,27 @@ impl Stack {
 
     /// Reflection and transmission of a wave of `wavenumber` (rad/m, in air) at incidence cosine
     /// `cos_i` in (0, 1].
+    ///
+    /// # Example
+    /// A radome half a wavelength thick (in the plastic) lets a wave through without reflection. With a quarter of a
+    /// wavelength the reflections of both sides add up to (ε − 1)/(ε + 1), and the power that is not reflected passes.
+    ///
+    /// ```
+    /// use catseye::base::units::{wavelength_m, wavenumber};
+    /// use catseye::em::layers::{Backing, Layer, Stack};
+    /// use num_complex::Complex64;
+    ///
+    /// let (eps, freq_hz) = (2.8_f64, 77e9);
+    /// let radome = |wavelengths: f64| {
+    ///     let thickness_m = wavelengths * wavelength_m(freq_hz) / eps.sqrt();
+    ///     let layer = Layer { eps_r: Complex64::from(eps), thickness_m };
+    ///     Stack { layers: vec![layer], backing: Backing::Air }.response(wavenumber(freq_hz), 1.0)
+    /// };
+    /// let (half, quarter) = (radome(0.5), radome(0.25));
+    /// assert!(half.reflection.0.norm() < 1e-12 && (half.transmission.0.norm() - 1.0).abs() < 1e-12);
+    /// assert!((quarter.reflection.0.norm() - (eps - 1.0) / (eps + 1.0)).abs() < 1e-12);
+    /// assert!((quarter.reflection.0.norm_sqr() + quarter.transmitted_power.0 - 1.0).abs() < 1e-12);
+    /// ```
     pub fn response(&self, wavenumber: f64, cos_i: f64) -> Response {
         let one = Complex64::ONE;
         let sin2 = 1.0 - cos_i * cos_i;

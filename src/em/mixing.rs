@@ -3,6 +3,25 @@
 //! All are quasi-static: the grains have to be small against the wavelength in the mixture.
 //! [`grain_limit_m`] gives the usual rule. Above it grains scatter: what they can take out of a wave
 //! is bounded by [`independent_scattering_eps`], which is exact for few grains and too much for packed ones.
+//!
+//! The formulas differ by the shape of the grains that they assume, and all lie between the bounds for layers across
+//! and along the field (Wiener). Quartz grains that fill 30 % of the volume:
+//!
+//! ```
+//! use catseye::em::mixing::{bruggeman, looyenga, maxwell_garnett};
+//! use num_complex::Complex64;
+//!
+//! let (air, quartz, fraction) = (Complex64::ONE, Complex64::new(4.7, -0.07), 0.3);
+//! let across = 1.0 / ((1.0 - fraction) / air + fraction / quartz);
+//! let along = (1.0 - fraction) * air + fraction * quartz;
+//! let apart = maxwell_garnett(air, quartz, fraction)?;
+//! let random = bruggeman(air, quartz, fraction)?;
+//! let any = looyenga(&[(quartz, fraction), (air, 1.0 - fraction)])?;
+//! let real = [across, apart, random, any, along].map(|eps| eps.re);
+//! assert!(real.is_sorted(), "{real:?}");
+//! assert!((any.re - 1.74).abs() < 0.01 && any.im < 0.0);
+//! # Ok::<(), catseye::Error>(())
+//! ```
 
 use super::mie::SphereSeries;
 use crate::base::error::{BadInput, Result};

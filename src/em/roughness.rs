@@ -30,6 +30,22 @@ pub enum Lobe {
 
 /// Shares of the incident power that leave a rough surface coherently and diffusely; their sum is
 /// |r|^2.
+///
+/// # Example
+/// What the coherent reflection of a rough surface loses is scattered diffusely; nothing gets lost.
+///
+/// ```
+/// use catseye::base::units::wavenumber;
+/// use catseye::em::roughness::{Lobe, Shares};
+/// use num_complex::Complex64;
+///
+/// let (reflection, cos_i) = (Complex64::new(-0.4, 0.1), 0.5);
+/// let shares = Shares::of(reflection, wavenumber(77e9), 0.3e-3, cos_i);
+/// assert!((shares.coherent + shares.diffuse - reflection.norm_sqr()).abs() < 1e-15);
+/// // Backscatter per area of a Lambert lobe: 4 D cos².
+/// let sigma0 = Lobe::Lambert.backscatter_sigma0(shares.diffuse, cos_i);
+/// assert!((sigma0 - 4.0 * shares.diffuse * cos_i * cos_i).abs() < 1e-15);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shares {
     /// Share of the power in the coherent reflection.

@@ -22,6 +22,23 @@ const ALONG_EDGE: f64 = 1e-6;
 const GRAZING: f64 = 1e-7;
 
 /// A straight edge with its two faces. The space outside the metal lies at angles 0 … nπ from face 0.
+///
+/// # Example
+/// The edge of a cube, whose metal fills x < 0, y < 0: an exterior angle of 3π/2, and a diffracted field that is
+/// transverse to the direction of scattering.
+///
+/// ```
+/// use catseye::em::wedge::Wedge;
+/// use glam::DVec3;
+///
+/// let cube = Wedge::new([DVec3::NEG_X, DVec3::NEG_Y], DVec3::Y).ok_or("the edge is not convex")?;
+/// assert!((cube.n - 1.5).abs() < 1e-12);
+/// assert!(cube.is_outside(DVec3::X) && !cube.is_outside(DVec3::new(-0.6, -0.8, 0.0)));
+/// let (incident, scattered) = (DVec3::new(-0.8, -0.6, 0.0), DVec3::new(0.6, 0.0, 0.8));
+/// let field = cube.fringe(incident, scattered) * DVec3::Z;
+/// assert!(field.length() > 0.0 && field.dot(scattered).abs() < 1e-12 * field.length());
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wedge {
     /// Unit vector along the edge: `into[0]` × `normal[0]`.

@@ -65,6 +65,32 @@ impl Engine {
     ///
     /// # Errors
     /// Returns an error if the adapter fails.
+    ///
+    /// # Example
+    /// A point 30 m in front of a radar that drives towards it at 10 m/s: an echo with a path of 60 m that gets
+    /// shorter by 20 m every second.
+    ///
+    /// ```
+    /// use catseye::base::frames::Pose;
+    /// use catseye::engine::{Engine, Precision};
+    /// use catseye::geom::Geometry;
+    /// use catseye::scene::{Scene, Shape, radar_toml::preset};
+    /// use catseye::trace::TraceOptions;
+    /// use glam::{DQuat, DVec3};
+    ///
+    /// let radar = preset("demo77")?;
+    /// let mut scene = Scene::default();
+    /// let pose = Pose::new(DQuat::IDENTITY, DVec3::new(30.0, 0.0, 0.0));
+    /// let id = scene.add_object("post", "post", Shape::Point { rcs_dbsm: 0.0 }, pose, DVec3::ZERO);
+    /// let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
+    /// let (velocity_mps, options) = (DVec3::new(10.0, 0.0, 0.0), TraceOptions::default());
+    /// let engine = Engine::open("cpu", Precision::F32)?;
+    /// let echoes = engine.trace(&geometry, &radar, &Pose::IDENTITY, velocity_mps, &options)?;
+    /// assert_eq!((echoes.list.len(), echoes.list[0].object_id()), (1, id));
+    /// let echo = &echoes.list[0];
+    /// assert!((echo.path_length_m - 60.0).abs() < 1e-9 && (echo.range_rate_mps() + 10.0).abs() < 1e-9);
+    /// # Ok::<(), catseye::Error>(())
+    /// ```
     pub fn trace(
         &self,
         geometry: &Geometry,

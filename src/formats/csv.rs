@@ -1,5 +1,19 @@
 //! Comma-separated tables (RFC 4180) with one header line. Outside quotes a `#` at the beginning of a line or after white space begins
 //! a comment.
+//!
+//! A table with a comment and a quoted cell, written and read:
+//!
+//! ```
+//! use catseye::formats::csv::{Table, Writer};
+//!
+//! let mut writer = Writer::new(Vec::new(), &["measured at 23 °C".into()], &["range_m", "class"])?;
+//! writer.row([&30.5 as &dyn std::fmt::Display, &"car, parked"])?;
+//! let text = String::from_utf8(writer.finish()?)?;
+//! assert_eq!(text, "# measured at 23 °C\nrange_m,class\n30.5,\"car, parked\"\n");
+//! let table = Table::parse("points.csv", text)?;
+//! assert_eq!((table.numbers("range_m")?, table.text("class")?[0].as_ref()), (vec![30.5], "car, parked"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use super::text;
 use crate::base::error::{BadInput, Result, nearest};

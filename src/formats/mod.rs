@@ -1,4 +1,8 @@
-//! Files: NumPy arrays and CSV tables, what is read of others, and results that appear under their name only when complete.
+//! Files: NumPy arrays and CSV tables, what is read of others, and results that appear under their name only when
+//! complete.
+//!
+//! Readers refuse what they cannot represent, with file and line, instead of converting it; columns have their unit at
+//! the end of their name ([`column::unit`]).
 
 pub mod column;
 pub mod csv;

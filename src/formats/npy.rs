@@ -1,6 +1,25 @@
 //! NumPy `.npy` files of any rank (NEP 1; <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>).
 //! Written as version 1.0, little-endian, C order. Read in versions 1 to 3, little-endian, C or
 //! Fortran order (turned into C order).
+//!
+//! A cube to a file and back:
+//!
+//! ```
+//! use catseye::formats::npy;
+//! use num_complex::Complex32;
+//!
+//! let folder = tempfile::tempdir()?;
+//! let file = folder.path().join("cube.npy");
+//! // `[chirp, channel, sample]`, the last index fastest.
+//! let samples: Vec<Complex32> = (0..24).map(|i| Complex32::new(i as f32, -1.0)).collect();
+//! npy::write(&file, &[2, 3, 4], &samples)?;
+//! assert_eq!(npy::read_header(&file)?.dtype(), "complex64");
+//! let cube = npy::read::<Complex32>(&file)?;
+//! assert_eq!((cube.shape, cube.data), (vec![2, 3, 4], samples));
+//! // Another type is an error instead of a conversion that nobody asked for.
+//! assert!(npy::read::<f64>(&file).is_err());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use crate::base::error::{BadInput, Error, Result};
 use bytemuck::Pod;

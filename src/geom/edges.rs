@@ -93,6 +93,26 @@ pub fn is_metal(surface: &Surface, wavelength_m: f64) -> bool {
 /// Finds the diffracting edges of a geometry, in a fixed order. `smooth_rad` is the bend up to which two faces belong
 /// to one smooth surface ([`SMOOTH_RAD`] unless there is a reason). Corners closer than `t_min_m` are one; an edge that
 /// touches another face along its length (a plate that stands on another) does not count; collinear pieces are joined.
+///
+/// # Example
+/// A metal cube diffracts at its 12 edges, each with an exterior angle of 3π/2. The diagonals that cut its faces into
+/// triangles are no edges.
+///
+/// ```
+/// use catseye::base::frames::Pose;
+/// use catseye::geom::{Geometry, edges};
+/// use catseye::road::shape::cuboid;
+/// use catseye::scene::{Material, Scene};
+/// use glam::DVec3;
+///
+/// let mut scene = Scene::default();
+/// let metal = scene.material_index(&Material::pec());
+/// scene.add_mesh("cube", "target", cuboid(DVec3::splat(0.1), DVec3::ZERO, metal), Pose::IDENTITY);
+/// let found = edges::find(&Geometry::build(&scene, 0.0, 77e9)?, edges::SMOOTH_RAD);
+/// assert_eq!(found.len(), 12);
+/// assert!(found.iter().all(|e| (e.n - 1.5).abs() < 1e-9 && (e.length_m() - 0.1).abs() < 1e-9));
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn find(geometry: &Geometry, smooth_rad: f64) -> Vec<Edge> {
     let mesh = Welded::new(geometry);
     let mut pieces: Vec<Piece> = Vec::new();

@@ -182,6 +182,29 @@ pub enum Facets {
 pub type Late<T> = LazyLock<Arc<T>, Box<dyn FnOnce() -> Arc<T> + Send>>;
 
 /// A scene at one instant as rays and beams meet it.
+///
+/// # Example
+/// A wall 10 m ahead: what a ray meets, and what the wall hides.
+///
+/// ```
+/// use catseye::base::frames::Pose;
+/// use catseye::geom::Geometry;
+/// use catseye::road::shape::cuboid;
+/// use catseye::scene::{Material, Scene};
+/// use glam::DVec3;
+///
+/// let mut scene = Scene::default();
+/// let metal = scene.material_index(&Material::pec());
+/// let wall = cuboid(DVec3::new(0.2, 6.0, 3.0), DVec3::new(10.1, 0.0, 0.5), metal);
+/// scene.add_mesh("wall", "wall", wall, Pose::IDENTITY);
+/// let geometry = Geometry::build(&scene, 0.0, 77e9)?;
+/// assert_eq!(geometry.triangle_count, 12);
+/// let hit = geometry.bvh.closest_hit(&geometry.triangles, DVec3::ZERO, DVec3::X, u32::MAX, 100.0);
+/// assert!(hit.is_some_and(|h| (h.t - 10.0).abs() < 1e-9));
+/// assert!(!geometry.sees(DVec3::ZERO, DVec3::new(20.0, 0.0, 0.0)));
+/// assert!(geometry.sees(DVec3::ZERO, DVec3::new(20.0, 8.0, 0.0)));
+/// # Ok::<(), catseye::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Geometry {
     /// In the order of the BVH's leaves. Only rays meet triangles: they are made, with their tree, when they are first asked for.

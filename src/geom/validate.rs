@@ -162,6 +162,23 @@ impl MeshReport {
 /// # Errors
 /// Returns an error for corners that point past the vertices, positions that are not finite, a frequency that is not
 /// positive. What a report finds is no error here: see [`MeshReport::error`].
+///
+/// # Example
+/// ```
+/// use catseye::geom::validate::check_mesh;
+/// use catseye::road::shape::cuboid;
+/// use glam::DVec3;
+///
+/// let mut cube = cuboid(DVec3::ONE, DVec3::ZERO, 0);
+/// let metal = |_: u32| false;
+/// let report = check_mesh(&cube, 77e9, &metal)?;
+/// assert_eq!((report.triangles, report.closed_parts, report.open_edges), (12, 1, 0));
+/// // A triangle is missing: the three edges about the hole are open.
+/// (cube.triangles.pop(), cube.material.pop());
+/// let report = check_mesh(&cube, 77e9, &metal)?;
+/// assert_eq!((report.triangles, report.closed_parts, report.open_edges), (11, 0, 3));
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn check_mesh(mesh: &Mesh, freq_hz: f64, dielectric: &dyn Fn(u32) -> bool) -> Result<MeshReport> {
     if !(freq_hz > 0.0 && freq_hz.is_finite()) {
         return Err(BadInput::new("is not a frequency").key("frequency_hz").value(freq_hz).into());

@@ -15,6 +15,31 @@
 //! Both hold for a plane without end. Where the first Fresnel zone reaches under the target, or is much longer
 //! than what is known to be plane, take the target alone, on the conducting plane and on the material, and give all three:
 //! [`remark`] says when.
+//!
+//! A point of 0 dBsm over a perfectly conducting plane. In HH the reflected wave has the factor −1, so that the direct
+//! and the reflected path add up where the latter is half a wavelength longer, 2h sin e = λ/2: twice the field out and
+//! twice back, 12 dB more. Where it is a whole wavelength longer, the point is invisible (two-ray model):
+//!
+//! ```
+//! use catseye::base::units::{dbsm_from_amplitude, wavelength_m};
+//! use catseye::engine::{Engine, Precision};
+//! use catseye::rcs::{Aspect, BistaticAspect, Ground, RcsOptions};
+//! use catseye::road::reflector::Reflector;
+//! use catseye::scene::{Material, material};
+//!
+//! let (height_m, freq_hz) = (0.35, 77e9);
+//! let point = Reflector::parse("point:rcs_dbsm=0")?.to_scene(&material::by_name)?;
+//! let options = RcsOptions { ground: Ground::Plane(Material::pec()), height_m, last: false, ..Default::default() };
+//! let aspects = [0.5, 1.0].map(|wavelengths| {
+//!     let elevation = (wavelengths * wavelength_m(freq_hz) / (2.0 * height_m)).asin();
+//!     BistaticAspect::monostatic(Aspect { azimuth: 0.0, elevation })
+//! });
+//! let found = Engine::open("cpu", Precision::F32)?.rcs(&point, &[freq_hz], &aspects, &options)?;
+//! let hh_dbsm = |i: usize| dbsm_from_amplitude(found[i].every[1][1].norm());
+//! assert!((hh_dbsm(0) - 40.0 * 2f64.log10()).abs() < 1e-3);
+//! assert!(hh_dbsm(1) < -60.0);
+//! # Ok::<(), catseye::Error>(())
+//! ```
 
 use super::{Aspect, BistaticAspect, Distance, Ground, RcsOptions, Scattering};
 use crate::base::error::{BadInput, Result};

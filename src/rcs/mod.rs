@@ -1,4 +1,10 @@
 //! Radar cross sections: the scattering matrix over frequency and direction, and its table.
+//!
+//! S is in metres, σ = 4π|S|² (CONVENTIONS eq. 3). The method is physical optics (eq. 5) over exact beams (eq. 50–54)
+//! with several bounces, on request with the diffraction of metal edges ([`Diffraction::Ptd`]) and a plane below
+//! ([`Ground`]). It assumes surfaces of some wavelengths that are not seen at grazing angles ([`validity`]). Beams are
+//! found once for all frequencies; their number grows with the visible faces and the bounces, not with the size in
+//! wavelengths.
 
 pub mod beam_sum;
 pub mod closed_form;
@@ -177,6 +183,29 @@ pub struct RayGrid {
 }
 
 /// `S[rx][tx]` in m, index 0 is V, for both conventions of which bounces radiate.
+///
+/// # Example
+/// On the boresight of a trihedral the last of three bounces alone gives the textbook value 4πa⁴/(3λ²). With the
+/// convention that every bounce radiates, the single and double bounces add their part.
+///
+/// ```
+/// use catseye::base::units::{db_from_power, dbsm_from_amplitude};
+/// use catseye::engine::{Engine, Precision};
+/// use catseye::rcs::{Aspect, BistaticAspect, RcsOptions, closed_form::go_trihedral_m2};
+/// use catseye::road::reflector::Reflector;
+/// use catseye::{base::frames::direction_from_angles, scene::material};
+///
+/// let corner = Reflector::parse("trihedral:leg_m=0.1")?.to_scene(&material::by_name)?;
+/// let boresight = Aspect { azimuth: 0.0, elevation: 0.5f64.sqrt().atan() };
+/// let aspects = [BistaticAspect::monostatic(boresight)];
+/// let engine = Engine::open("cpu", Precision::F32)?;
+/// let s = engine.rcs(&corner, &[77e9], &aspects, &RcsOptions::default())?[0];
+/// let (every_dbsm, last_dbsm) = (dbsm_from_amplitude(s.every[0][0].norm()), dbsm_from_amplitude(s.last[0][0].norm()));
+/// let textbook_m2 = go_trihedral_m2(0.1, 77e9, direction_from_angles(0.0, boresight.elevation));
+/// assert!((last_dbsm - db_from_power(textbook_m2)).abs() < 0.01);
+/// assert!((every_dbsm - last_dbsm).abs() < 0.3);
+/// # Ok::<(), catseye::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Scattering {
     /// Every bounce radiates.

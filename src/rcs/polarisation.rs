@@ -41,6 +41,24 @@ impl Derived {
     }
 
     /// Converts `S[rx][tx]` from V and H to these polarisations.
+    ///
+    /// # Example
+    /// An odd number of bounces changes the hand of a circular wave, an even number keeps it: a sphere (S = I) returns
+    /// the opposite hand, and a dihedral (S = diag(1, −1)) the transmitted one (CONVENTIONS eq. 42).
+    ///
+    /// ```
+    /// use catseye::rcs::polarisation::Derived;
+    /// use num_complex::Complex64;
+    ///
+    /// let diagonal = |vv: f64, hh: f64| {
+    ///     [[Complex64::from(vv), Complex64::ZERO], [Complex64::ZERO, Complex64::from(hh)]]
+    /// };
+    /// let (sphere, dihedral) = (diagonal(1.0, 1.0), diagonal(1.0, -1.0));
+    /// let [[rr, _], [lr, _]] = Derived::Circular.of(&sphere);
+    /// assert!(rr.norm() < 1e-15 && (lr.norm() - 1.0).abs() < 1e-15);
+    /// let [[rr, _], [lr, _]] = Derived::Circular.of(&dihedral);
+    /// assert!((rr.norm() - 1.0).abs() < 1e-15 && lr.norm() < 1e-15);
+    /// ```
     pub fn of(self, s: &Matrix2) -> Matrix2 {
         let e = self.basis();
         let mut out = [[Complex64::ZERO; 2]; 2];

@@ -1,6 +1,29 @@
 //! The axis of a road: a plan of straights, arcs and clothoids, a profile of grades and parabolas, a cross
 //! slope. `s` is the arc length in plan, `t` the distance from the axis in plan, positive to the left, `h` the
 //! height straight up over the road's surface; metres and radians.
+//!
+//! A straight of 100 m, a clothoid of 50 m and an arc of 200 m radius. The heading is the integral of the curvature,
+//! and road coordinates turn into world coordinates and back:
+//!
+//! ```
+//! use catseye::road::axis::{Course, RoadAxis, RoadPoint};
+//! use glam::DVec3;
+//!
+//! let curvature_per_m = 1.0 / 200.0;
+//! let courses = [
+//!     Course::Straight { length_m: 100.0 },
+//!     Course::Clothoid { length_m: 50.0, from_per_m: 0.0, to_per_m: curvature_per_m },
+//!     Course::Arc { length_m: 100.0, curvature_per_m },
+//! ];
+//! let axis = RoadAxis::new(DVec3::ZERO, 0.0, &courses)?;
+//! assert_eq!(axis.length_m(), 250.0);
+//! let heading_rad = 0.5 * 50.0 * curvature_per_m + 100.0 * curvature_per_m;
+//! assert!((axis.at(250.0).heading_rad - heading_rad).abs() < 1e-12);
+//! let lane = RoadPoint { s_m: 180.0, t_m: -1.75, h_m: 0.5 };
+//! let back = axis.project(axis.world(lane));
+//! assert!((back.s_m - 180.0).abs() < 1e-6 && (back.t_m + 1.75).abs() < 1e-6 && (back.h_m - 0.5).abs() < 1e-6);
+//! # Ok::<(), catseye::Error>(())
+//! ```
 
 use crate::base::error::{BadInput, Result};
 use crate::base::frames::{Pose, Target, World};

@@ -35,6 +35,18 @@ pub type SectionPoint = (DVec2, DVec2);
 /// Outer size 312 x 83 mm (AASHTO M 180). Bends of 24 mm radius and flanks at 60 degrees; the waves'
 /// distance of 194 mm follows from them and gives a developed width of 483 mm, which is that of the
 /// strips such beams are rolled from (480 mm for 310 x 85 mm after JT/T 281).
+///
+/// # Example
+/// ```
+/// use catseye::road::objects::{W_BEAM_DEPTH_M, w_beam_section};
+///
+/// let sagitta_m = 1e-5;
+/// let section = w_beam_section(sagitta_m);
+/// let width_m: f64 = section.windows(2).map(|p| p[0].0.distance(p[1].0)).sum();
+/// assert!((width_m - 0.483).abs() < 0.001);
+/// let depth_m = section.iter().map(|(at, _)| at.x).fold(0.0, f64::max);
+/// assert!((W_BEAM_DEPTH_M - depth_m).abs() <= sagitta_m);
+/// ```
 pub fn w_beam_section(sagitta_m: f64) -> Vec<SectionPoint> {
     const BEND: f64 = 0.024;
     const FLANK: f64 = FRAC_PI_3;

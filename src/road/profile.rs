@@ -29,6 +29,18 @@ impl Profile {
     ///
     /// # Errors
     /// Returns an error if there is no point, s falls, or a number is not finite.
+    ///
+    /// # Example
+    /// A lane that widens from 3.5 m to 7 m between 100 m and 150 m.
+    ///
+    /// ```
+    /// use catseye::road::profile::Profile;
+    ///
+    /// let width_m = Profile::linear(&[[100.0, 3.5], [150.0, 7.0]])?;
+    /// assert_eq!([0.0, 125.0, 400.0].map(|s_m| width_m.value(s_m)), [3.5, 5.25, 7.0]);
+    /// assert!((width_m.slope(125.0) - 0.07).abs() < 1e-12);
+    /// # Ok::<(), catseye::Error>(())
+    /// ```
     pub fn linear(points: &[[f64; 2]]) -> Result<Profile> {
         if points.is_empty() || points.iter().flatten().any(|x| !x.is_finite()) {
             return Err(BadInput::new("needs at least one pair of finite numbers [s, value]").into());

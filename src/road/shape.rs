@@ -204,6 +204,17 @@ pub fn terraces(plan: &[Terrace], base_m: f64, material: u32) -> Mesh {
 }
 
 /// A closed box with edges `size_m` along x, y, z, centred at `centre_m`: 12 triangles.
+///
+/// # Example
+/// ```
+/// use catseye::road::shape::{area_m2, cuboid, is_watertight, volume_m3};
+/// use glam::DVec3;
+///
+/// let body = cuboid(DVec3::new(4.5, 1.8, 1.5), DVec3::new(0.0, 0.0, 0.75), 0);
+/// assert!(is_watertight(&body));
+/// assert!((volume_m3(&body) - 4.5 * 1.8 * 1.5).abs() < 1e-12);
+/// assert!((area_m2(&body) - 2.0 * (4.5 * 1.8 + 4.5 * 1.5 + 1.8 * 1.5)).abs() < 1e-12);
+/// ```
 pub fn cuboid(size_m: DVec3, centre_m: DVec3, material: u32) -> Mesh {
     let h = 0.5 * size_m;
     let profile = [(-h.y, -h.z), (h.y, -h.z), (h.y, h.z), (-h.y, h.z)].map(|(y, z)| DVec2::new(y, z));

@@ -115,6 +115,22 @@ fn climbed(mut s: DVec2, mut step: DVec2, power: &impl Fn(DVec2) -> f64) -> (DVe
 }
 
 /// Half the sector about boresight, along y or z, in which no two directions are confused, rad: π/2 without lobes along that axis.
+///
+/// # Example
+/// Elements a whole wavelength apart confuse directions whose sines differ by 1: only ±30° are unambiguous.
+///
+/// ```
+/// use catseye::base::units::wavenumber;
+/// use catseye::scene::grating_lobes::{grating_lobes, unambiguous_half_rad};
+/// use glam::DVec3;
+///
+/// let k = wavenumber(77e9);
+/// let line = |step_m: f64| (0..8).map(|i| (DVec3::Y * step_m * f64::from(i), 1.0)).collect::<Vec<_>>();
+/// let lambda_m = std::f64::consts::TAU / k;
+/// let half_deg = |step_m: f64| unambiguous_half_rad(&grating_lobes(&line(step_m), k), 0).to_degrees();
+/// assert!((half_deg(lambda_m) - 30.0).abs() < 0.01);
+/// assert!((half_deg(0.5 * lambda_m) - 90.0).abs() < 0.01);
+/// ```
 pub fn unambiguous_half_rad(lobes: &[GratingLobe], axis: usize) -> f64 {
     let other = 1 - axis;
     let along = lobes.iter().filter(|l| l.sine[other].abs() < l.sine[axis].abs());

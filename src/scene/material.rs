@@ -260,6 +260,22 @@ fn of_permittivity(name: &str, numbers: &str) -> Result<Material> {
 ///
 /// # Errors
 /// Returns an error for an unknown name, a thickness that is missing or outside [`THICKNESS_M`].
+///
+/// # Example
+/// ```
+/// use catseye::scene::material::parse_spec;
+///
+/// // A metal with a film of water of half a millimetre.
+/// let wet = parse_spec("aluminium+water:0.0005")?;
+/// assert_eq!((wet.layers.len(), wet.layers[0].thickness_m), (1, 0.0005));
+/// // A plastic by its permittivity 2.3 - 0.02j.
+/// let plastic = parse_spec("eps2.3-0.02j")?;
+/// assert!(plastic.is_dielectric() && !wet.is_dielectric());
+/// assert!(plastic.eps_r(77e9)?.is_some_and(|eps| eps.re == 2.3 && eps.im == -0.02));
+/// // No silent assumption: outside the frequencies for which its source states a value, a material is an error.
+/// assert!(parse_spec("asphalt")?.eps_r(77e9).is_ok() && parse_spec("asphalt")?.eps_r(1e6).is_err());
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn parse_spec(spec: &str) -> Result<Material> {
     parse_spec_among(spec, &[])
 }

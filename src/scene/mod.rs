@@ -1,5 +1,10 @@
 //! What stands on the road: meshes with radar materials, moving objects, point targets; and the
 //! radar that looks at it. glTF comes in here and is turned to ISO 8855 axes once.
+//!
+//! A [`Scene`] comes from a scenario file ([`scenario`]), a mesh file or arrays ([`mesh_file`]), or is put together
+//! object by object ([`Scene::add_mesh`], [`Scene::add_object`]). Bodies are rigid and move by joints ([`motion`]);
+//! materials have a source and a range of frequencies ([`material`]). A [`radar::Radar`] is a preset or a file
+//! ([`radar_toml`]), and [`radar_figures`] are its data sheet.
 
 pub mod backscatter;
 mod bounds;
@@ -140,6 +145,25 @@ pub enum Shape {
 }
 
 /// Everything that can return an echo. Time zero is the middle of frame 0; [`Object::at`] says where an object is.
+///
+/// # Example
+/// A scene that a program puts together: a parked car as a point of 10 dBsm and one that comes towards the origin at
+/// 36 km/h.
+///
+/// ```
+/// use catseye::base::frames::Pose;
+/// use catseye::scene::{Scene, Shape};
+/// use glam::{DQuat, DVec3};
+///
+/// let mut scene = Scene::default();
+/// let shape = Shape::Point { rcs_dbsm: 10.0 };
+/// let at = |x_m: f64, y_m: f64| Pose::new(DQuat::IDENTITY, DVec3::new(x_m, y_m, 0.5));
+/// let parked = scene.add_object("parked", "car", shape, at(25.0, -3.0), DVec3::ZERO);
+/// let oncoming = scene.add_object("oncoming", "car", shape, at(60.0, 3.5), DVec3::new(-10.0, 0.0, 0.0));
+/// assert_eq!((parked, oncoming), (1, 2));
+/// let x_m = |id: u32, time_s: f64| scene.object_by_id(id).map(|o| o.at(time_s).translation_m.x);
+/// assert_eq!((x_m(parked, 2.0), x_m(oncoming, 2.0)), (Some(25.0), Some(40.0)));
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Scene {
     /// Meshes, each once however many objects show it.

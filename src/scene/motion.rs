@@ -129,6 +129,21 @@ impl<T: Copy> Channel<T> {
     ///
     /// # Errors
     /// Returns an error for a period that is not above zero and finite.
+    ///
+    /// # Example
+    /// A body that goes to and fro over 4 m with a period of 4 s.
+    ///
+    /// ```
+    /// use catseye::scene::motion::{Channel, Interpolation};
+    /// use glam::DVec3;
+    ///
+    /// let ends_m = vec![DVec3::ZERO, DVec3::new(4.0, 0.0, 0.0), DVec3::ZERO];
+    /// let to_and_fro = Channel::new(vec![0.0, 2.0, 4.0], ends_m, Vec::new(), Interpolation::Linear)?.repeated(4.0)?;
+    /// // Position in m and velocity in m/s, half a second after the fifth start and after the turn that follows it.
+    /// assert_eq!(to_and_fro.at(16.5), (DVec3::new(1.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 0.0)));
+    /// assert_eq!(to_and_fro.at(18.5), (DVec3::new(3.0, 0.0, 0.0), DVec3::new(-2.0, 0.0, 0.0)));
+    /// # Ok::<(), catseye::Error>(())
+    /// ```
     pub fn repeated(self, period_s: f64) -> Result<Channel<T>> {
         if !(period_s.is_finite() && period_s > 0.0) {
             return Err(BadInput::new("is no period of a motion")

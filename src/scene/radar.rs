@@ -53,6 +53,18 @@ pub enum Pattern {
 
 impl Pattern {
     /// Relative power gain (1 at the peak) towards (azimuth, elevation) in radians, sensor frame.
+    ///
+    /// # Example
+    /// The half-power beam of cos^1.6 is 99° wide: 49.5° to either side.
+    ///
+    /// ```
+    /// use catseye::scene::radar::Pattern;
+    ///
+    /// let pattern = Pattern::CosinePower { azimuth_exponent: 1.6, elevation_exponent: 36.0 };
+    /// assert_eq!(pattern.power_gain(0.0, 0.0), 1.0);
+    /// assert!((pattern.power_gain(49.5f64.to_radians(), 0.0) - 0.5).abs() < 0.005);
+    /// assert_eq!(pattern.power_gain(120f64.to_radians(), 0.0), 0.0);
+    /// ```
     pub fn power_gain(&self, azimuth: f64, elevation: f64) -> f64 {
         match self {
             Pattern::Isotropic => 1.0,
@@ -286,6 +298,26 @@ pub struct Processing {
 
 /// A radar. Channel c = slot * rx.len() + rx, with a slot for each transmitter (TDM) or sign pattern (BPM), and one
 /// slot when transmitters are told apart by Doppler bands (DDM).
+///
+/// # Example
+/// What follows from a waveform: the range cell c/2B, and the range rate λ/4T_loop beyond which the Doppler map is
+/// ambiguous.
+///
+/// ```
+/// use catseye::base::units::C0;
+/// use catseye::scene::radar_toml::preset;
+///
+/// let radar = preset("demo77")?;
+/// // The whole ramp of 375 MHz is sampled, complex, without zero padding: 0.40 m to a cell, 102 m in all.
+/// assert!((radar.range_bin_m() / (C0 / (2.0 * 375e6)) - 1.0).abs() < 1e-12);
+/// assert!((radar.max_range_m() - 102.3).abs() < 0.1);
+/// // Three transmitters one after another, 16 us each.
+/// assert!((radar.loop_period_s() - 48e-6).abs() < 1e-15);
+/// let limit_mps = radar.sample_wavelength_m() / (4.0 * 48e-6);
+/// assert!((radar.max_velocity_mps() / limit_mps - 1.0).abs() < 1e-12 && (limit_mps - 20.3).abs() < 0.1);
+/// assert_eq!((radar.virtual_channels(), radar.channels()), (12, 12));
+/// # Ok::<(), catseye::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Radar {
     /// Name of the radar.

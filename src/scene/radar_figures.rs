@@ -34,6 +34,23 @@ pub struct RadarFigures {
 
 impl RadarFigures {
     /// The figures of a radar; those of its first ramp where it has several.
+    ///
+    /// # Example
+    /// ```
+    /// use catseye::scene::radar_figures::RadarFigures;
+    /// use catseye::scene::radar_toml::preset;
+    ///
+    /// let figures = RadarFigures::of(&preset("demo77")?);
+    /// assert_eq!(figures.antennas, [3, 4]);
+    /// assert!((figures.range_resolution_m - 0.40).abs() < 0.01);
+    /// // One transmitter after another, 16 us apart: the phases between them resolve range rates up to λ/4T_c.
+    /// assert!(figures.max_speed_mps.is_some_and(|v| (v - 60.8).abs() < 0.1));
+    /// // Twelve channels half a wavelength apart: a beam of 0.886 λ/L = 8.5°, and no grating lobe.
+    /// assert!(figures.beam_deg[0].is_some_and(|width| (width - 8.5).abs() < 0.1));
+    /// assert!(figures.unambiguous_deg[0].is_some_and(|half| (half - 90.0).abs() < 0.1));
+    /// assert_eq!(figures.beam_deg[1], None);
+    /// # Ok::<(), catseye::Error>(())
+    /// ```
     pub fn of(radar: &Radar) -> RadarFigures {
         let lines = radar.lines();
         let other_end_hz = lines.first_hz + (lines.count as f64 - 1.0) * lines.step_hz;

@@ -67,6 +67,16 @@ impl PulseShape {
     }
 
     /// Spectrum of the pulse, ∫ p(t) e^{−j2πft} dt, s.
+    ///
+    /// # Example
+    /// ```
+    /// use catseye::scene::waveform::PulseShape;
+    ///
+    /// // A UWB pulse that is 1.5 GHz wide at -10 dB.
+    /// let pulse = PulseShape::Gaussian { bandwidth_hz: 1.5e9 };
+    /// let ratio = pulse.spectrum(0.75e9).norm() / pulse.spectrum(0.0).norm();
+    /// assert!((20.0 * ratio.log10() + 10.0).abs() < 1e-9);
+    /// ```
     pub fn spectrum(&self, f_hz: f64) -> Complex64 {
         match self {
             PulseShape::Gaussian { bandwidth_hz } => {
@@ -166,6 +176,16 @@ pub enum Waveform {
 
 impl Waveform {
     /// Fast chirps: one rising (or, with a negative bandwidth, falling) ramp.
+    ///
+    /// # Example
+    /// ```
+    /// use catseye::scene::waveform::Waveform;
+    ///
+    /// let chirps = Waveform::chirp(375e6, 12.8e-6, 16e-6);
+    /// let slope_mhz_per_us = chirps.ramp().map(|r| r.bandwidth_hz / r.time_s * 1e-12);
+    /// assert!(slope_mhz_per_us.is_some_and(|s| (s - 29.30).abs() < 0.01));
+    /// assert_eq!((chirps.kind(), chirps.parts(), chirps.period_s()), ("fmcw", 1, 16e-6));
+    /// ```
     pub fn chirp(bandwidth_hz: f64, ramp_time_s: f64, period_s: f64) -> Waveform {
         let ramps = vec![Ramp { bandwidth_hz, time_s: ramp_time_s, period_s }];
         Waveform::Fmcw(Slopes { ramps, this: 0, order: RampOrder::InTurn })
@@ -282,6 +302,21 @@ impl Multiplex {
     }
 
     /// Sign with which `tx` sends in `slot` (0 when it is silent).
+    ///
+    /// # Example
+    /// With BPM two transmitters send at once. The signs of a Hadamard matrix are orthogonal, so that the sum of both
+    /// slots holds the first transmitter alone and their difference the second, each 3 dB stronger over the noise than
+    /// with TDM.
+    ///
+    /// ```
+    /// use catseye::scene::waveform::Multiplex;
+    ///
+    /// let echo_of = [1.0, 0.25];
+    /// let slot = |s: usize| (0..2).map(|tx| Multiplex::Bpm.weight(s, tx) * echo_of[tx]).sum::<f64>();
+    /// let separated = |tx: usize| (0..2).map(|s| Multiplex::Bpm.weight(s, tx) * slot(s)).sum::<f64>() / 2.0;
+    /// assert_eq!([separated(0), separated(1)], echo_of);
+    /// assert_eq!(Multiplex::Tdm.weight(0, 1), 0.0);
+    /// ```
     pub fn weight(&self, slot: usize, tx: usize) -> f64 {
         match self {
             Multiplex::Tdm => f64::from(u8::from(slot == tx)),
@@ -295,6 +330,20 @@ impl Multiplex {
 /// The maximum-length sequence of 2^`degree` − 1 chips, from a primitive polynomial over GF(2) (Peterson and Weldon,
 /// *Error-Correcting Codes*, 1972, appendix C). Its periodic autocorrelation is −1 beside the peak. None when there is no
 /// polynomial of this degree here (2 to 16).
+///
+/// # Example
+/// ```
+/// use catseye::scene::waveform::m_sequence;
+///
+/// let code = m_sequence(7).unwrap_or_default();
+/// assert_eq!(code.len(), 127);
+/// let autocorrelation = |lag: usize| -> i32 {
+///     (0..127).map(|i| i32::from(code[i]) * i32::from(code[(i + lag) % 127])).sum()
+/// };
+/// // 42 dB between the peak and the side lobes of the periodic code.
+/// assert_eq!(autocorrelation(0), 127);
+/// assert!((1..127).all(|lag| autocorrelation(lag) == -1));
+/// ```
 pub fn m_sequence(degree: u32) -> Option<Vec<i8>> {
     // Exponents of the polynomial apart from the degree and zero.
     const TAPS: [&[u32]; 15] = [

@@ -1,4 +1,8 @@
-//! The whole chain for one frame.
+//! The whole chain for one frame: from a scenario to echoes, samples, maps, points and labels.
+//!
+//! [`simulate`](simulate()) makes one frame, [`Prepared`] many frames of a scenario with what they have in common
+//! found once. A frame depends on the scenario, its seed and the frame's number alone: on one engine it repeats to the
+//! bit, on any number of threads.
 
 pub mod kept;
 pub mod lidar;
@@ -206,6 +210,28 @@ pub fn trace_options(scenario: &SitedScenario, which: usize, frame: u32) -> Resu
 ///
 /// # Errors
 /// Returns an error if the frame needs more memory than the machine has, or if the engine fails.
+///
+/// # Example
+/// From a scenario to points. The radar of `demo77` is 3.6 m in front of the vehicle's origin, so that the point at
+/// 33.6 m has a range of √(30² + 5²) m and an azimuth of 9.5° to the left.
+///
+/// ```
+/// use catseye::engine::{Engine, Precision};
+/// use catseye::road::site::Site;
+/// use catseye::scene::scenario;
+/// use catseye::simulate::simulate;
+///
+/// let text = "name = 'corner'\nradar = 'demo77'\n[[point]]\nposition_m = [33.6, 5, 0.5]\nrcs_dbsm = 10\n";
+/// let scenario = scenario::parse("corner.toml".as_ref(), text)?;
+/// let site = Site::new(&scenario)?;
+/// let engine = Engine::open("cpu", Precision::F32)?;
+/// let frame = simulate(&engine, &site.scenario, &site.scene, 0)?;
+/// let point = &frame.points[0];
+/// assert!((point.range_m - 30f64.hypot(5.0)).abs() < 0.05 && point.range_rate_mps.abs() < 0.05);
+/// assert!((point.azimuth_rad - 5f64.atan2(30.0)).abs().to_degrees() < 0.2);
+/// assert!((point.rcs_dbsm - 10.0).abs() < 0.3, "{}", point.rcs_dbsm);
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn simulate(engine: &Engine, scenario: &SitedScenario, scene: &Scene, index: u32) -> Result<Frame> {
     simulate_with(engine, scenario, scene, (0, index), Control::default())
 }

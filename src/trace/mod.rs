@@ -1,6 +1,10 @@
-//! Waves through the scene: beams for what is smooth (`beams`, the kernels that clip them and their `clipper`, `windows` for
-//! a radar amid a scene), rays for closest hits and for the grids that beams are checked against (`launch`,
-//! `upload`), and the echoes that come out.
+//! Waves through the scene: beams for what is smooth (`beams`, the kernels that clip them and their `clipper`,
+//! `windows` for a radar amid a scene), rays for closest hits and for the grids that beams are checked against
+//! (`launch`, `upload`), and the echoes that come out.
+//!
+//! A beam is a polygon of rays that share a source or its image (CONVENTIONS eq. 50), so that plane faces reflect it
+//! without error and nothing is sampled. An [`Echo`] has the length and rate of its path (eq. 7), directions and path
+//! gain (eq. 9), from which all channels and chirps of a frame follow. [`crate::engine::Engine::trace`] finds them.
 
 pub mod air;
 pub mod beam_ahead;
@@ -36,6 +40,36 @@ pub use echo::{Echo, Echoes, strength, strong};
 use glam::DVec3;
 
 /// What to follow and what to keep.
+///
+/// # Example
+/// Multipath: over a conducting road a point has echoes of three lengths: straight out and back, over the road
+/// once, and over the road out and back (the path over the road is as long as that to the point's mirror image).
+///
+/// ```
+/// use catseye::base::frames::{Pose, Sensor, World};
+/// use catseye::engine::{Engine, Precision};
+/// use catseye::scene::{Material, Scene, Shape, radar_toml::preset};
+/// use catseye::{geom::Geometry, road::objects::ground, trace::TraceOptions};
+/// use glam::{DQuat, DVec2, DVec3};
+///
+/// let mut scene = Scene::default();
+/// let metal = scene.material_index(&Material::pec());
+/// let road = ground(DVec2::new(-5.0, -10.0), DVec2::new(60.0, 10.0), 0.0, metal);
+/// scene.add_mesh("road", "road", road, Pose::IDENTITY);
+/// let at = Pose::new(DQuat::IDENTITY, DVec3::new(30.0, 0.0, 1.0));
+/// let post = scene.add_object("post", "post", Shape::Point { rcs_dbsm: 0.0 }, at, DVec3::ZERO);
+/// let radar = preset("demo77")?;
+/// let pose = Pose::<Sensor, World>::new(DQuat::IDENTITY, DVec3::Z * 0.5);
+/// let geometry = Geometry::build(&scene, 0.0, radar.carrier_hz)?;
+/// let engine = Engine::open("cpu", Precision::F32)?;
+/// let echoes = engine.trace(&geometry, &radar, &pose, DVec3::ZERO, &TraceOptions::default())?;
+/// let (straight_m, over_road_m) = (30f64.hypot(0.5), 30f64.hypot(1.5));
+/// for expected_m in [2.0 * straight_m, straight_m + over_road_m, 2.0 * over_road_m] {
+///     let mut of_post = echoes.list.iter().filter(|e| e.chain.contains(&post));
+///     assert!(of_post.any(|e| (e.path_length_m - expected_m).abs() < 1e-6), "{expected_m}");
+/// }
+/// # Ok::<(), catseye::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TraceOptions {
     /// Number of faces that one ray may meet, 1..=MAX_BOUNCES.

@@ -84,6 +84,25 @@ pub fn spectrum<T: Real>(cube: &Cube<T>, transform: &Transform) -> Result<Spectr
 ///
 /// # Errors
 /// Returns an error for a map that is empty or not finite, or for a detector that does not fit it.
+///
+/// # Example
+/// On noise alone the share of cells over the threshold is the probability of false alarm, here 1 % of 16,384 cells.
+///
+/// ```
+/// use catseye::base::rng::Draws;
+/// use catseye::dsp::{PowerMap, cpu::detect};
+/// use catseye::scene::radar::{Cfar, CfarKind};
+///
+/// let mut draws = Draws::new(3, 0);
+/// let (doppler_bins, range_bins) = (64, 256);
+/// let data: Vec<f64> = (0..doppler_bins * range_bins).map(|_| -draws.uniform().ln()).collect();
+/// let map = PowerMap { doppler_bins, range_bins, data };
+/// let cfar = Cfar { kind: CfarKind::Ca, guard: [1, 1], train: [2, 4], pfa: 0.01 };
+/// let alarms = detect(&map, &cfar, 1)?.mask.iter().filter(|is_over| **is_over).count();
+/// // 164 are expected, with a standard deviation of about 13.
+/// assert!((120..=210).contains(&alarms), "{alarms}");
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn detect<T: Real>(map: &PowerMap<T>, cfar: &Cfar, channels: usize) -> Result<Detection<T>> {
     dsp::cfar::check_map(map)?;
     let columns = dsp::cfar::columns(cfar, channels, map.doppler_bins, map.range_bins)?;

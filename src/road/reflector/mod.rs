@@ -132,6 +132,21 @@ pub fn kind_named(name: &str) -> Result<&'static Kind> {
 pub const MATERIAL_PARAM: &str = "material";
 
 /// A kind with checked parameters.
+///
+/// # Example
+/// ```
+/// use catseye::road::{reflector::Reflector, shape::area_m2};
+///
+/// let corner = Reflector::parse("trihedral:leg_m=0.1")?;
+/// // Three right triangles with legs of 10 cm.
+/// let area = corner.mesh().map(|mesh| area_m2(&mesh));
+/// assert!(area.is_some_and(|a| (a - 1.5 * 0.1 * 0.1).abs() < 1e-12));
+/// // The whole spec names every parameter, also those that were not given, and makes the same reflector.
+/// assert_eq!(Reflector::parse(&corner.spec())?.spec(), corner.spec());
+/// assert_eq!(Reflector::parse("point:rcs_dbsm=10")?.point_rcs_dbsm(), Some(10.0));
+/// assert!(Reflector::parse("trihedral:leg_m=-1").is_err());
+/// # Ok::<(), catseye::Error>(())
+/// ```
 #[derive(Clone)]
 pub struct Reflector {
     kind: &'static Kind,

@@ -28,6 +28,31 @@ pub struct MeshArrays {
 /// # Errors
 /// Returns `BadInput` with the argument's name and the row for corners that are not finite or are 1e9 m away, indices of
 /// vertices that do not exist, normals or materials in another number, and a mesh without any triangle.
+///
+/// # Example
+/// A square metal plate of two triangles that faces the x axis, and its cross section 4πA²/λ² along the normal.
+///
+/// ```
+/// use catseye::base::units::dbsm_from_amplitude;
+/// use catseye::engine::{Engine, Precision};
+/// use catseye::rcs::{Aspect, BistaticAspect, RcsOptions};
+/// use catseye::scene::mesh_file::{MeshArrays, from_arrays};
+/// use glam::DVec3;
+///
+/// let corner = |y_m: f64, z_m: f64| DVec3::new(0.0, y_m, z_m);
+/// let plate = MeshArrays {
+///     vertices_m: vec![corner(-0.05, -0.05), corner(0.05, -0.05), corner(0.05, 0.05), corner(-0.05, 0.05)],
+///     triangles: vec![[0, 1, 2], [0, 2, 3]],
+///     materials: vec!["pec".into()],
+///     ..Default::default()
+/// };
+/// let scene = from_arrays("plate", "target", plate)?;
+/// let ahead = BistaticAspect::monostatic(Aspect { azimuth: 0.0, elevation: 0.0 });
+/// let engine = Engine::open("cpu", Precision::F32)?;
+/// let s = engine.rcs(&scene, &[77e9], &[ahead], &RcsOptions::default())?[0];
+/// assert!((dbsm_from_amplitude(s.every[0][0].norm()) - 19.19).abs() < 0.01);
+/// # Ok::<(), catseye::Error>(())
+/// ```
 pub fn from_arrays(name: &str, class: &str, arrays: MeshArrays) -> Result<Scene> {
     let MeshArrays { vertices_m, triangles, normals, materials, smooth_deg } = arrays;
     let smooth_deg = smooth_deg.map(check_smooth_deg).transpose()?;
