@@ -106,7 +106,7 @@ impl MakeReflector {
         let reflector = match self.kind.contains(':') {
             true if pairs.is_empty() => Reflector::parse(&self.kind)?,
             true => {
-                return Err(BadInput::new("parameters are given twice, after ':' and as options")
+                return Err(BadInput::new("parameters after ':' and parameters as options exclude each other")
                     .key("KIND")
                     .value(&self.kind)
                     .remedy("use one of the two")
@@ -151,7 +151,7 @@ impl MakeReflector {
             _ => None,
         };
         let kept = (is_kept && mesh.is_some())
-            .then(|| format!("{} exists and is kept; --force draws it anew", path.display()));
+            .then(|| format!("{} exists and is left unchanged; --force replaces it", path.display()));
         let file = stage::write_file(output, global.force, &written.bytes)?;
         let preview =
             picture.map(|p| p.write(path, global.force)).transpose()?.map(|p| p.display().to_string());
