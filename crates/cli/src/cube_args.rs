@@ -102,7 +102,11 @@ impl CubeArgs {
             }
         };
         if source.frames() > 1 {
-            assumed.push(format!("frame {} of {} is used (--frame N selects another)", self.frame, source.frames()));
+            assumed.push(format!(
+                "frame {} of {} is used (--frame N selects another)",
+                self.frame,
+                source.frames()
+            ));
         }
         assumed.extend(unusual::of_radar(&radar).into_iter().map(|line| format!("warning: {line}")));
         if self.frame >= source.frames() {

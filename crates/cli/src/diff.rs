@@ -199,11 +199,13 @@ fn pictured(r: &Report) -> Result<[PathBuf; 2]> {
     let differs = |name: &&String| r.differences.iter().any(|d| d.file == **name);
     match both.iter().find(differs).or(both.first()) {
         Some(name) => Ok([r.a.join(name), r.b.join(name)]),
-        None => Err(BadInput::new("the two results have no points.csv in common, so there is nothing to draw")
-            .file(&r.a)
-            .key("--plot")
-            .remedy("leave out --plot, or compare runs that write points")
-            .into()),
+        None => {
+            Err(BadInput::new("the two results have no points.csv in common, so there is nothing to draw")
+                .file(&r.a)
+                .key("--plot")
+                .remedy("leave out --plot, or compare runs that write points")
+                .into())
+        }
     }
 }
 

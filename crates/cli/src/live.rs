@@ -94,8 +94,8 @@ fn file_name(path: &Path) -> String {
 
 fn token() -> Result<String> {
     let mut bytes = [0u8; 16];
-    getrandom::fill(&mut bytes).map_err(|e| Error::Failed(format!("cannot read random numbers from the \
-        system: {e}")))?;
+    getrandom::fill(&mut bytes)
+        .map_err(|e| Error::Failed(format!("cannot read random numbers from the system: {e}")))?;
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 

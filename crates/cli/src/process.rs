@@ -91,8 +91,7 @@ impl Process {
         if !absolute_levels {
             let line = match source.ti_radar() {
                 Some(_) => {
-                    "the full scale of the recording is unknown: powers are relative (--full-scale-dbm sets \
-                        it)"
+                    "the full scale of the recording is unknown: powers are relative (--full-scale-dbm sets it)"
                 }
                 None => {
                     "the samples are integers: powers are relative (samples in sqrt(W) give absolute ones)"

@@ -106,11 +106,13 @@ impl MakeReflector {
         let reflector = match self.kind.contains(':') {
             true if pairs.is_empty() => Reflector::parse(&self.kind)?,
             true => {
-                return Err(BadInput::new("parameters after ':' and parameters as options exclude each other")
-                    .key("KIND")
-                    .value(&self.kind)
-                    .remedy("use one of the two")
-                    .into());
+                return Err(BadInput::new(
+                    "parameters after ':' and parameters as options exclude each other",
+                )
+                .key("KIND")
+                .value(&self.kind)
+                .remedy("use one of the two")
+                .into());
             }
             false => Reflector::from_pairs(&self.kind, &pairs)?,
         };

@@ -209,7 +209,7 @@ pub fn summary(report: &RunReport, global: &Global) -> Result<()> {
         let seen = &f.front_end;
         if seen.bounces > 0 && seen.cut_power_w > 0.0 && seen.power_w > 0.0 {
             print(&format!(
-                "    {} bounces were traced; one more would add about {:.0} dB of the power",
+                "    {} bounces were followed; one more would bring about {:.0} dB of the power",
                 seen.bounces,
                 db_from_power(seen.cut_power_w / seen.power_w)
             ))?;

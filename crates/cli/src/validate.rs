@@ -120,14 +120,15 @@ impl Validate {
         } else {
             let gated = rows.len() - shown;
             print(&format!(
-                "{} of {gated} values are within their acceptance limits, {shown} more have no limit, \
-                    {seconds:.1} s",
+                "{} of {gated} values are within their acceptance limits, {shown} more have no limit, {seconds:.1} s",
                 gated - failed
             ))?;
         }
         match failed {
             0 => Ok(()),
-            n => Err(Error::Failed(format!("{n} values of the canonical table exceed their acceptance limits"))),
+            n => Err(Error::Failed(format!(
+                "{n} values of the canonical table exceed their acceptance limits"
+            ))),
         }
     }
 }

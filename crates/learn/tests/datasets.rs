@@ -138,7 +138,7 @@ fn wrong_datasets_are_refused_in_one_line() {
                 a[0].shape = vec![4, 10, 10];
                 a[0].data = Data::F32(vec![0.0; 400]);
             },
-            "shape = [4, 10, 10]: is a grid of another size",
+            "shape = [4, 10, 10]: the grid has another size",
         ),
         (
             &|a| {

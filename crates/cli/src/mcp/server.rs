@@ -183,8 +183,9 @@ pub fn serve(tools: Tools, global: &Global) -> Result<()> {
         match server.serve((tokio::io::stdin(), tokio::io::stdout())).await {
             // A client that goes before it says a word.
             Err(ServerInitializeError::ConnectionClosed(_)) => Ok(()),
-            Err(e) => Err(Error::Failed(format!("the client did not start the session as the protocol \
-                requires: {e}"))),
+            Err(e) => Err(Error::Failed(format!(
+                "the client did not start the session as the protocol requires: {e}"
+            ))),
             Ok(running) => match running.waiting().await {
                 Ok(_) => Ok(()),
                 Err(e) => Err(Error::Failed(format!("the server ended unexpectedly: {e}"))),

@@ -106,9 +106,10 @@ impl Tools {
         answer.insert("columns".into(), json!(table.columns));
         match table.rows.len() > MOST_ROWS {
             true => {
-                _ = answer
-                    .insert("rows_left_out".into(), json!("too many for one answer; the file contains all \
-                        rows"))
+                _ = answer.insert(
+                    "rows_left_out".into(),
+                    json!("too many for one answer; the file contains all rows"),
+                )
             }
             false => _ = answer.insert("rows".into(), json!(table.rows)),
         }

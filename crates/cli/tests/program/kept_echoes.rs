@@ -224,7 +224,7 @@ fn datasets_serve_other_radars() {
             refused(d, &args, parts);
         };
         refuse("more.toml", &[], &["scenes = 5", "fewer scenes"]);
-        refuse("other.toml", &["--seed", "4"], &["seed = 4", "draws other scenes"]);
+        refuse("other.toml", &["--seed", "4"], &["seed = 4", "draws scenes other than"]);
         refuse("moved.toml", &[], &["scene", "another scene"]);
         refused(d, &["dataset", "other.toml", "-o", "no", "--from", &of("whole")], &["keep.echoes = true"]);
         refused(
