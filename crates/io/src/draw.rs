@@ -1000,7 +1000,10 @@ mod tests {
     fn mistakes_are_named_with_their_place() {
         for (text, says) in [
             ("[road]\nx = { uniform = [2, 1] }", "r.toml:2: road.x: uniform runs from 2 down to 1"),
-            ("[road]\nx = { uniform = [2] }", "is not [minimum, maximum]; as in uniform = [0, 1]"),
+            (
+                "[road]\nx = { uniform = [2] }",
+                "is not [minimum, maximum]; write for example uniform = [0, 1]",
+            ),
             ("[road]\nx = { uniform = [1, nan] }", "is not a finite number"),
             ("[road]\nx = { uniform = [1, \"b\"] }", "is not a finite number"),
             (

@@ -154,7 +154,7 @@ fn what_kept_echoes_do_not_hold_is_refused() {
         assert!(e.contains("error: run"), "{e}");
         assert!(!d.join("no").exists(), "{parts:?}");
     }
-    refused(d, &["simulate", &first, "--from", "missing", "-o", "no"], &["missing", "is no run"]);
+    refused(d, &["simulate", &first, "--from", "missing", "-o", "no"], &["missing", "is not a run"]);
     refused(d, &["simulate", &first, "--from", "run", "-o", "run"], &["run"]);
     refused(d, &["simulate", &first, "--from", "run", "-o", "no", "--convergence"], &["--convergence"]);
     // Files of another version, changed ones, and a run that kept none.
