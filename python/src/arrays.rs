@@ -129,7 +129,7 @@ pub fn vector(key: &str, ob: Option<&Bound<'_, PyAny>>) -> PyResult<DVec3> {
     match floats(ob)?[..] {
         [x, y, z] if [x, y, z].iter().all(|v| v.is_finite()) => Ok(DVec3::new(x, y, z)),
         _ => {
-            let b = BadInput::new("is not a place or a direction").key(key);
+            let b = BadInput::new("is not a position or a direction").key(key);
             refuse(ob.py(), b.allowed("three finite numbers: x, y, z"))
         }
     }

@@ -55,12 +55,15 @@ pub fn dataset(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Py<PyAny>> {
     if jobs == Some(0) {
-        return refuse(py, BadInput::new("nobody would work").key("jobs").value(0).allowed("1 or more"));
+        return refuse(
+            py,
+            BadInput::new("at least one worker is needed").key("jobs").value(0).allowed("1 or more"),
+        );
     }
     if batch == Some(0) {
         return refuse(
             py,
-            BadInput::new("no frame would be made").key("batch").value(0).allowed("1 or more"),
+            BadInput::new("a batch needs at least one frame").key("batch").value(0).allowed("1 or more"),
         );
     }
     let kept = |recipe: Recipe| match &source {

@@ -74,7 +74,7 @@ fn given<T: Number>(key: &str, axes: &[&str], ob: &Bound<'_, PyAny>) -> PyResult
     let allowed = if T::NAME.starts_with("complex") { "biufc" } else { "biuf" };
     if !allowed.contains(&kind) {
         let name: String = any.getattr("dtype")?.str()?.extract()?;
-        return refuse(py, bad("is no array of such numbers", name));
+        return refuse(py, bad("the array has another type of numbers", name));
     }
     let shape = untyped.shape().to_vec();
     if shape.len() != axes.len() {
@@ -99,7 +99,7 @@ fn given<T: Number>(key: &str, axes: &[&str], ob: &Bound<'_, PyAny>) -> PyResult
                 .collect();
             place.reverse();
             let b = BadInput::new("a value is not a finite number").key(format!("{key}{place:?}"));
-            refuse(py, b.remedy("repair the data, or leave it out"))
+            refuse(py, b.remedy("correct the value, or leave it out"))
         }
     }
 }
@@ -260,7 +260,7 @@ type Detector =
     (Option<String>, Option<usize>, Option<[usize; 2]>, Option<[usize; 2]>, Option<f64>, Option<usize>);
 
 fn missing<T>(py: Python<'_>, key: &str) -> PyResult<T> {
-    let b = BadInput::new("is not given, and there is no radar to take it from").key(key);
+    let b = BadInput::new("is missing, and no radar is given that states it").key(key);
     refuse(py, b.remedy("give radar, or all of kind, guard, train, false_alarm_probability and looks"))
 }
 
@@ -274,7 +274,7 @@ fn detector(
     let from = |key: &str, given: Option<[usize; 2]>, own: Option<[usize; 2]>| match given.or(own) {
         Some(cells) if cells.iter().all(|c| *c <= 4096) => Ok(cells),
         Some(cells) => {
-            let b = BadInput::new("is too wide").key(key).value(format!("{cells:?}"));
+            let b = BadInput::new("the window is too wide").key(key).value(format!("{cells:?}"));
             refuse(py, b.allowed("up to 4096 cells [doppler, range] to each side"))
         }
         None => missing(py, key),
@@ -306,7 +306,7 @@ fn detector(
             return refuse(py, b.value(rank.unwrap_or(0)).remedy("leave it out, or give kind=\"os\""));
         }
         (Some(other), ..) => {
-            let b = BadInput::new("is no kind of detector").key("kind").value(other);
+            let b = BadInput::new("is not a kind of detector").key("kind").value(other);
             return refuse(py, b.allowed("ca, go, so, os"));
         }
     };
@@ -367,7 +367,7 @@ fn cells_of(ob: &Bound<'_, PyAny>, [rows, columns]: [usize; 2]) -> PyResult<Vec<
     let keywords = [("dtype", "int64")].into_py_dict(py)?;
     let cast = numpy.getattr("asarray")?.call((ob,), Some(&keywords))?;
     let Ok(list) = cast.extract::<PyReadonlyArray2<'_, i64>>() else {
-        let b = BadInput::new("is no list of cells").key("cells");
+        let b = BadInput::new("is not a list of cells").key("cells");
         return refuse(py, b.allowed("whole numbers over [cell, 2]: Doppler row, range column"));
     };
     let mut cells = Vec::new();
@@ -406,7 +406,7 @@ pub fn dsp_separate(
     let map = map_of(power)?;
     let want = [radar.doppler_rows(), radar.range_bins()];
     if [map.doppler_bins, map.range_bins] != want {
-        let b = BadInput::new("the array is no map of this radar").key("power");
+        let b = BadInput::new("the shape of the map does not fit this radar").key("power");
         let b = b.value(format!("[{}, {}]", map.doppler_bins, map.range_bins));
         return refuse(py, b.allowed(format!("{want:?}: [doppler, range]")));
     }
@@ -445,7 +445,7 @@ fn looks_of(
         let n = radar.virtual_channels();
         let b = BadInput::new("the array is not of this radar's virtual channels").key(what);
         let b = b.value(format!("{shape:?}")).allowed(format!("{n} channels on the last axis"));
-        b.remedy("tell the transmitters apart first (separate), and give the radar of the snapshots")
+        b.remedy("separate the transmitters first (separate), and give the radar of the snapshots")
     };
     match (snapshots, covariance) {
         (Some(s), None) => {
@@ -467,10 +467,7 @@ fn looks_of(
             }
             Ok((n, all))
         }
-        _ => refuse(
-            py,
-            BadInput::new("give snapshots or covariance, and not both").key("snapshots, covariance"),
-        ),
+        _ => refuse(py, BadInput::new("give either snapshots or covariance").key("snapshots, covariance")),
     }
 }
 
@@ -553,7 +550,8 @@ fn grid(
         Some(a) => match a.extract::<usize>() {
             Ok(bins @ 2..=65536) => tensors::fourier_azimuths(bins),
             Ok(bins) => {
-                let b = BadInput::new("no number of Fourier bins").key("azimuth").value(bins);
+                let b =
+                    BadInput::new("the number of Fourier bins is out of range").key("azimuth").value(bins);
                 return refuse(py, b.allowed("2 to 65536"));
             }
             Err(_) => angles(a)?,
@@ -682,8 +680,8 @@ fn bodies(classes: &Bound<'_, PyAny>, rows: &Bound<'_, PyAny>) -> PyResult<Vec<S
     let classes: PyReadonlyArray1<'_, i64> = classes.extract()?;
     let classes = classes.as_array();
     if g.shape[1] != 16 || classes.len() != g.shape[0] {
-        let b = BadInput::new("the objects are no table of objects").key("objects");
-        return refuse(py, b.value(format!("{:?}", g.shape)).remedy("give what dsp.objects makes"));
+        let b = BadInput::new("the array is not a table of objects").key("objects");
+        return refuse(py, b.value(format!("{:?}", g.shape)).remedy("give the result of dsp.objects"));
     }
     let vector = |r: &[f64]| DVec3::new(r[0], r[1], r[2]);
     let body = |(class, r): (&i64, &[f64])| SeenBody {

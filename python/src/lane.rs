@@ -177,7 +177,9 @@ impl LaneEstimator {
         };
         let estimate = match self.inner.lock() {
             Ok(mut inner) => inner.estimate(&look),
-            Err(_) => return refuse(py, BadInput::new("the estimator failed before; make a new one")),
+            Err(_) => {
+                return refuse(py, BadInput::new("the estimator failed in an earlier call; make a new one"));
+            }
         };
         let out = plain(py, &estimate)?;
         let out = out.bind(py).cast::<PyDict>()?;
@@ -306,7 +308,7 @@ fn picture(array: &Bound<'_, PyAny>) -> PyResult<catseye_lane::camera_fusion::Im
     let py = array.py();
     let shape: Vec<usize> = py.import("numpy")?.call_method1("shape", (array,))?.extract()?;
     let [height, width] = shape[..] else {
-        let b = BadInput::new("is no grey picture").key("image").value(format!("{shape:?}"));
+        let b = BadInput::new("is not a grey image").key("image").value(format!("{shape:?}"));
         return refuse(py, b.allowed("two axes: height, width"));
     };
     let flat = arrays::floats(&array.call_method1("reshape", (-1,))?)?;

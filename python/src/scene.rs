@@ -427,7 +427,7 @@ pub fn reflector(py: Python<'_>, spec: &str, parameters: Option<&Bound<'_, PyDic
         pairs.push((name.extract()?, value.str()?.to_string()));
     }
     if spec.contains(':') && !pairs.is_empty() {
-        let e = BadInput::new("parameters are given twice, after ':' and as keywords")
+        let e = BadInput::new("parameters after ':' and keyword parameters exclude each other")
             .key("spec")
             .value(spec)
             .remedy("use one of the two");

@@ -113,7 +113,7 @@ impl Shown {
             },
         };
         if things.is_empty() {
-            let e = BadInput::new("nothing is given to be shown").key("thing");
+            let e = BadInput::new("there is nothing to show").key("thing");
             return refuse(py, e.allowed("a path, a Scene, an RcsResult, or several paths or RcsResults"));
         }
         let table = |t: &Bound<'_, PyAny>| -> PyResult<RcsTable> {

@@ -425,7 +425,7 @@ pub fn simulate(
                 let e = BadInput::new("the ego vehicle follows the scenario's own road");
                 return refuse(
                     py,
-                    e.key("scene").remedy("leave scene out, or give ego a position and a speed"),
+                    e.key("scene").remedy("leave out scene, or give ego a position and a speed"),
                 );
             };
             let s = s.try_borrow()?;

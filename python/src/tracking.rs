@@ -63,7 +63,7 @@ pub fn dsp_plots(py: Python<'_>, points: &Bound<'_, PyAny>, labels: Option<Vec<i
     let count = rows.unwrap_or(0);
     let labels = match labels {
         Some(l) if l.len() != count => {
-            let b = BadInput::new("each point needs its cluster").key("labels").value(l.len());
+            let b = BadInput::new("labels must have one cluster for each point").key("labels").value(l.len());
             return refuse(py, b.allowed(count.to_string()));
         }
         Some(l) => l.into_iter().map(|c| usize::try_from(c).ok()).collect(),
@@ -166,7 +166,7 @@ impl Tracker {
     ) -> PyResult<Py<PyAny>> {
         let place = [position_m[0], position_m[1], heading_deg, velocity_mps[0], velocity_mps[1]];
         if place.iter().any(|v| !v.is_finite()) {
-            let b = BadInput::new("the sensor's place or motion is not finite");
+            let b = BadInput::new("the position or motion of the sensor is not finite");
             return refuse(py, b.key("position_m, heading_deg, velocity_mps"));
         }
         let coverage = match (max_range_m, max_azimuth_deg) {
@@ -175,8 +175,8 @@ impl Tracker {
             }
             (None, None) => None,
             _ => {
-                let b = BadInput::new("half of what the sensor covers is missing");
-                return refuse(py, b.key("max_range_m, max_azimuth_deg").remedy("give both or none"));
+                let b = BadInput::new("max_range_m and max_azimuth_deg must be given together");
+                return refuse(py, b.key("max_range_m, max_azimuth_deg").remedy("give both or neither"));
             }
         };
         let mut rows = None;
@@ -201,7 +201,7 @@ impl Tracker {
             velocity_std_mps: 0.0,
         };
         let Ok(mut inner) = self.inner.lock() else {
-            return refuse(py, BadInput::new("the tracker failed before; make a new one"));
+            return refuse(py, BadInput::new("the tracker failed in an earlier call; make a new one"));
         };
         inner.step(&Scan { time_s, station, coverage, plots: &list }).or_raise(py)?;
         let all = TrackRow::of_frame(frame, time_s, &inner, tentative);

@@ -70,7 +70,7 @@ def test_nothing_is_invented(method):
 
 
 def test_bad_input():
-    with pytest.raises(catseye.BadInput, match="is no lane method"):
+    with pytest.raises(catseye.BadInput, match="is not a lane method"):
         catseye.LaneEstimator("marker")
     with pytest.raises(catseye.BadInput, match="spacing"):
         catseye.LaneEstimator("markers", {"spacing": [2.0]})

@@ -228,7 +228,7 @@ def test_what_no_page_can_show_is_refused(table, tmp_path):
     (tmp_path / "notes.txt").write_text("nothing")
     (tmp_path / "empty").mkdir()
     several = [tmp_path / "notes.txt", tmp_path / "other.txt"]
-    for thing, problem in [(tmp_path / "empty", "no manifest.json"), (several[0], "notes.txt"), (several, "together"), ([], "nothing is given"), ("nosuch", "nosuch")]:
+    for thing, problem in [(tmp_path / "empty", "no manifest.json"), (several[0], "notes.txt"), (several, "together"), ([], "nothing to show"), ("nosuch", "nosuch")]:
         with pytest.raises(catseye.BadInput, match=problem):
             catseye.view(thing, output=tmp_path / "page.html")
     with pytest.raises(catseye.BadInput, match="html"):

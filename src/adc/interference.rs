@@ -69,7 +69,7 @@ pub fn direct(
         .map(|p| p.distance(from))
         .fold(f64::INFINITY, f64::min);
     if nearest < NEAREST_M {
-        return Err(BadInput::new(format!("'{}' stands where '{}' receives", sender.name, radar.name))
+        return Err(BadInput::new(format!("'{}' is at the position of '{}'", sender.name, radar.name))
             .key("interferer")
             .value(format!("{nearest:.2e} m apart"))
             .allowed(format!("at least {NEAREST_M} m"))

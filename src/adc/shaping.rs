@@ -84,11 +84,11 @@ impl Shaping {
         let top_hz = self.lines.first_hz + self.lines.count as f64 * self.lines.step_hz;
         let theta = TAU * top_hz * largest_path_rate_mps / C0 * self.half_s;
         if theta > LARGEST_TURN {
-            return Err(BadInput::new("an echo turns too far within one record")
+            return Err(BadInput::new("the phase of an echo rotates too far within one record")
                 .key("receiver.samples")
                 .value(format!("{theta:.1} rad for half of it"))
                 .allowed(format!("up to {LARGEST_TURN} rad"))
-                .remedy("take a shorter code or record, or slower bodies")
+                .remedy("use a shorter code or record, or slower bodies")
                 .into());
         }
         let (mut term, mut orders) = (theta, 1);

@@ -253,7 +253,7 @@ impl<'a> Plan<'a> {
         let echo_summary = EchoSummary::of_echoes(echoes);
         let echoes = &echoes.list[..];
         if echoes.len() > u32::MAX as usize {
-            return Err(Error::Failed(format!("{} echoes in one frame; the limit is 2^32", echoes.len())));
+            return Err(Error::Failed(format!("the frame has {} echoes; the limit is 2^32", echoes.len())));
         }
         // Whether each is finite, and whether the receiver's filter passes it.
         let known = in_parts(echoes, |r| (is_finite(r), passes(radar, r)));

@@ -117,7 +117,7 @@ pub fn check_limits() -> Result<(), Box<BadInput>> {
             .key(name)
             .value(format!("{} KiB", limit / 1024))
             .allowed(format!("from {} KiB", (least / 1024.0).ceil()))
-            .remedy("raise the limit, or use fewer threads with RAYON_NUM_THREADS=1")
+            .remedy("raise the limit, or use one thread (RAYON_NUM_THREADS=1)")
             .into()),
         None => Ok(()),
     }
@@ -191,7 +191,7 @@ pub fn start_threads() -> Option<String> {
         let begun = waiting.len();
         waiting.truncate(begun - (begun / 4).max(2).min(begun));
         let shown = waiting.len().max(1);
-        remark = Some(format!("only {begun} of {wanted} threads could begin here: {shown} share the work"));
+        remark = Some(format!("only {begun} of {wanted} threads could be started: {shown} share the work"));
     }
     let pool = rayon::ThreadPoolBuilder::new();
     let made = if waiting.is_empty() {
@@ -199,7 +199,7 @@ pub fn start_threads() -> Option<String> {
     } else {
         let threads = waiting.len();
         let tell = |thread| {
-            let to = waiting.pop().ok_or_else(|| std::io::Error::other("no thread is left"))?;
+            let to = waiting.pop().ok_or_else(|| std::io::Error::other("no thread is available"))?;
             to.send(thread).map_err(|_| std::io::Error::other("the thread has ended"))
         };
         pool.num_threads(threads).spawn_handler(tell).build_global()

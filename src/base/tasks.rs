@@ -79,7 +79,8 @@ pub fn measured<T: Send>(f: impl FnOnce() -> Result<T> + Send) -> Result<(T, Wor
         STRAND.set(Some(Strand::new()));
         let out = f();
         let strand = STRAND.take();
-        let mut strand = strand.ok_or_else(|| Error::Failed("the measurement of a task was lost".into()))?;
+        let mut strand =
+            strand.ok_or_else(|| Error::Failed("the time measurement of a task was lost".into()))?;
         strand.mark();
         Ok((out?, strand.done))
     })

@@ -213,21 +213,21 @@ impl SlotFolds {
         directions: &[(f64, f64)],
     ) -> Result<SlotFolds> {
         let problem = if channels.is_empty() {
-            Some("no channels")
+            Some("there are no channels")
         } else if directions.is_empty() {
-            Some("no directions")
+            Some("there are no directions")
         } else if channels.iter().any(|(_, slot)| *slot >= transmitters) {
-            Some("a channel of a transmitter that has no turn")
+            Some("a channel belongs to a transmitter without a chirp in the loop")
         } else if !(chirp_period_s > 0.0
             && loop_period_s.is_finite()
             && loop_period_s >= transmitters as f64 * chirp_period_s * (1.0 - 1e-9))
         {
-            Some("a loop that is shorter than the transmitters' turns")
+            Some("the loop is shorter than the chirps of its transmitters")
         } else {
             None
         };
         if let Some(problem) = problem {
-            return Err(BadInput::new(problem).key("fold test").into());
+            return Err(BadInput::new(problem).key("ambiguity test").into());
         }
         let steering = directions
             .iter()

@@ -66,7 +66,7 @@ impl Dbscan {
             ("range_rate_mps", self.range_rate_mps, f64::INFINITY),
         ] {
             if !(value > 0.0 && value <= top) {
-                return Err(BadInput::new("not a scale of clusters")
+                return Err(BadInput::new("is not a scale of clusters")
                     .key(format!("cluster.{key}"))
                     .value(value)
                     .allowed("a positive number")
@@ -74,7 +74,7 @@ impl Dbscan {
             }
         }
         if self.min_points == 0 {
-            return Err(BadInput::new("a cluster needs points")
+            return Err(BadInput::new("a cluster needs at least one point")
                 .key("cluster.min_points")
                 .value(0)
                 .allowed("1 or more")

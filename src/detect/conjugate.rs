@@ -32,8 +32,7 @@ pub fn looks_conjugate(radar: &Radar, map: &PowerMap<f64>) -> Option<String> {
     let bin_m = radar.range_bin_m();
     (columns[far] > 0.0 && ratio_db > LEAST_DB).then(|| {
         format!(
-            "the strongest echo is at {:.1} m of {:.1} m, and nothing in the nearer half of the ranges comes within {LEAST_DB} dB of it: if the \
-             samples have the other sign of phase, their conjugate puts it at {:.1} m",
+            "the strongest echo is at {:.1} m of {:.1} m, and the nearer half of the ranges has no echo within {LEAST_DB} dB of it: if the samples have the opposite sign of phase, their conjugate places it at {:.1} m",
             far as f64 * bin_m,
             bins as f64 * bin_m,
             (bins - far) as f64 * bin_m

@@ -70,18 +70,18 @@ fn is_beamformer(radar: &Radar) -> bool {
 fn check(cells: &Cells<'_>, channels: usize) -> Result<usize> {
     let values = cells.snapshots * channels;
     if values == 0 || !cells.data.len().is_multiple_of(values) {
-        return Err(BadInput::new("the snapshots are not those of this radar's array")
+        return Err(BadInput::new("the snapshots do not fit the array of this radar")
             .key("snapshots")
             .value(format!("{} values", cells.data.len()))
             .allowed(format!("{} x {channels} virtual channels for each cell", cells.snapshots))
-            .remedy("tell the transmitters apart first, and give the radar of the snapshots")
+            .remedy("separate the transmitters first, and give the radar of the snapshots")
             .into());
     }
     match cells.data.iter().position(|z| !z.is_finite()) {
         Some(i) => Err(BadInput::new("a snapshot is not finite")
             .key(format!("snapshots, cell {}, channel {}", i / values, i % channels))
             .value(cells.data[i])
-            .remedy("leave the cell out")
+            .remedy("leave out the cell")
             .into()),
         None => Ok(cells.data.len() / values),
     }
@@ -105,12 +105,14 @@ fn mean_powers(engine: &Engine, beam: &Beamformer, cells: &Cells<'_>) -> Result<
 /// Angles of sources by the wavelength with which they come back from `ranges_m`, one for each cell (eq. 16a).
 fn by_range(radar: &Radar, ranges_m: &[f64], found: &mut [Vec<Source>]) -> Result<()> {
     if ranges_m.len() != found.len() || ranges_m.iter().any(|r| !r.is_finite()) {
-        return Err(BadInput::new("each cell needs its range")
-            .key("range_m")
-            .value(format!("{} values", ranges_m.len()))
-            .allowed(format!("{} finite numbers, in metres", found.len()))
-            .remedy("give the ranges that the cells were separated with")
-            .into());
+        return Err(BadInput::new(
+            "the number of ranges differs from the number of cells, or a range is not finite",
+        )
+        .key("range_m")
+        .value(format!("{} values", ranges_m.len()))
+        .allowed(format!("{} finite numbers, in metres", found.len()))
+        .remedy("give the ranges with which the cells were separated")
+        .into());
     }
     let std = accuracy(radar)?.std(1.0, 0.0, 0.0);
     let measured = [std.azimuth_rad.is_some(), std.elevation_rad.is_some()];
@@ -208,7 +210,9 @@ pub fn snapshots_of_covariance(radar: &Radar, covariance: &[Complex64]) -> Resul
             .remedy("give the mean of x x^H over snapshots of the virtual channels")
     };
     if covariance.len() != n * n {
-        return Err(bad("is not of this radar's array").value(format!("{} values", covariance.len())).into());
+        return Err(bad("does not fit the array of this radar")
+            .value(format!("{} values", covariance.len()))
+            .into());
     }
     if covariance.iter().any(|z| !z.is_finite()) {
         return Err(bad("is not finite").into());
@@ -220,11 +224,13 @@ pub fn snapshots_of_covariance(radar: &Radar, covariance: &[Complex64]) -> Resul
         return Err(bad("is not Hermitian").into());
     }
     if let SourceNumber::Found(_) = options(&radar.processing.angle).sources {
-        return Err(BadInput::new("a criterion asks how many snapshots a covariance is the mean of")
-            .key("angle.sources")
-            .allowed("the number of sources, or \"residual\" with the noise")
-            .remedy("give the snapshots themselves, or the number of sources")
-            .into());
+        return Err(BadInput::new(
+            "a criterion needs the number of snapshots, which a covariance does not state",
+        )
+        .key("angle.sources")
+        .allowed("the number of sources, or \"residual\" with the noise")
+        .remedy("give the snapshots themselves, or the number of sources")
+        .into());
     }
     let e = eigen(&Matrix::from_fn(n, n, |i, j| 0.5 * (at(i, j) + at(j, i).conj())))?;
     if e.values.iter().any(|v| *v < -slack) {

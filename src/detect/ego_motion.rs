@@ -383,7 +383,7 @@ pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -
     let (motion, rival) = search(&problem).ok_or_else(|| {
         failed(match settings.speed {
             Some(k) => format!(
-                "no motion that a vehicle can make within {:.1} m/s of {:.1} m/s explains the points",
+                "no possible motion of a vehicle within {:.1} m/s of {:.1} m/s explains the points",
                 k.tolerance_mps, k.speed_mps
             ),
             None => "the points are in one line of sight, which does not determine the unknowns".into(),
@@ -399,23 +399,22 @@ pub fn ego_motion(points: &[Radial], model: &EgoModel, settings: &EgoSettings) -
         }
         standing = now;
         (motion, inverse) = problem.fit(&motion, &standing).ok_or_else(|| {
-            failed(
-                "the standing points are in one line of sight, which does not determine the unknowns".into(),
-            )
+            failed("the static points are in one line of sight, which does not determine the unknowns".into())
         })?;
     }
     let count = standing.iter().filter(|s| **s).count();
     let least = (settings.min_inliers * usable.len() as f64).ceil() as usize;
     if count < least.max(n + 1) {
         let (all, least) = (usable.len(), least.max(n + 1));
-        return Err(failed(format!("{count} of {all} points agree; {least} or more have to stand still")));
+        return Err(failed(format!(
+            "{count} of {all} points agree; {least} or more static points are needed"
+        )));
     }
     if let Some((other, agree)) = rival.filter(|(m, _)| differ(m, &motion, &problem))
         && (agree + 2 > count || agree as f64 >= 0.9 * count as f64)
     {
         return Err(failed(format!(
-            "range rates are ambiguous, and {:.2} m/s explains {agree} points, {:.2} m/s {count}; points further \
-             apart in azimuth would decide",
+            "the range rates are ambiguous: {:.2} m/s explains {agree} points, and {:.2} m/s explains {count}; points with a larger spread in azimuth would resolve this",
             DVec3::from(other).length(),
             DVec3::from(motion).length()
         )));
@@ -536,7 +535,8 @@ fn check(points: &[Radial], model: &EgoModel, s: &EgoSettings) -> Result<()> {
     let intervals = f64::from(2 * reach(narrowest, s.max_speed_mps) + 1);
     let tries = f64::from(s.draws) * intervals.powi(model.parameters() as i32);
     if s.max_speed_mps > 100.0 * narrowest || tries > MAX_TRIES {
-        let allowed = format!("draws · intervals^unknowns up to {MAX_TRIES:.0e}; fewer draws or less speed");
+        let allowed =
+            format!("draws · intervals^unknowns up to {MAX_TRIES:.0e}; use fewer draws or a lower speed");
         return bad("max_speed_mps", &s.max_speed_mps, &allowed);
     }
     Ok(())

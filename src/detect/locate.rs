@@ -409,7 +409,7 @@ fn looked_at_all(engine: &Engine, searches: &[&Search]) -> Vec<Result<Looked>> {
             Err(e) if some.len() == 1 => out.push(Err(e)),
             Err(_) => out.extend(some.iter().map(|s| {
                 let mut one = looked(engine, &[*s])?;
-                one.pop().ok_or_else(|| Error::Failed("a map has no spectra of angle".into()))
+                one.pop().ok_or_else(|| Error::Failed("a map has no angular spectra".into()))
             })),
         }
     }

@@ -79,7 +79,7 @@ impl Plot {
             .or_else(|| any.into_iter().find(|(_, v)| !(-1e9..=1e9).contains(v)).map(|w| (w, "-1e9 to 1e9")));
         match wrong {
             None => Ok(()),
-            Some(((key, value), allowed)) => Err(BadInput::new("not a plot")
+            Some(((key, value), allowed)) => Err(BadInput::new("the plot has a value that is out of range")
                 .key(format!("plot {index}: {key}"))
                 .value(value)
                 .allowed(allowed)

@@ -35,7 +35,7 @@ impl Reduce {
             "max" => Ok(Reduce::Max),
             "sum" => Ok(Reduce::Sum),
             "mean" => Ok(Reduce::Mean),
-            other => Err(BadInput::new("no way to take an axis out")
+            other => Err(BadInput::new("is not a way to reduce an axis")
                 .key("reduce")
                 .value(other)
                 .allowed("max, sum, mean")
@@ -60,10 +60,10 @@ pub fn beamformer(radar: &Radar, grid: Grid) -> Result<Beamformer> {
     for (key, axis) in [("azimuth", &grid.azimuth_rad), ("elevation", &grid.elevation_rad)] {
         let most = std::f64::consts::FRAC_PI_2 + 1e-9;
         if axis.is_empty() {
-            return Err(BadInput::new("no direction is named").key(key).allowed("one or more angles").into());
+            return Err(BadInput::new("no direction is given").key(key).allowed("one or more angles").into());
         }
         if let Some(bad) = axis.iter().find(|a| a.is_nan() || a.abs() > most) {
-            return Err(BadInput::new("no direction ahead")
+            return Err(BadInput::new("the direction is not ahead of the radar")
                 .key(key)
                 .value(format!("{:.3} deg", bad.to_degrees()))
                 .allowed("-90 to 90 deg")
@@ -178,11 +178,13 @@ pub fn chirp_amplitudes(
     };
     let want = [radar.chirps, radar.channels(), radar.range_bins()];
     if shape != want {
-        return Err(BadInput::new("the array is no range spectrum of this radar, [chirp, channel, range]")
-            .key("range_spectrum")
-            .value(format!("{shape:?}"))
-            .allowed(format!("{want:?}"))
-            .into());
+        return Err(BadInput::new(
+            "the array is not a range spectrum of this radar, [chirp, channel, range]",
+        )
+        .key("range_spectrum")
+        .value(format!("{shape:?}"))
+        .allowed(format!("{want:?}"))
+        .into());
     }
     if let Some(bad) = chirps.iter().find(|m| **m >= radar.chirps) {
         return Err(BadInput::new("the frame has no such chirp")
@@ -192,9 +194,9 @@ pub fn chirp_amplitudes(
             .into());
     }
     if let Multiplex::Ddm { .. } = radar.multiplex {
-        return Err(BadInput::new("one chirp does not tell transmitters in Doppler bands apart")
+        return Err(BadInput::new("transmitters in Doppler bands cannot be separated with one chirp")
             .key("chirps")
-            .remedy("take a tensor of all chirps, as rad")
+            .remedy("use a tensor of all chirps, such as rad")
             .into());
     }
     fn column<T: Real>(cube: &Cube<T>, chirp: usize, range: usize) -> Vec<Complex64> {
@@ -222,7 +224,7 @@ pub fn chirp_amplitudes(
 /// Returns an error for a share that is not above 0 and at most 1, and for a value that is not finite.
 pub fn strongest<T: Real>(tensor: &[T], share: f64) -> Result<Vec<usize>> {
     if !(share > 0.0 && share <= 1.0) {
-        return Err(BadInput::new("not a share of cells")
+        return Err(BadInput::new("is not a share of cells")
             .key("share")
             .value(share)
             .allowed("above 0, at most 1")

@@ -56,7 +56,7 @@ impl TrackerSettings {
     pub fn check(&self) -> Result<()> {
         let finite = |v: f64, ok: bool| v.is_finite() && ok;
         let wrong = |key: &str, value: &dyn std::fmt::Display, allowed: String| {
-            Err(BadInput::new("not a setting of the tracker")
+            Err(BadInput::new("the setting of the tracker is out of range")
                 .key(format!("tracker.{key}"))
                 .value(value)
                 .allowed(allowed)
@@ -255,7 +255,7 @@ impl Tracker {
     pub fn step(&mut self, scan: &Scan) -> Result<()> {
         let last = self.time_s.unwrap_or(scan.time_s);
         if !(scan.time_s.is_finite() && scan.time_s >= last) {
-            return Err(BadInput::new("scans have to come in the order of time")
+            return Err(BadInput::new("the scans are not in the order of their times")
                 .key("time_s")
                 .value(scan.time_s)
                 .allowed(format!("{last} or later"))

@@ -26,7 +26,7 @@ impl Why {
     /// The reason in words.
     pub fn text(self) -> &'static str {
         match self {
-            Why::OtherRate => "top at another range rate",
+            Why::OtherRate => "maximum at another range rate",
             Why::Grouped => "joined to a stronger neighbour",
             Why::BeyondLimit => "beyond the limit max_points",
             Why::NoDirection => "no direction found",

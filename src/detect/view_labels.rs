@@ -81,7 +81,7 @@ impl View {
         let sines: Vec<f64> = azimuth_rad.iter().map(|a| a.sin()).collect();
         if sines.is_empty() || sines.iter().any(|s| !s.is_finite()) || !sines.windows(2).all(|w| w[0] < w[1])
         {
-            return Err(BadInput::new("the azimuths are no axis")
+            return Err(BadInput::new("the azimuths do not form an axis")
                 .key("azimuth")
                 .value(format!("{} angles", sines.len()))
                 .allowed("one or more angles from -90 to 90 deg, ascending")
@@ -215,11 +215,13 @@ fn places(view: &View, body: &SeenBody) -> Vec<(DVec3, DVec3)> {
 pub fn confidence(view: &View, bodies: &[SeenBody], classes: usize, sigma_m: &[f64]) -> Result<Vec<f32>> {
     check(bodies)?;
     if sigma_m.len() != bodies.len() || sigma_m.iter().any(|s| !(*s > 0.0 && s.is_finite())) {
-        return Err(BadInput::new("each body needs the deviation of its place")
-            .key("sigma_m")
-            .value(format!("{} values", sigma_m.len()))
-            .allowed(format!("{} positive numbers", bodies.len()))
-            .into());
+        return Err(BadInput::new(
+            "the number of position deviations differs from the number of objects, or one is not positive",
+        )
+        .key("sigma_m")
+        .value(format!("{} values", sigma_m.len()))
+        .allowed(format!("{} positive numbers", bodies.len()))
+        .into());
     }
     if let Some(body) = bodies.iter().find(|b| b.class >= classes) {
         return Err(BadInput::new("no such class")
@@ -252,13 +254,13 @@ fn check(bodies: &[SeenBody]) -> Result<()> {
         let finite = [b.centre_m, b.size_m, b.velocity_mps, b.spin_rad_per_s].iter().all(|v| v.is_finite())
             && b.rotation.is_finite();
         if !finite || b.size_m.min_element() < 0.0 {
-            return Err(BadInput::new("a place, size or velocity is not finite, or a size negative")
+            return Err(BadInput::new("a position, size or velocity is not finite, or a size is negative")
                 .key(format!("object {i}"))
-                .remedy("leave the object out")
+                .remedy("leave out the object")
                 .into());
         }
         if b.class > 254 {
-            return Err(BadInput::new("a mask has room for 255 classes")
+            return Err(BadInput::new("a mask can have up to 255 classes")
                 .key(format!("object {i}: class"))
                 .value(b.class)
                 .allowed("0 to 254")

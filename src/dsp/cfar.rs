@@ -32,7 +32,7 @@ pub fn columns(cfar: &Cfar, channels: usize, doppler_bins: usize, range_bins: us
                 "at most {} each side on {doppler_bins} Doppler bins",
                 doppler_bins.saturating_sub(1) / 2
             ))
-            .remedy("take fewer training cells or more chirps")
+            .remedy("use fewer training cells or more chirps")
             .into());
     }
     if cfar.train == [0, 0] {
@@ -51,7 +51,7 @@ pub fn columns(cfar: &Cfar, channels: usize, doppler_bins: usize, range_bins: us
     if let CfarKind::Os { rank } = cfar.kind
         && (rank == 0 || rank > full)
     {
-        return Err(BadInput::new("the OS-CFAR rank is not one of the training cells")
+        return Err(BadInput::new("the OS-CFAR rank exceeds the number of training cells, or is 0")
             .key("cfar.rank")
             .value(rank)
             .allowed(format!("1..={full}"))
@@ -153,7 +153,7 @@ pub(crate) fn check_window(cfar: &Cfar) -> Result<()> {
         .key("cfar.guard + cfar.train")
         .value(format!("{rows} x {width} cells"))
         .allowed(format!("about {} cells", ITERATIONS / passes))
-        .remedy("take fewer training cells, or the device cpu")
+        .remedy("use fewer training cells, or --device cpu")
         .into())
 }
 
@@ -197,7 +197,7 @@ pub(crate) fn record(
 pub(crate) fn check_map<T: Real>(map: &PowerMap<T>) -> Result<()> {
     if map.data.len() != map.doppler_bins * map.range_bins {
         return Err(Error::Failed(format!(
-            "power map holds {} cells, not {} x {}",
+            "the power map has {} cells, not {} x {}",
             map.data.len(),
             map.doppler_bins,
             map.range_bins
@@ -206,7 +206,7 @@ pub(crate) fn check_map<T: Real>(map: &PowerMap<T>) -> Result<()> {
     match map.data.iter().position(|p| !(*p >= T::zero() && p.is_finite())) {
         None => Ok(()),
         Some(i) => Err(Error::Failed(format!(
-            "power map: cell [doppler {}, range {}] is {:?}, not a finite power",
+            "the power map has in cell [doppler {}, range {}] the value {:?}, which is not a finite power",
             i / map.range_bins,
             i % map.range_bins,
             map.data[i]
@@ -218,7 +218,7 @@ pub(crate) fn check_cells<T>(map: &PowerMap<T>, cells: &[Cell]) -> Result<()> {
     match cells.iter().find(|c| c.doppler as usize >= map.doppler_bins || c.range as usize >= map.range_bins)
     {
         None => Ok(()),
-        Some(cell) => Err(BadInput::new("the cell lies outside the map")
+        Some(cell) => Err(BadInput::new("the cell is outside the map")
             .key("[doppler, range]")
             .value(format!("[{}, {}]", cell.doppler, cell.range))
             .allowed(format!("less than [{}, {}]", map.doppler_bins, map.range_bins))

@@ -17,7 +17,7 @@ pub(crate) fn check_pfa(pfa: f64) -> Result<()> {
     if pfa > 0.0 && pfa < 1.0 {
         return Ok(());
     }
-    Err(BadInput::new("not a probability of false alarm")
+    Err(BadInput::new("is not a probability of false alarm")
         .key("cfar.pfa")
         .value(pfa)
         .allowed("0 < pfa < 1")
@@ -117,7 +117,7 @@ pub(crate) fn solve_factor(ln_pfa: impl Fn(f64) -> f64, ln_wanted: f64) -> Resul
         fb = f(b);
         step *= 1.5;
         if b > 600.0 {
-            return Err(Error::Failed("CFAR factor: no solution below e^600".into()));
+            return Err(Error::Failed("the CFAR factor has no solution below e^600".into()));
         }
     }
     step = 0.5;
@@ -127,7 +127,7 @@ pub(crate) fn solve_factor(ln_pfa: impl Fn(f64) -> f64, ln_wanted: f64) -> Resul
         fa = f(a);
         step *= 1.5;
         if a < -600.0 {
-            return Err(Error::Failed("CFAR factor: no solution above e^-600".into()));
+            return Err(Error::Failed("the CFAR factor has no solution above e^-600".into()));
         }
     }
     // Regula falsi (Illinois), with a bisection whenever it does not halve the bracket.

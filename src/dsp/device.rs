@@ -17,7 +17,7 @@ use num_complex::Complex32;
 
 pub(super) fn too_many(count: usize, limit: usize) -> Error {
     Error::Failed(format!(
-        "{count} detected cells, of which the adapter holds the channels of {limit} in one buffer"
+        "{count} cells are detected, but a buffer of the adapter holds the channels of {limit} only"
     ))
 }
 

@@ -50,11 +50,11 @@ impl DeviceSpectrum {
         let fits = gpu.max_binding_bytes() as usize / size_of::<Complex32>();
         let together = (fits / (bands * rows * ranges)).min(own);
         if together == 0 {
-            return Err(BadInput::new("not one channel of the spectrum fits into a buffer of this adapter")
+            return Err(BadInput::new("a buffer of this adapter cannot hold one channel of the spectrum")
                 .key("spectrum")
                 .value(format!("{rows} x {} x {ranges}", of.channels))
                 .allowed(format!("{} bytes a buffer", gpu.max_binding_bytes()))
-                .remedy("choose the device cpu")
+                .remedy("use --device cpu")
                 .into());
         }
         let mut chunks = Vec::new();

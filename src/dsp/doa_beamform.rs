@@ -74,7 +74,7 @@ fn sine_axis(name: &str, bins: usize, fov: f64) -> Result<Vec<f64>> {
         return Ok(vec![0.0]);
     }
     if !(fov > 0.0 && fov <= FRAC_PI_2 + 1e-9) {
-        return Err(BadInput::new("not a field of view")
+        return Err(BadInput::new("is not a field of view")
             .key(format!("processing.{name}_fov"))
             .value(format!("{:.3} deg", fov.to_degrees()))
             .allowed("0 to 90 deg to each side")

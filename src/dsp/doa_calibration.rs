@@ -85,7 +85,7 @@ impl Calibration {
         check_axis("elevation_deg", &elevation_deg)?;
         let (rows, cols, n) = (elevation_deg.len(), azimuth_deg.len(), manifold.channels());
         if snapshots.len() != rows * cols {
-            return Err(BadInput::new("the turntable needs snapshots at each angle")
+            return Err(BadInput::new("the turntable measurement does not have snapshots at each angle")
                 .value(snapshots.len())
                 .allowed((rows * cols).to_string())
                 .into());
@@ -101,14 +101,14 @@ impl Calibration {
                 format!("azimuth {a} deg, elevation {e} deg")
             };
             if x.is_empty() || x.len() % n != 0 {
-                return Err(BadInput::new(format!("snapshots of {n} channels are due"))
+                return Err(BadInput::new(format!("snapshots of {n} channels are expected"))
                     .key(place())
                     .value(format!("{} values", x.len()))
                     .into());
             }
             let e = eigen(&covariance(x, n))?;
             if e.values[0] <= 0.0 {
-                return Err(BadInput::new("the reflector was not seen").key(place()).into());
+                return Err(BadInput::new("the reflector was not detected").key(place()).into());
             }
             let a = ideal.steering(azimuth_deg[i % cols].to_radians(), elevation_deg[i / cols].to_radians());
             ratio.extend((0..n).map(|c| e.vectors[(c, 0)] / a[c]));
@@ -185,7 +185,7 @@ impl Calibration {
                 }
             }
             if channel[i] < 0.0 || channel[i].fract() != 0.0 || channel[i] >= table.len() as f64 {
-                return Err(bad("not a channel number".into())
+                return Err(bad("is not a channel number".into())
                     .line(table.line(i))
                     .key("channel")
                     .value(channel[i])
@@ -210,7 +210,7 @@ impl Calibration {
         // A file of n rows cannot fill a larger table: say what is missing without building it.
         if size.is_none_or(|s| s > table.len().saturating_mul(2).max(1 << 16)) {
             return Err(bad(format!(
-                "{} azimuths x {} elevations x {channels} channels are not all there",
+                "rows of {} azimuths x {} elevations x {channels} channels are missing",
                 azimuth_deg.len(),
                 elevation_deg.len()
             ))
@@ -223,7 +223,7 @@ impl Calibration {
             let at = (r * azimuth_deg.len() + c) * channels + channel[i] as usize;
             if let Some(before) = from[at].replace(i) {
                 return Err(bad(format!(
-                    "the channel was given at this angle in line {}",
+                    "the channel has a row for this angle in line {} already",
                     table.line(before)
                 ))
                 .line(table.line(i))
@@ -238,7 +238,7 @@ impl Calibration {
             return Err(bad(format!("missing at azimuth {a} deg, elevation {e} deg"))
                 .key("channel")
                 .value(gap % channels)
-                .remedy("every channel is needed at every pair of azimuth and elevation")
+                .remedy("add a row for every channel at every pair of azimuth and elevation")
                 .into());
         }
         let mut vectors: Vec<Complex64> =
@@ -247,7 +247,10 @@ impl Calibration {
             let mean = v.iter().map(|z| z.norm_sqr()).sum::<f64>() / channels as f64;
             if !(mean > 0.0 && mean.is_finite()) {
                 let line = from[place * channels].map_or(0, |i| table.line(i));
-                return Err(bad("a vector without length".into()).line(line).key("re, im").into());
+                return Err(bad("the steering vector is zero or not finite".into())
+                    .line(line)
+                    .key("re, im")
+                    .into());
             }
             // A vector that is normalised already keeps its digits.
             if (mean - 1.0).abs() > 1e-12 {
@@ -279,7 +282,7 @@ impl Calibration {
     fn residual(&self, manifold: &Manifold) -> Result<Residual> {
         let n = self.channels;
         if manifold.channels() != n {
-            return Err(BadInput::new("the calibration is of another array")
+            return Err(BadInput::new("the calibration belongs to another array")
                 .key("channels")
                 .value(n)
                 .allowed(manifold.channels().to_string())
@@ -365,10 +368,10 @@ fn smooth(row: &mut [Complex64], axis: &[f64], channels: usize, half_width: f64)
             .map(|(k, t)| (k, t, (1.0 - t.abs().powi(3)).powi(3)))
             .collect();
         if near.len() < 3 {
-            return Err(BadInput::new("the smoothing window holds fewer than three angles")
+            return Err(BadInput::new("the smoothing window has fewer than three angles")
                 .key("smoothing_deg")
                 .value(half_width)
-                .remedy("widen it, or set it to 0 for none")
+                .remedy("enlarge the window, or set it to 0 for no smoothing")
                 .into());
         }
         // Weights of the fit's value at t = 0, from the normal equations of 1, t, t^2.
@@ -408,12 +411,14 @@ fn range_comment(table: &Table, path: &Path) -> Result<Option<f64>> {
         match value.trim().parse::<f64>() {
             Ok(r) if r > 0.0 && r.is_finite() && found.is_none() => found = Some(r),
             _ => {
-                return Err(BadInput::new("not the reflector's distance, given once")
-                    .file(path)
-                    .key(RANGE)
-                    .value(value.trim())
-                    .allowed("above 0 m")
-                    .into());
+                return Err(BadInput::new(
+                    "the distance of the reflector is not a positive number, or occurs twice",
+                )
+                .file(path)
+                .key(RANGE)
+                .value(value.trim())
+                .allowed("above 0 m")
+                .into());
             }
         }
     }
@@ -465,8 +470,7 @@ mod tests {
         assert_eq!(message(""), "cal.csv: the calibration has no rows");
         assert_eq!(
             message("0,0,0,1,0\n0,0,1,1,0\n1,0,0,1,0\n"),
-            "cal.csv: channel = 1: missing at azimuth 1 deg, elevation 0 deg; every channel is needed at every \
-             pair of azimuth and elevation"
+            "cal.csv: channel = 1: missing at azimuth 1 deg, elevation 0 deg; add a row for every channel at every pair of azimuth and elevation"
         );
         assert_eq!(
             message("0,0,0,1,0\n0,0,0,1,0\n"),
@@ -476,13 +480,16 @@ mod tests {
         assert_eq!(message("0,0,0,,0\n"), "cal.csv:2: re = NaN: not a finite number");
         assert_eq!(
             message("0,0,0.5,1,0\n"),
-            "cal.csv:2: channel = 0.5: not a channel number; allowed: 0, 1, 2, … without gaps"
+            "cal.csv:2: channel = 0.5: is not a channel number; allowed: 0, 1, 2, … without gaps"
         );
-        assert_eq!(message("0,0,0,0,0\n"), "cal.csv:2: re, im: a vector without length");
+        assert_eq!(message("0,0,0,0,0\n"), "cal.csv:2: re, im: the steering vector is zero or not finite");
         let e = table("azimuth_deg,elevation_deg,chan,re,im\n").unwrap_err().to_string();
         assert!(e.contains("unknown column") && !e.contains('\n'), "{e}");
         let e = table(&format!("# range_m = -3\n{head}0,0,0,1,0\n")).unwrap_err().to_string();
-        assert_eq!(e, "cal.csv: range_m = -3: not the reflector's distance, given once; allowed: above 0 m");
+        assert_eq!(
+            e,
+            "cal.csv: range_m = -3: the distance of the reflector is not a positive number, or occurs twice; allowed: above 0 m"
+        );
     }
 
     #[test]
@@ -499,7 +506,7 @@ mod tests {
         assert!(m.covers(1.0, 0.3) && !m.covers(1.2, 0.0));
         let two = Manifold::receivers(vec![DVec3::ZERO, DVec3::Y * 0.1], LAMBDA).unwrap();
         let e = two.with_calibration(&c).unwrap_err().to_string();
-        assert_eq!(e, "channels = 5: the calibration is of another array; allowed: 2");
+        assert_eq!(e, "channels = 5: the calibration belongs to another array; allowed: 2");
     }
 
     #[test]

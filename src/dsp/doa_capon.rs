@@ -18,7 +18,7 @@ pub fn factor(eigen: &Eigen) -> Result<Matrix> {
         return Err(BadInput::new("Capon cannot invert this covariance: fewer snapshots than channels")
             .key("loading")
             .allowed("above 0")
-            .remedy("load the diagonal, give more snapshots or average over subarrays")
+            .remedy("use diagonal loading, give more snapshots, or average over subarrays")
             .into());
     }
     Ok(Matrix::from_fn(n, n, |i, j| eigen.vectors[(i, j)] / Complex64::from(eigen.values[j].sqrt())))

@@ -70,7 +70,7 @@ pub(super) fn check_forgetting(alpha: f64) -> Result<()> {
     if alpha > 0.0 && alpha < 1.0 {
         return Ok(());
     }
-    Err(BadInput::new("not a forgetting factor")
+    Err(BadInput::new("is not a forgetting factor")
         .key("forgetting")
         .value(alpha)
         .allowed("0 < alpha < 1")

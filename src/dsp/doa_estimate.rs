@@ -92,7 +92,7 @@ impl Estimator {
         }
         let axes = [grid.azimuth_rad.len() > 1, grid.elevation_rad.len() > 1];
         if axes == [true, true] && manifold.is_line() && o.method != Method::Bartlett {
-            return Err(BadInput::new("an array on one line tells one angle only")
+            return Err(BadInput::new("an array on one line measures one angle only")
                 .key("elevation_bins")
                 .value(grid.elevation_rad.len())
                 .allowed("1")
@@ -102,10 +102,10 @@ impl Estimator {
         for a in ends(&grid.azimuth_rad) {
             for e in ends(&grid.elevation_rad) {
                 if !manifold.covers(a, e) {
-                    return Err(BadInput::new("the calibration does not reach this direction of the grid")
+                    return Err(BadInput::new("the calibration does not include this direction of the grid")
                         .key("azimuth, elevation")
                         .value(format!("{:.2} deg, {:.2} deg", a.to_degrees(), e.to_degrees()))
-                        .remedy("narrow the field of view or calibrate over a wider one")
+                        .remedy("reduce the field of view, or calibrate over a wider one")
                         .into());
                 }
             }
@@ -114,21 +114,21 @@ impl Estimator {
             check_forgetting(forgetting)?;
         }
         if !(o.loading >= 0.0 && o.loading.is_finite()) {
-            return Err(BadInput::new("not a diagonal loading")
+            return Err(BadInput::new("is not a diagonal loading")
                 .key("loading")
                 .value(o.loading)
                 .allowed("0 or more")
                 .into());
         }
         if o.below_db.is_nan() || o.below_db < 0.0 {
-            return Err(BadInput::new("not a level in dB")
+            return Err(BadInput::new("is not a level in dB below the maximum")
                 .key("below_db")
                 .value(o.below_db)
                 .allowed("0 or more")
                 .into());
         }
         if o.max_sources == 0 {
-            return Err(BadInput::new("at least one source must be allowed")
+            return Err(BadInput::new("the maximum number of sources is zero")
                 .key("max_sources")
                 .value(0)
                 .into());
@@ -147,9 +147,9 @@ impl Estimator {
             (Smoothing::Off, _) | (Smoothing::Auto, None) => None,
             (Smoothing::Auto, Some(_)) if manifold.range_m().is_some() => None,
             (Smoothing::Subarray(_), _) if manifold.range_m().is_some() => {
-                return Err(BadInput::new("subarrays see a near source from different directions")
+                return Err(BadInput::new("subarrays receive a near source from different directions")
                     .key("subarray")
-                    .remedy("take the manifold of the far field, or maximum likelihood without subarrays")
+                    .remedy("use the manifold of the far field, or maximum likelihood without subarrays")
                     .into());
             }
             (Smoothing::Auto, Some(l)) => {
@@ -161,9 +161,9 @@ impl Estimator {
             }
             (Smoothing::Subarray(size), Some(l)) => Some(View::smoothed(&manifold, &grid, o, l, size)?),
             (Smoothing::Subarray(_), None) => {
-                return Err(BadInput::new("this array is no uniform line or rectangle")
+                return Err(BadInput::new("the array is not a uniform line or rectangle")
                     .key("subarray")
-                    .remedy("leave subarrays out, or take maximum likelihood, which needs none")
+                    .remedy("leave out subarrays, or use maximum likelihood, which needs none")
                     .into());
             }
         };
@@ -230,7 +230,7 @@ impl Estimator {
     ) -> Result<Vec<Vec<Source>>> {
         let values = self.check_data(cells)?;
         if bases.len() * values != cells.data.len() {
-            return Err(BadInput::new("each cell needs the basis of its subspace")
+            return Err(BadInput::new("the number of subspaces differs from the number of cells")
                 .key("bases")
                 .value(bases.len())
                 .allowed((cells.data.len() / values.max(1)).to_string())
@@ -267,7 +267,7 @@ impl Estimator {
         if self.options.method.is_gridless() {
             return Err(BadInput::new(format!("{} has no spectrum", self.options.method.name()))
                 .key("method")
-                .remedy("take MUSIC for the picture")
+                .remedy("use MUSIC for a spectrum")
                 .into());
         }
         self.check(cells)?;
@@ -316,7 +316,7 @@ impl Estimator {
     fn of_basis(&self, basis: &Matrix, snapshots: usize) -> Result<Prepared> {
         let due = self.elements(snapshots);
         if basis.nrows() != due || basis.ncols() == 0 || basis.ncols() >= due {
-            return Err(BadInput::new("the subspace is of another array")
+            return Err(BadInput::new("the subspace does not fit the array")
                 .key("basis")
                 .value(format!("{} x {}", basis.nrows(), basis.ncols()))
                 .allowed(format!("{due} x 1 to {due} x {}", due - 1))
@@ -406,14 +406,14 @@ impl Estimator {
         let n = self.manifold.channels();
         let values = cells.snapshots * n;
         if values == 0 || !cells.data.len().is_multiple_of(values) {
-            let due = format!("cells of {} snapshots of {n} channels are due", cells.snapshots);
+            let due = format!("cells of {} snapshots of {n} channels are expected", cells.snapshots);
             return Err(BadInput::new(due).key("snapshots").value(cells.data.len()).into());
         }
         let count = cells.data.len() / values;
         if let Some(w) = cells.noise_w
             && (w.len() != count || w.iter().any(|w| w.is_nan() || *w < 0.0))
         {
-            return Err(BadInput::new("each cell needs its noise power")
+            return Err(BadInput::new("the noise powers do not fit the cells")
                 .key("noise_w")
                 .value(format!("{} values", w.len()))
                 .allowed(format!("{count} values of 0 W or more"))
@@ -443,7 +443,7 @@ impl Estimator {
                 "the number of sources by residual needs the noise power of each cell",
             )
             .key("noise_w")
-            .remedy("give it, or the number of sources")
+            .remedy("give the noise power, or the number of sources")
             .into());
         }
         let criterion = matches!(o.sources, SourceNumber::Found(_));
@@ -451,15 +451,16 @@ impl Estimator {
             && self.view(cells.snapshots).count(cells.snapshots) < needed
         {
             let what = if needed == 1 { "a source".into() } else { format!("{needed} sources") };
-            let bad = BadInput::new(format!("{} cannot tell {what} from this cell", o.method.name()))
+            let bad = BadInput::new(format!("{} cannot estimate {what} from this cell", o.method.name()))
                 .key("snapshots")
                 .value(cells.snapshots);
             return Err(if o.method.uses_subspace() {
-                bad.allowed(format!("{needed} or more, as this array gives no subarrays here"))
-                    .remedy("give more snapshots, subarrays of a uniform array, or take maximum likelihood")
+                bad.allowed(format!("{needed} or more, because the array gives no subarrays here")).remedy(
+                    "give more snapshots, use subarrays of a uniform array, or use maximum likelihood",
+                )
             } else {
                 bad.allowed(format!("{needed} or more for an information criterion"))
-                    .remedy("give the number of sources, or let the residual tell it")
+                    .remedy("give the number of sources, or use the residual")
             }
             .into());
         }
@@ -697,9 +698,9 @@ fn check_even(method: Method, manifold: &Manifold, lattice: Option<&Lattice>) ->
     if fits && manifold.range_m().is_none() {
         return Ok(());
     }
-    Err(BadInput::new(format!("{} needs {shape} and sources far away", method.name()))
+    Err(BadInput::new(format!("{} needs {shape} and distant sources", method.name()))
         .key("method")
-        .remedy("take MUSIC or maximum likelihood, which work on any array")
+        .remedy("use MUSIC or maximum likelihood, which work on any array")
         .into())
 }
 
@@ -708,7 +709,7 @@ fn check_share(key: &str, share: f64, least: f64) -> Result<()> {
         return Ok(());
     }
     let allowed = if least > 0.0 { "above 0 and below 1" } else { "0 or more and below 1" };
-    Err(BadInput::new("not a share").key(key).value(share).allowed(allowed).into())
+    Err(BadInput::new("is not a share").key(key).value(share).allowed(allowed).into())
 }
 
 fn check_count(method: Method, sources: usize, view: &View) -> Result<()> {
@@ -717,11 +718,14 @@ fn check_count(method: Method, sources: usize, view: &View) -> Result<()> {
         return Ok(());
     }
     let elements = view.manifold.channels();
-    Err(BadInput::new(format!("{} tells fewer sources than it has channels ({elements})", method.name()))
-        .key("sources")
-        .value(sources)
-        .allowed(if most == usize::MAX { "1 or more".into() } else { format!("1 to {most}") })
-        .into())
+    Err(BadInput::new(format!(
+        "{} cannot estimate this number of sources with {elements} channels",
+        method.name()
+    ))
+    .key("sources")
+    .value(sources)
+    .allowed(if most == usize::MAX { "1 or more".into() } else { format!("1 to {most}") })
+    .into())
 }
 
 /// F of R = mean of x x^H without forming R: a column for each snapshot.

@@ -38,7 +38,7 @@ impl Manifold {
                 .into());
         }
         if !(wavelength_m > 0.0 && wavelength_m.is_finite()) {
-            return Err(BadInput::new("not a wavelength").value(wavelength_m).allowed("above 0 m").into());
+            return Err(BadInput::new("is not a wavelength").value(wavelength_m).allowed("above 0 m").into());
         }
         if let Some(c) = tx_m.iter().zip(&rx_m).position(|(t, r)| !(t.is_finite() && r.is_finite())) {
             return Err(BadInput::new("the position is not finite").key(format!("channel {c}")).into());
@@ -91,7 +91,7 @@ impl Manifold {
                 .into());
         }
         if let Some(c) = gain.iter().position(|g| !(g.norm_sqr() > 0.0 && g.norm_sqr().is_finite())) {
-            return Err(BadInput::new("not a gain").key(format!("channel {c}")).value(gain[c]).into());
+            return Err(BadInput::new("is not a gain").key(format!("channel {c}")).value(gain[c]).into());
         }
         let mean = gain.iter().map(|g| g.norm_sqr()).sum::<f64>() / gain.len() as f64;
         self.gain = gain.iter().map(|g| g / mean.sqrt()).collect();
@@ -105,7 +105,7 @@ impl Manifold {
     pub fn at_range(mut self, range_m: f64) -> Result<Self> {
         let extent = self.tx_m.iter().chain(&self.rx_m).map(|p| p.length()).fold(0.0, f64::max);
         if !(range_m > extent && range_m.is_finite()) {
-            return Err(BadInput::new("the range lies within the array")
+            return Err(BadInput::new("the range is within the array")
                 .key("range_m")
                 .value(range_m)
                 .allowed(format!("above {extent}"))

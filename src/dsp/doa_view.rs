@@ -32,12 +32,10 @@ impl View {
         }
         let mirror = if fb {
             Some(manifold.mirrored().filter(|_| manifold.range_m().is_none()).ok_or_else(|| {
-                BadInput::new(
-                    "forward-backward averaging needs an array that is its own mirror image, far away",
-                )
-                .key("forward_backward")
-                .value(true)
-                .remedy("leave it out")
+                BadInput::new("forward-backward averaging needs a point-symmetric array and distant sources")
+                    .key("forward_backward")
+                    .value(true)
+                    .remedy("leave it out")
             })?)
         } else {
             None

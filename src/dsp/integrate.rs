@@ -13,7 +13,7 @@ use crate::base::error::{BadInput, Result};
 pub fn integrate<T: Real>(maps: &[(&PowerMap<T>, usize)]) -> Result<(PowerMap<T>, usize)> {
     let size = |m: &PowerMap<T>| [m.doppler_bins, m.range_bins, m.data.len()];
     let Some(((first, _), looks)) = maps.first().zip(maps.iter().map(|m| m.1).reduce(|a, b| a + b)) else {
-        return Err(BadInput::new("no power map to integrate").key("maps").value(0).into());
+        return Err(BadInput::new("there is no power map to integrate").key("maps").value(0).into());
     };
     for (map, looks) in maps {
         if size(map) != size(first) || *looks == 0 {
@@ -42,7 +42,7 @@ pub fn integrate<T: Real>(maps: &[(&PowerMap<T>, usize)]) -> Result<(PowerMap<T>
 /// Returns an error if there is no group, or more groups than chirps.
 pub fn chirp_groups<T: Clone>(cube: &Cube<T>, groups: usize) -> Result<Vec<Cube<T>>> {
     if groups == 0 || groups > cube.chirps {
-        return Err(BadInput::new("the chirps cannot be grouped so")
+        return Err(BadInput::new("the chirps cannot be divided into this number of groups")
             .key("groups")
             .value(groups)
             .allowed(format!("1..={}", cube.chirps))

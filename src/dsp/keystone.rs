@@ -104,12 +104,12 @@ impl Warp {
         let lines = if gpu.is_hardware() { fits } else { fits.min((CACHE / length).max(64)) };
         if lines == 0 {
             return Err(BadInput::new(
-                "the keystone transform of one sample does not fit into a buffer of this adapter",
+                "a buffer of this adapter cannot hold the keystone transform of one sample",
             )
             .key("processing.doppler_fft")
             .value(t.doppler_fft)
             .allowed(format!("{} bytes a buffer", gpu.max_binding_bytes()))
-            .remedy("choose the device cpu")
+            .remedy("use --device cpu")
             .into());
         }
         let method = method.filter(|m| *m == Method::Passes || fits_workgroup(length));

@@ -105,12 +105,12 @@ impl LostChirps {
             chirps.dedup();
             let left: Vec<usize> = (0..self.channels).filter(|c| self.is_beyond_repair(*c)).collect();
             let then = match left.len() {
-                0 => "they are filled by prediction from the chirps beside them".to_string(),
+                0 => "they are replaced by a prediction from the chirps beside them".to_string(),
                 n if n == self.channels => {
-                    "these are too many to be filled, and side lobes over Doppler result".into()
+                    "they are too many to be replaced, which causes side lobes over Doppler".into()
                 }
                 _ => format!(
-                    "they are filled from the chirps beside them, but too many are lost of channels {}",
+                    "they are replaced from the chirps beside them, but channels {} have lost too many",
                     list(&left)
                 ),
             };
@@ -123,7 +123,7 @@ impl LostChirps {
         }
         if !self.silent.is_empty() {
             lines.push(format!(
-                "the samples of channels {} are zero in every chirp: directions are found as if these had received nothing",
+                "the samples of channels {} are zero in every chirp: directions are estimated as if these channels had received nothing",
                 list(&self.silent)
             ));
         }

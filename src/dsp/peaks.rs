@@ -169,12 +169,14 @@ impl Interpolator {
             .collect();
         let rises = table.windows(2).all(|w| w[0].0 < w[1].0);
         if weights.is_empty() || fft < weights.len() || !rises {
-            return Err(BadInput::new("peaks cannot be placed by the response of this window")
-                .key("window")
-                .value(format!("{} weights on a transform of {fft}", weights.len()))
-                .allowed("a symmetric window and a transform that is not shorter")
-                .remedy("take the parabola, or a transform twice as long")
-                .into());
+            return Err(BadInput::new(
+                "the positions of peaks cannot be found with the response of this window",
+            )
+            .key("window")
+            .value(format!("{} weights on a transform of {fft}", weights.len()))
+            .allowed("a symmetric window and a transform that is not shorter")
+            .remedy("use the parabola, or a transform twice as long")
+            .into());
         }
         Ok(Interpolator { table, places: true })
     }

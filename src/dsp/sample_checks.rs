@@ -55,8 +55,7 @@ fn clipped<T: Real>(data: &[Complex<T>]) -> Option<String> {
     // As many stand at the end as in the last hundredth before it: no tone and no noise does that.
     (is_many && full > 2 * below.max(1) && largest >= 100.0 * step).then(|| {
         format!(
-            "{:.2} % of the samples' parts stand at their largest magnitude, {largest}: the converter was driven beyond its range, and false \
-             echoes result",
+            "{:.2} % of the real and imaginary parts of the samples are at their largest magnitude, {largest}: the converter was driven beyond its range, which causes false echoes",
             100.0 * share
         )
     })
@@ -95,7 +94,7 @@ fn copied_channels<T: Real>([chirps, channels, samples]: [usize; 3], data: &[Com
     let kinds = used.len() - copies.len();
     (kinds > 1).then(|| {
         format!(
-            "{} of {channels} channels hold the samples of another one, as channel {copy} those of {of}: directions are wrong",
+            "{} of {channels} channels repeat the samples of another one, such as channel {copy} those of {of}: directions are wrong",
             copies.len()
         )
     })
@@ -108,7 +107,7 @@ fn copied_chirps<T: Real>([chirps, channels, samples]: [usize; 3], data: &[Compl
     let copies: Vec<usize> = (1..chirps).filter(|m| row(*m) == row(m - 1) && !is_zero(*m)).collect();
     let first = *copies.first()?;
     (copies.len() + 1 < chirps).then(|| {
-        format!("{} of {chirps} chirps repeat the samples of the one before them, the first is chirp {first}: false range rates result", copies.len())
+        format!("{} of {chirps} chirps repeat the samples of the chirp before them, the first is chirp {first}, which causes false range rates", copies.len())
     })
 }
 

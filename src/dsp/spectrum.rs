@@ -37,12 +37,12 @@ impl Cut {
         let rows = (fits / (channels * range)).min(t.doppler_fft);
         if ranges == 0 || chirps == 0 || rows == 0 {
             return Err(BadInput::new(
-                "not one channel of one range bin or chirp fits into a buffer of this adapter",
+                "a buffer of this adapter cannot hold one channel of one range bin or chirp",
             )
             .key("cube")
             .value(format!("{} x {} x {}", t.chirps, t.channels, t.samples))
             .allowed(format!("{limit} bytes a buffer"))
-            .remedy("choose the device cpu")
+            .remedy("use --device cpu")
             .into());
         }
         Ok(Cut { channels, ranges, chirps, rows })
@@ -77,11 +77,11 @@ impl<'a> Plan<'a> {
         let doppler = t.keystone.is_none().then_some(("processing.doppler_fft", t.doppler_fft));
         for (key, length) in [("processing.range_fft", t.range_fft)].into_iter().chain(doppler) {
             if of(length) == Method::Workgroup && !fits_workgroup(length) {
-                return Err(BadInput::new("a workgroup has no FFT of this length")
+                return Err(BadInput::new("an FFT in a workgroup cannot have this length")
                     .key(key)
                     .value(length)
                     .allowed(format!("a power of two up to {LONGEST_IN_WORKGROUP}"))
-                    .remedy("take the passes over global memory")
+                    .remedy("use the passes over global memory")
                     .into());
             }
         }

@@ -105,7 +105,7 @@ impl Transform {
     pub fn of_cube<T>(cube: &Cube<T>, radar: &Radar) -> Result<Self> {
         let shape = [cube.chirps, cube.channels, cube.samples];
         if cube.data.len() != shape.iter().product::<usize>() {
-            return Err(BadInput::new("the cube's size is not its shape's")
+            return Err(BadInput::new("the number of samples does not fit the shape of the cube")
                 .key("cube")
                 .value(format!("{shape:?} ({} samples)", cube.data.len()))
                 .into());
@@ -124,7 +124,7 @@ impl Transform {
                 .key("cube")
                 .value(format!("{shape:?}"))
                 .allowed(format!("{want:?}"))
-                .remedy("give the radar that the cube was taken with")
+                .remedy("give the radar that recorded the cube")
                 .into());
         }
         let mut t = Self::new(shape[0], shape[1], shape[2], radar.line_sampling(), &radar.processing)?;
@@ -159,8 +159,8 @@ impl Transform {
     /// # Errors
     /// Returns an error for a shape that is not the one expected.
     pub fn check_ranges(&self, shape: [usize; 3]) -> Result<()> {
-        let problem = "the array is no range spectrum of this radar, [chirp, channel, range]";
-        let remedy = "give what the range transform made with the same radar";
+        let problem = "the array is not a range spectrum of this radar, [chirp, channel, range]";
+        let remedy = "give the output of the range transform with the same radar";
         agreed(shape, [self.chirps, self.channels, self.range_bins], problem, "range_spectrum", remedy)
     }
 
@@ -170,8 +170,8 @@ impl Transform {
     /// Returns an error for a shape that is not the one expected.
     pub fn check_spectrum(&self, shape: [usize; 3]) -> Result<()> {
         let want = [self.doppler_rows(), self.channels * self.bands, self.range_bins];
-        let problem = "the array is no range-Doppler spectrum of this radar, [doppler, channel, range]";
-        agreed(shape, want, problem, "spectrum", "give what the transforms made with the same radar")
+        let problem = "the array is not a range-Doppler spectrum of this radar, [doppler, channel, range]";
+        agreed(shape, want, problem, "spectrum", "give the output of the transforms with the same radar")
     }
 
     /// Checks that the two transforms can be done one after the other.
@@ -183,12 +183,12 @@ impl Transform {
             return Ok(());
         }
         Err(BadInput::new(
-            "the keystone transform goes before the range transform, so that the two do not come apart",
+            "the keystone transform precedes the range transform and cannot be computed separately from it",
         )
         .key("processing.range_migration")
         .value("keystone")
         .allowed("none")
-        .remedy("ask for the range-Doppler spectrum, or leave the keystone transform out")
+        .remedy("request the range-Doppler spectrum, or leave out the keystone transform")
         .into())
     }
 
@@ -246,7 +246,7 @@ impl Keystone {
         if scale.len() == samples && scale.iter().all(|s| s.is_finite() && *s > 0.0) {
             return Ok(());
         }
-        Err(BadInput::new("the keystone transform needs one positive scale a sample")
+        Err(BadInput::new("the keystone transform needs one positive scale for each sample")
             .key("scale")
             .value(format!("{} values", scale.len()))
             .allowed(format!("{samples} positive numbers"))

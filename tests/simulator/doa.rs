@@ -344,7 +344,7 @@ fn two_corner_reflectors_at_17_m() {
     let spectrum = music.track_spectra(&bases, 1, on_cpu).unwrap();
     assert!(spectrum.len() == 181 && spectrum.iter().any(|s| *s > 1e3));
     let e = music.track_spectra(&[Matrix::identity(5, 2)], 1, on_cpu).unwrap_err().to_string();
-    assert_eq!(e, "basis = 5 x 2: the subspace is of another array; allowed: 4 x 1 to 4 x 3");
+    assert_eq!(e, "basis = 5 x 2: the subspace does not fit the array; allowed: 4 x 1 to 4 x 3");
 }
 
 #[test]
@@ -434,7 +434,7 @@ fn the_residual_tells_how_many_in_single_snapshots() {
     assert!(refused.starts_with("noise_w: the number of sources by residual needs"), "{refused}");
     let o = Options { sources: SourceNumber::Residual { false_alarm: 0.0, model_error: 0.0 }, ..o };
     let e = Estimator::new(line(4), azimuths(60.0, 61), o).unwrap_err().to_string();
-    assert_eq!(e, "false_alarm = 0: not a share; allowed: above 0 and below 1");
+    assert_eq!(e, "false_alarm = 0: is not a share; allowed: above 0 and below 1");
 }
 
 // --- arrays that are not what they should be --------------------------------------------------------
@@ -510,8 +510,8 @@ fn calibration_takes_the_bias_out() {
     let e = Estimator::new(calibrated, azimuths(80.0, 11), o).unwrap_err().to_string();
     assert_eq!(
         e,
-        "azimuth, elevation = -80.00 deg, 0.00 deg: the calibration does not reach this direction of the grid; \
-         narrow the field of view or calibrate over a wider one"
+        "azimuth, elevation = -80.00 deg, 0.00 deg: the calibration does not include this direction of the grid; \
+         reduce the field of view, or calibrate over a wider one"
     );
 }
 
@@ -546,15 +546,14 @@ fn sparse_arrays_take_maximum_likelihood_and_refuse_the_rest() {
     assert_eq!(
         message(options(Method::Music, 2), &x),
         "snapshots = 1: MUSIC cannot tell 2 sources from this cell; allowed: 2 or more, as this array gives no \
-         subarrays here; give more snapshots, subarrays of a uniform array, or take maximum likelihood"
+         subarrays here; give more snapshots, use subarrays of a uniform array, or use maximum likelihood"
     );
     assert_eq!(
         message(options(Method::RootMusic, 2), &x),
-        "method: root-MUSIC needs a uniform line and sources far away; take MUSIC or maximum likelihood, which \
-         work on any array"
+        "method: root-MUSIC needs a uniform line and sources far away; use MUSIC or maximum likelihood, which work on any array"
     );
     let o = Options { smoothing: Smoothing::Subarray([1, 4]), ..options(Method::Music, 2) };
-    assert!(message(o, &x).starts_with("subarray: this array is no uniform line or rectangle"));
+    assert!(message(o, &x).starts_with("subarray: the array is not a uniform line or rectangle"));
     let o = Options { forward_backward: Some(true), ..options(Method::Music, 2) };
     assert!(message(o, &x).contains("its own mirror image"));
     assert_eq!(
@@ -572,7 +571,7 @@ fn sparse_arrays_take_maximum_likelihood_and_refuse_the_rest() {
     assert!(message(options(Method::Ml, 1), &bad).starts_with("cell 0, channel 4"));
     assert!(message(options(Method::Ml, 1), &x[..5]).starts_with("snapshots = 5"));
     let e = Estimator::new(m.clone(), both(40.0, 9), options(Method::Ml, 1)).unwrap_err().to_string();
-    assert_eq!(e, "elevation_bins = 9: an array on one line tells one angle only; allowed: 1");
+    assert_eq!(e, "elevation_bins = 9: an array on one line measures one angle only; allowed: 1");
 }
 
 #[test]
@@ -619,7 +618,7 @@ fn a_line_of_five_takes_four_sources_from_many_snapshots() {
     assert_eq!(
         one_cell(&e, &x[..5], None).unwrap_err().to_string(),
         "snapshots = 1: maximum likelihood cannot tell 2 sources from this cell; allowed: 2 or more for an \
-         information criterion; give the number of sources, or let the residual tell it"
+         information criterion; give the number of sources, or use the residual"
     );
 }
 

@@ -284,7 +284,8 @@ pub fn watch() -> Result<()> {
     });
     watching.map(|_| ()).map_err(|e| {
         Error::Failed(format!(
-            "no thread can begin that waits for Ctrl-C: {e}; raise the limits of threads (ulimit -u) and of memory (ulimit -v)"
+            "cannot start the thread that waits for Ctrl-C: {e}; raise the limits of threads (ulimit -u) and \
+                of memory (ulimit -v)"
         ))
     })
 }

@@ -68,7 +68,8 @@ impl Convert {
         let lost = LostChirps::find(shape, &data).chirps();
         if lost > 0 {
             let line = format!(
-                "warning: {lost} of {} chirps hold runs of zeros, as lost packets leave them; they stay",
+                "warning: {lost} of {} chirps hold runs of zeros, as lost packets leave them; they are \
+                    written unchanged",
                 shape[0]
             );
             bar.suspend(|| global.say(&line));
@@ -89,7 +90,7 @@ impl Convert {
         ))?;
         match report.clipped_words {
             0 => Ok(()),
-            n => print(&format!("{n} words were cut to the converter's range")),
+            n => print(&format!("{n} words were limited to the converter's range")),
         }
     }
 }

@@ -94,7 +94,7 @@ impl CubeArgs {
                 radar_of_cfg(ti, &cfg, &name, self.board)?
             }
             (None, None) => {
-                return Err(BadInput::new("the cube does not say which radar it is of")
+                return Err(BadInput::new("the cube does not state which radar recorded it")
                     .file(path)
                     .key("--radar")
                     .remedy("give a preset or a radar TOML with --radar")
@@ -102,7 +102,11 @@ impl CubeArgs {
             }
         };
         if source.frames() > 1 {
-            assumed.push(format!("frame {} of {} is taken (--frame N)", self.frame, source.frames()));
+            assumed.push(format!(
+                "frame {} of {} is used (--frame N selects another)",
+                self.frame,
+                source.frames()
+            ));
         }
         assumed.extend(unusual::of_radar(&radar).into_iter().map(|line| format!("warning: {line}")));
         if self.frame >= source.frames() {
@@ -114,7 +118,7 @@ impl CubeArgs {
                 .into());
         }
         if self.conjugate && radar.sampling == Sampling::Real {
-            return Err(BadInput::new("real samples have no conjugate")
+            return Err(BadInput::new("real samples cannot be conjugated")
                 .file(path)
                 .key("--conjugate")
                 .remedy("leave it out")

@@ -69,7 +69,7 @@ impl Dataset {
             return write_scene(&recipe, scene, output, global);
         }
         if self.jobs == Some(0) {
-            return Err(BadInput::new("nobody would work")
+            return Err(BadInput::new("at least one worker is needed")
                 .key("--jobs")
                 .value(0)
                 .allowed("1 or more")
@@ -118,7 +118,8 @@ impl Dataset {
         report.remarks.iter().for_each(|r| global.say(&format!("warning: first scene: {r}")));
         for (why, n) in &report.tally.trace_fallbacks {
             global.say(&format!(
-                "warning: the device left {n} frames to the host, which traced them in f64: it met {why}; --trace host takes the host for all"
+                "warning: the host traced {n} frames in f64, because the device met {why}; --trace host \
+                    traces all frames on the host"
             ));
         }
         if report.cancelled && !report.complete {
@@ -134,10 +135,10 @@ impl Dataset {
 
 fn shard_range(text: &str) -> Result<Range<u64>> {
     let bad = || -> Error {
-        BadInput::new("is no range of shards")
+        BadInput::new("is not a range of shards")
             .key("--shards")
             .value(format!("'{text}'"))
-            .allowed("first:end, as in 0:16, without the end")
+            .allowed("first:end, where end is not included, as in 0:16")
             .into()
     };
     let (a, b) = text.split_once(':').ok_or_else(bad)?;
@@ -161,7 +162,7 @@ fn write_scene(recipe: &Recipe, scene: u32, out: &Path, global: &Global) -> Resu
     }
     if drawn.redrawn + drawn.dropped > 0 {
         global.say(&format!(
-            "vehicles that stood in others: {} draws were repeated, {} vehicles left out",
+            "vehicles that overlapped others: {} draws were repeated, {} vehicles were left out",
             drawn.redrawn, drawn.dropped
         ));
     }
@@ -235,7 +236,7 @@ fn summary(report: &Report, global: &Global) -> Result<()> {
     let t = &report.tally;
     if t.redrawn + t.dropped > 0 {
         global.say(&format!(
-            "vehicles that stood in others: {} draws were repeated, {} vehicles left out",
+            "vehicles that overlapped others: {} draws were repeated, {} vehicles were left out",
             t.redrawn, t.dropped
         ));
     }
@@ -251,6 +252,6 @@ fn summary(report: &Report, global: &Global) -> Result<()> {
     }
     match report.complete {
         true => print(&format!("wrote {}", report.folder.display())),
-        false => print("the dataset is ended by the run that makes its last shard"),
+        false => print("the run that makes the last shard completes the dataset"),
     }
 }

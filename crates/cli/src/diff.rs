@@ -59,7 +59,7 @@ pub struct Diff {
     pub plot: Option<PathBuf>,
 }
 
-const HEADER: [&str; 8] = ["file", "what", "places", "A", "B", "apart", "allowed", "farthest apart at"];
+const HEADER: [&str; 8] = ["file", "what", "places", "A", "B", "apart", "allowed", "largest difference at"];
 /// Longest cell; the end of a longer one is left out.
 const CELL: usize = 48;
 
@@ -199,11 +199,13 @@ fn pictured(r: &Report) -> Result<[PathBuf; 2]> {
     let differs = |name: &&String| r.differences.iter().any(|d| d.file == **name);
     match both.iter().find(differs).or(both.first()) {
         Some(name) => Ok([r.a.join(name), r.b.join(name)]),
-        None => Err(BadInput::new("has no points.csv that the other has, too, so there is nothing to draw")
-            .file(&r.a)
-            .key("--plot")
-            .remedy("leave out --plot, or compare runs that write points")
-            .into()),
+        None => {
+            Err(BadInput::new("the two results have no points.csv in common, so there is nothing to draw")
+                .file(&r.a)
+                .key("--plot")
+                .remedy("leave out --plot, or compare runs that write points")
+                .into())
+        }
     }
 }
 
@@ -236,7 +238,7 @@ impl Diff {
             match_deg: self.match_deg,
         };
         if global.json && self.markdown {
-            return Err(BadInput::new("both shapes cannot stand on one stdout")
+            return Err(BadInput::new("--json and --markdown exclude each other")
                 .key("--markdown")
                 .allowed("--json or --markdown")
                 .into());
@@ -263,7 +265,7 @@ impl Diff {
             markdown(&report, self.max_rows).iter().try_for_each(|line| print(line))?;
         } else if report.alike {
             print(&format!(
-                "alike (kind '{}'): {} files, {} values",
+                "equal (kind '{}'): {} files, {} values",
                 report.kind, report.files, report.values
             ))?;
         } else {

@@ -89,13 +89,13 @@ fn find(name: &str, all: &[File]) -> Result<File> {
     let mut found = all.iter().filter(|(path, _)| name_of(path) == wanted || last(path) == wanted);
     match (found.next(), found.next()) {
         (Some(one), None) => Ok(*one),
-        (Some((a, _)), Some((b, _))) => Err(BadInput::new("is the name of more than one")
+        (Some((a, _)), Some((b, _))) => Err(BadInput::new("several examples have this name")
             .key("NAME")
             .value(name)
             .allowed(format!("{}, {}", name_of(a), name_of(b)))
             .into()),
         (None, _) => {
-            let e = BadInput::new("is no example").key("NAME").value(name);
+            let e = BadInput::new("is not the name of an example").key("NAME").value(name);
             let near = nearest(wanted, all.iter().flat_map(|(path, _)| [name_of(path), last(path)]));
             Err(match near {
                 Some(n) => e.remedy(format!("did you mean '{n}'? `catseye examples` lists all")),
@@ -133,7 +133,7 @@ impl Examples {
                 continue;
             }
             if to.exists() && !global.force {
-                return Err(BadInput::new("exists already, and differs")
+                return Err(BadInput::new("exists already and has other contents")
                     .file(&to)
                     .remedy("give --force to replace it, or another folder with -o")
                     .into());
@@ -149,7 +149,7 @@ impl Examples {
         }
         written.iter().try_for_each(|f| print(&format!("wrote {}", f.display())))?;
         match written.is_empty() {
-            true => print("all of it is there already"),
+            true => print("all files exist already"),
             false => Ok(()),
         }
     }

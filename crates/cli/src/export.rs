@@ -161,7 +161,7 @@ impl Export {
         }
         if !self.run.join(DATASET).is_file() {
             if let Some(scene) = self.scene {
-                return Err(BadInput::new("is of datasets, and this is a run")
+                return Err(BadInput::new("applies to datasets only, and this is a run")
                     .key("--scene")
                     .value(scene)
                     .remedy("leave it out")
@@ -177,10 +177,10 @@ impl Export {
             if scenes == 1 {
                 return self.one(&dataset::Scene::open(&self.run, 0)?, global);
             }
-            return Err(BadInput::new("a file holds one scene, and the dataset has several")
+            return Err(BadInput::new("a file of this format holds one scene, and the dataset has several")
                 .key("--scene")
                 .allowed(format!("0 to {}", scenes.saturating_sub(1)))
-                .remedy("say which, as in --scene 0")
+                .remedy("choose one, as in --scene 0")
                 .into());
         }
         std::fs::create_dir_all(&self.output).map_err(|e| Error::io(&self.output, e))?;

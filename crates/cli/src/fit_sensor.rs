@@ -85,11 +85,11 @@ impl FitSensor {
     pub fn run(&self, global: &Global) -> Result<()> {
         distinct(&[&self.output], &[&self.cube])?;
         if self.bits.is_some_and(|b| !(1..=24).contains(&b)) {
-            let bad = BadInput::new("is no number of bits").key("--bits").value(self.bits.unwrap_or(0));
+            let bad = BadInput::new("is not a number of bits").key("--bits").value(self.bits.unwrap_or(0));
             return Err(bad.allowed("1..=24").into());
         }
         if let Some(x) = self.full_scale_dbm.filter(|x| !(-200.0..=100.0).contains(x)) {
-            return Err(BadInput::new("is no power at a receiver")
+            return Err(BadInput::new("is out of range")
                 .key("--full-scale-dbm")
                 .value(x)
                 .allowed("-200..=100")
@@ -223,7 +223,7 @@ fn summary(report: &Report<'_>) -> String {
     ));
     match f.quantiser {
         Some(q) => lines.push(format!("quantiser: step {} u, at least {} bits", q.step, q.least_bits)),
-        None => lines.push("quantiser: the samples stand on no grid".into()),
+        None => lines.push("quantiser: the samples have no common step".into()),
     }
     let dc = f.mean_dc();
     lines.push(format!("constant: mean of the channels {:.3} u and {:.3} u", dc.re, dc.im));

@@ -43,7 +43,7 @@ fn help() -> String {
 /// A number that must be at least 1.
 fn at_least_one(key: &str, value: Option<u32>) -> Result<()> {
     match value {
-        Some(0) => Err(BadInput::new("there is at least one").key(key).value(0).allowed("1 or more").into()),
+        Some(0) => Err(BadInput::new("is out of range").key(key).value(0).allowed("1 or more").into()),
         _ => Ok(()),
     }
 }

@@ -123,7 +123,7 @@ mod with_networks {
         match global.device.as_str() {
             "auto" | "cpu" => catseye_learn::device(false),
             "gpu" => catseye_learn::device(true),
-            other => Err(BadInput::new("names no device for networks")
+            other => Err(BadInput::new("is not a device for networks")
                 .key("--device")
                 .value(other)
                 .allowed("auto, cpu, gpu")
@@ -186,7 +186,7 @@ mod with_networks {
     ) -> Result<()> {
         if let Some(seed) = global.seed {
             let bad =
-                BadInput::new("a study trains with several seeds, 1 to --seeds").key("--seed").value(seed);
+                BadInput::new("a study trains with the seeds from 1 to --seeds").key("--seed").value(seed);
             return Err(bad.remedy("leave it out").into());
         }
         let study = Study::new(configs, seeds, on)?;

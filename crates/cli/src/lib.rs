@@ -139,7 +139,7 @@ fn parse() -> std::result::Result<(Cli, Option<String>), ExitCode> {
             |a: &&clap::Arg| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine);
         let idle: Vec<String> =
             idle(&root, name).filter(given).map(|a| format!("--{}", a.get_id())).collect();
-        (!idle.is_empty()).then(|| format!("note: {} changes nothing in '{name}'", idle.join(", ")))
+        (!idle.is_empty()).then(|| format!("note: {} has no effect on '{name}'", idle.join(", ")))
     });
     Ok((Cli::from_arg_matches(&matches).map_err(|e| usage(&e))?, remark))
 }
@@ -191,7 +191,7 @@ pub fn run() -> ExitCode {
         g.say(&remark);
     }
     if let Err(e) = bar::watch() {
-        g.say(&format!("Ctrl-C ends the program without a word: {e}"));
+        g.say(&format!("Ctrl-C will end the program without a message: {e}"));
     }
     let result = match &cli.command {
         Command::Demo(c) => c.run(g),

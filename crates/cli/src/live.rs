@@ -51,11 +51,11 @@ pub fn serve(
     scenario::parse(scenario, &text)?;
     let failed = |e: std::io::Error| Error::Failed(format!("the server: {e}"));
     let listener = TcpListener::bind(("127.0.0.1", port)).map_err(|e| {
-        BadInput::new(format!("this port cannot be served: {e}"))
+        BadInput::new(format!("the server cannot use this port: {e}"))
             .key("--port")
             .value(port)
-            .allowed("a port that no other program has; 0 takes any that is free")
-            .remedy("give another port, or none")
+            .allowed("a port that no other program uses; 0 takes any free port")
+            .remedy("give another port, or leave it out")
     })?;
     let address = listener.local_addr().map_err(failed)?;
     let live = Live {
@@ -94,7 +94,8 @@ fn file_name(path: &Path) -> String {
 
 fn token() -> Result<String> {
     let mut bytes = [0u8; 16];
-    getrandom::fill(&mut bytes).map_err(|e| Error::Failed(format!("no random numbers: {e}")))?;
+    getrandom::fill(&mut bytes)
+        .map_err(|e| Error::Failed(format!("cannot read random numbers from the system: {e}")))?;
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 
@@ -102,7 +103,7 @@ impl Live<'_> {
     fn answer(&self, request: &Request, token: &str, hosts: &[String], page: &str) -> Answer {
         // A name that someone makes lead to this machine is not this server's.
         if !request.host.as_ref().is_some_and(|h| hosts.contains(h)) {
-            return Answer::refused(403, "another host is asked for");
+            return Answer::refused(403, "the request names another host");
         }
         match (request.method.as_str(), request.path.strip_prefix(&format!("/{token}/"))) {
             ("GET", Some("")) => Answer { status: 200, kind: "text/html; charset=utf-8", body: page.into() },
@@ -113,14 +114,14 @@ impl Live<'_> {
                 };
                 Answer { status: 200, kind: "application/json", body: told.to_string().into() }
             }
-            _ => Answer::refused(404, "nothing is here"),
+            _ => Answer::refused(404, "there is no page at this address"),
         }
     }
 
     /// What the page shows of the scenario of this text.
     fn simulated(&self, text: &[u8]) -> Result<Value> {
         let text = std::str::from_utf8(text).map_err(|e| {
-            BadInput::new(format!("the scenario is no text: {e}")).remedy("write it in UTF-8")
+            BadInput::new(format!("the scenario is not text: {e}")).remedy("write it in UTF-8")
         })?;
         // A simulation that failed leaves nothing that another one would read.
         let folder = self.folder.lock().unwrap_or_else(|e| e.into_inner());

@@ -132,7 +132,7 @@ fn request(
             break at + 4;
         }
         if bytes.len() > MOST_HEAD {
-            return Ok(Err((431, "the head is too long")));
+            return Ok(Err((431, "the header of the request is too long")));
         }
         more(stream, &mut bytes, end)?;
     };
@@ -140,20 +140,20 @@ fn request(
     let mut parsed = httparse::Request::new(&mut headers);
     let is_whole = parsed.parse(&bytes[..head]).is_ok_and(|s| s.is_complete());
     let (Some(method), Some(path), true) = (parsed.method, parsed.path, is_whole) else {
-        return Ok(Err((400, "this is no request")));
+        return Ok(Err((400, "this is not an HTTP request")));
     };
     let header = |name: &str| {
         let found = parsed.headers.iter().find(|h| h.name.eq_ignore_ascii_case(name));
         found.map(|h| String::from_utf8_lossy(h.value).trim().to_string())
     };
     if header("Transfer-Encoding").is_some() {
-        return Ok(Err((411, "the length of what is sent has to be told")));
+        return Ok(Err((411, "the request does not state its Content-Length")));
     }
     let length = match header("Content-Length").map(|l| l.parse::<u64>()) {
         None => 0,
         Some(Ok(length)) if length <= most_body as u64 => length as usize,
-        Some(Ok(_)) => return Ok(Err((413, "too much is sent"))),
-        Some(Err(_)) => return Ok(Err((400, "the length of what is sent is no number"))),
+        Some(Ok(_)) => return Ok(Err((413, "the body of the request is too long"))),
+        Some(Err(_)) => return Ok(Err((400, "Content-Length is not a number"))),
     };
     let (method, path, host) = (method.to_string(), path.to_string(), header("Host"));
     let mut body = bytes.split_off(head);

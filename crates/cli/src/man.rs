@@ -40,7 +40,7 @@ fn named<'a>(root: &'a clap::Command, words: &[String]) -> Result<&'a clap::Comm
     for word in words {
         let names = || at.get_subcommands().map(clap::Command::get_name);
         at = at.find_subcommand(word).ok_or_else(|| {
-            let bad = BadInput::new("is no command").key("COMMAND").value(format!("'{word}'"));
+            let bad = BadInput::new("is not a command").key("COMMAND").value(format!("'{word}'"));
             let bad = match names().next() {
                 Some(_) => bad.allowed(names().collect::<Vec<_>>().join(", ")),
                 None => bad.allowed(format!("nothing after '{}'", at.get_name())),

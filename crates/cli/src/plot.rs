@@ -37,7 +37,7 @@ impl Plot {
             let gaps = plot_file(file, &out, &options)?.gaps;
             if gaps > 0 {
                 global.say(&format!(
-                    "note: {}: {gaps} values are no numbers; the picture has gaps there",
+                    "note: {}: {gaps} values are not numbers; the chart has gaps there",
                     file.display()
                 ));
             }

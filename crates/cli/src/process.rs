@@ -91,10 +91,10 @@ impl Process {
         if !absolute_levels {
             let line = match source.ti_radar() {
                 Some(_) => {
-                    "the recording has no full scale: levels are relative (--full-scale-dbm gives one)"
+                    "the full scale of the recording is unknown: powers are relative (--full-scale-dbm sets it)"
                 }
                 None => {
-                    "the samples are integers: levels are relative (samples in sqrt(W) give absolute ones)"
+                    "the samples are integers: powers are relative (samples in sqrt(W) give absolute ones)"
                 }
             };
             bar.suspend(|| global.say(line));
@@ -190,7 +190,7 @@ impl Process {
     fn velocity_mps(&self, radar: &Radar) -> Result<Option<DVec3>> {
         let Some(v) = self.ego_speed_mps else { return Ok(None) };
         if v.is_nan() || v.abs() > 150.0 {
-            let e = BadInput::new("is no speed of a vehicle").key("--ego-speed-mps").value(v);
+            let e = BadInput::new("is out of range").key("--ego-speed-mps").value(v);
             return Err(e.allowed("-150..=150 m/s").into());
         }
         Ok(Some(radar.mounting.inverse().direction(v * DVec3::X)))
@@ -206,7 +206,7 @@ pub fn check_parts(cube: &Path, radar: &Radar, [real, imaginary]: [bool; 2]) -> 
             "set receiver.sampling = \"real\" in the radar file",
         ),
         (Sampling::Real, _, true) => bad(
-            "the samples have imaginary parts, but those of the radar are real",
+            "the samples have imaginary parts, but the radar samples real signals",
             "set receiver.sampling = \"iq\" in the radar file",
         ),
         _ => Ok(()),

@@ -317,7 +317,7 @@ impl Rcs {
         if let Some((i, p)) =
             self.polarisation.iter().enumerate().find(|(i, p)| self.polarisation[..*i].contains(p))
         {
-            return Err(BadInput::new("is asked for twice")
+            return Err(BadInput::new("the polarisation is listed twice")
                 .key("--polarisation")
                 .value(format!("{p:?} at place {}", i + 1).to_lowercase())
                 .into());

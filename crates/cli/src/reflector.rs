@@ -106,11 +106,13 @@ impl MakeReflector {
         let reflector = match self.kind.contains(':') {
             true if pairs.is_empty() => Reflector::parse(&self.kind)?,
             true => {
-                return Err(BadInput::new("parameters are given twice, after ':' and as options")
-                    .key("KIND")
-                    .value(&self.kind)
-                    .remedy("use one of the two")
-                    .into());
+                return Err(BadInput::new(
+                    "parameters after ':' and parameters as options exclude each other",
+                )
+                .key("KIND")
+                .value(&self.kind)
+                .remedy("use one of the two")
+                .into());
             }
             false => Reflector::from_pairs(&self.kind, &pairs)?,
         };
@@ -151,7 +153,7 @@ impl MakeReflector {
             _ => None,
         };
         let kept = (is_kept && mesh.is_some())
-            .then(|| format!("{} exists and is kept; --force draws it anew", path.display()));
+            .then(|| format!("{} exists and is left unchanged; --force replaces it", path.display()));
         let file = stage::write_file(output, global.force, &written.bytes)?;
         let preview =
             picture.map(|p| p.write(path, global.force)).transpose()?.map(|p| p.display().to_string());

@@ -145,20 +145,22 @@ pub fn simulate(
     for f in &report.frames {
         if f.front_end.dropped > 0 {
             global.say(&format!(
-                "frame {}: {} echoes or faces lie beyond what the receiver hears and were left out",
+                "frame {}: {} echoes or faces are outside the receiver's band and were left out",
                 f.index, f.front_end.dropped
             ));
         }
         if f.front_end.broken > 0 {
             global.say(&format!(
-                "warning: frame {}: {} echoes are not finite numbers and were left out; please report it with the scene",
+                "warning: frame {}: {} echoes are not finite numbers and were left out; please report this \
+                    with the scene",
                 f.index, f.front_end.broken
             ));
         }
     }
     for (why, n) in RunTrace::of(engine.tracing(), &report.frames).fallbacks {
         global.say(&format!(
-            "warning: the device left {n} of {} frames to the host, which traced them in f64: it met {why}; --trace host takes the host for all",
+            "warning: the host traced {n} of {} frames in f64, because the device met {why}; --trace host \
+                traces all frames on the host",
             report.frames.len()
         ));
     }
@@ -170,8 +172,8 @@ pub fn simulate(
         && first.front_end.power_w > 0.0
     {
         global.say(&format!(
-            "warning: {many} frames, the first {}, end after {} bounces, and one more would bring about {:.0} dB of the frame's power; follow more with \
-             trace.bounces, up to {MAX_BOUNCES}",
+            "warning: {many} frames, the first {}, are traced up to {} bounces, and one more would add about \
+             {:.0} dB of the frame's power; trace more with trace.bounces, up to {MAX_BOUNCES}",
             first.index,
             first.front_end.bounces,
             db_from_power(first.front_end.cut_power_w / first.front_end.power_w)

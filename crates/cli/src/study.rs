@@ -94,7 +94,7 @@ impl RunStudy {
         match report.failed {
             Some(e) => Err(e),
             None if self.strict && !off.is_empty() => Err(Error::Failed(format!(
-                "{} of {judged} facts do not agree with their documents: {}",
+                "{} of {judged} reference values do not agree with their documents: {}",
                 off.len(),
                 off.join("; ")
             ))),

@@ -120,13 +120,15 @@ impl Validate {
         } else {
             let gated = rows.len() - shown;
             print(&format!(
-                "{} of {gated} gates passed, {shown} more figures without a gate, {seconds:.1} s",
+                "{} of {gated} values are within their acceptance limits, {shown} more have no limit, {seconds:.1} s",
                 gated - failed
             ))?;
         }
         match failed {
             0 => Ok(()),
-            n => Err(Error::Failed(format!("{n} of the canonical table's gates failed"))),
+            n => Err(Error::Failed(format!(
+                "{n} values of the canonical table exceed their acceptance limits"
+            ))),
         }
     }
 }

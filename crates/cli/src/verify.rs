@@ -31,8 +31,8 @@ impl Verify {
         }
         if !found.problems.is_empty() {
             return Err(BadInput::new(match found.shards {
-                0 => "the run is not whole",
-                _ => "the dataset is not whole",
+                0 => "the run is incomplete or damaged",
+                _ => "the dataset is incomplete or damaged",
             })
             .file(&self.folder)
             .value(found.problems.iter().map(|p| p.problem).collect::<Vec<_>>().join(", "))
@@ -47,7 +47,7 @@ impl Verify {
             n => format!(" in {n} shards"),
         };
         print(&format!(
-            "{}: '{}' is whole: {} frames{shards}, {} files, {} bytes",
+            "{}: '{}' is complete: {} frames{shards}, {} files, {} bytes",
             found.folder.display(),
             found.name,
             found.frames,

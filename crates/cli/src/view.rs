@@ -120,6 +120,9 @@ fn open(page: &Path) -> Result<()> {
         .filter(std::process::ExitStatus::success)
         .map(drop)
         .ok_or_else(|| {
-            Error::Failed(format!("the page is there, but '{program}' did not open it: {}", page.display()))
+            Error::Failed(format!(
+                "the page was written, but '{program}' did not open it: {}",
+                page.display()
+            ))
         })
 }

@@ -145,7 +145,10 @@ impl Folder {
         }
         let path = folder.join("images").join(&name);
         if path.exists() {
-            return Err(Error::Failed(format!("frame {} of radar {} came twice", sweep.frame, sweep.radar)));
+            return Err(Error::Failed(format!(
+                "frame {} of radar {} occurs twice",
+                sweep.frame, sweep.radar
+            )));
         }
         let failed = |path: &Path, e: image::ImageError| Error::Failed(format!("{}: {e}", path.display()));
         image_of(grid).save(&path).map_err(|e| failed(&path, e))?;

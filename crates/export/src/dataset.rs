@@ -65,7 +65,10 @@ impl Rows<'_> {
             Column::F32(v) => v.iter().map(|x| f64::from(*x)).collect(),
             Column::Bool(v) => v.iter().map(|x| f64::from(u8::from(*x))).collect(),
             Column::Text(_) => {
-                return Err(BadInput::new("is a column of text").file(self.folder).key(name).into());
+                return Err(BadInput::new("the column contains text, not numbers")
+                    .file(self.folder)
+                    .key(name)
+                    .into());
             }
         })
     }
@@ -85,7 +88,7 @@ impl Rows<'_> {
     fn text(&self, name: &str) -> Result<&[String]> {
         match self.column(name)? {
             Column::Text(v) => Ok(v),
-            _ => Err(BadInput::new("is no column of text").file(self.folder).key(name).into()),
+            _ => Err(BadInput::new("the column does not contain text").file(self.folder).key(name).into()),
         }
     }
 
@@ -113,7 +116,7 @@ impl Rows<'_> {
     fn pose<A>(&self, row: usize) -> Result<Pose<A, World>> {
         match (self.rotations()?.get(row), self.places()?.get(row)) {
             (Some(rotation), Some(place)) => Ok(Pose::new(*rotation, *place)),
-            _ => Err(BadInput::new("the table has no row for a frame")
+            _ => Err(BadInput::new("the table lacks the row of a frame")
                 .file(self.folder)
                 .key(&self.table.name)
                 .remedy("make the dataset again")
@@ -221,7 +224,7 @@ impl Scene {
         let planes = self.array(&format!("grid_{name}"), radar, frame)?;
         let mask = self.array(&format!("mask_{name}"), radar, frame)?;
         let (Some((Data::F32(planes), _)), Some((Data::U8(mask), shape))) = (planes, mask) else {
-            return Err(BadInput::new("export needs the grids")
+            return Err(BadInput::new("the dataset has no grids, which this export needs")
                 .file(&self.folder)
                 .key("keep.masks")
                 .value("false")
@@ -229,7 +232,7 @@ impl Scene {
                 .into());
         };
         if shape != [grid.rows, grid.columns] {
-            return Err(BadInput::new("is a grid of another size")
+            return Err(BadInput::new("the grid has another size")
                 .file(&self.folder)
                 .key(format!("mask_{name}"))
                 .value(format!("{shape:?}"))

@@ -278,17 +278,20 @@ impl Exporter for Folder {
         sweep.check()?;
         self.order.next(sweep)?;
         if sweep.frame > LAST_FRAME {
-            return Err(BadInput::new("has a number that KITTI's names of files cannot hold")
+            return Err(BadInput::new("the frame number is too large for KITTI's file names")
                 .key("frame")
                 .value(sweep.frame)
                 .allowed(format!("0 to {LAST_FRAME}"))
                 .into());
         }
         if self.frames.get(&sweep.radar).is_some_and(|frames| frames.contains(&sweep.frame)) {
-            return Err(Error::Failed(format!("frame {} of radar {} came twice", sweep.frame, sweep.radar)));
+            return Err(Error::Failed(format!(
+                "frame {} of radar {} occurs twice",
+                sweep.frame, sweep.radar
+            )));
         }
         if sweep.lidar.is_some() && sweep.radar == LIDAR {
-            return Err(BadInput::new("is the name of the lidar's folder")
+            return Err(BadInput::new("the name is reserved for the folder of the lidar")
                 .key("radar")
                 .value(LIDAR)
                 .remedy("rename the radar")
@@ -341,8 +344,7 @@ impl Exporter for Folder {
                 save(&root.join(sensor).join("ImageSets").join(format!("{split}.txt")), list(of))?;
             }
         }
-        let mut notes =
-            vec!["there are no pictures: image_2 is what a renderer of the camera would write".to_string()];
+        let mut notes = vec!["there are no images: a renderer of the camera would write image_2".to_string()];
         if let Some(radar) = self.frames.keys().next().filter(|_| self.frames.len() == 1 && lidar.is_none()) {
             // One radar needs no folder of its own.
             let from = root.join(radar);
@@ -354,7 +356,7 @@ impl Exporter for Folder {
             notes.push("each sensor has a folder of its own".into());
         }
         if self.outside > 0 {
-            notes.push(format!("{} boxes are not in the picture and have no label", self.outside));
+            notes.push(format!("{} boxes are outside the image and have no label", self.outside));
         }
         if self.tilt_rad > LEVEL_RAD {
             notes.push(format!(

@@ -303,7 +303,7 @@ impl Sweep {
 fn check_name(key: &str, name: &str) -> Result<()> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.is_empty() || !name.chars().all(plain) {
-        return Err(BadInput::new("names files and topics")
+        return Err(BadInput::new("cannot be used in names of files and topics")
             .key(key)
             .value(format!("{name:?}"))
             .allowed("letters, digits, _ and -")
@@ -370,7 +370,7 @@ impl Order {
     fn next(&mut self, sweep: &Sweep) -> Result<()> {
         if self.0.is_some_and(|last| sweep.time_ns < last) {
             return Err(Error::Failed(format!(
-                "frame {}, radar {}: earlier than the sweep before it",
+                "frame {}, radar {}: the sweep is earlier than the one before it",
                 sweep.frame, sweep.radar
             )));
         }

@@ -82,7 +82,7 @@ impl Lattice {
             let ones = u64::MAX >> (SIDE - 1 - (end - at));
             let key = (tile, row.div_euclid(SIDE));
             if self.tiles.len() >= MOST_TILES && !self.tiles.contains_key(&key) {
-                return Err(BadInput::new("the lanes cover more than a map's picture can show")
+                return Err(BadInput::new("the lanes cover a larger area than the image of a map can show")
                     .key("lanes")
                     .allowed("up to 10.7 square kilometres")
                     .remedy("export a shorter run")
@@ -140,7 +140,7 @@ pub fn within(p: DVec3) -> Result<DVec3> {
     match p.is_finite() && p.abs().max_element() <= FARTHEST_M {
         true => Ok(p),
         false => Err(Error::from(
-            BadInput::new("lies too far away for a map")
+            BadInput::new("is too far away for a map")
                 .key("place in the world")
                 .value(p)
                 .allowed("-1000000 to 1000000 m"),

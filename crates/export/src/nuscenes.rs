@@ -109,7 +109,7 @@ impl Tables {
         check_name("scene", &settings.scene)?;
         let interval = settings.key_interval_s;
         if !(interval.is_finite() && interval >= 0.0) {
-            return Err(BadInput::new("is no time between key frames")
+            return Err(BadInput::new("is out of range")
                 .key("key_interval_s")
                 .value(interval)
                 .allowed("0 s or more")
@@ -143,13 +143,11 @@ impl Tables {
         let channel = if name.starts_with("RADAR") { name } else { format!("RADAR_{name}") };
         let owner = self.channels.entry(channel.clone()).or_insert_with(|| radar.into());
         if owner != radar {
-            return Err(BadInput::new(format!(
-                "would have the channel {channel}, which radar '{owner}' has already"
-            ))
-            .key("radar")
-            .value(radar)
-            .remedy("give the radars names that differ in more than capitals and hyphens")
-            .into());
+            return Err(BadInput::new(format!("would have the same channel {channel} as radar '{owner}'"))
+                .key("radar")
+                .value(radar)
+                .remedy("give the radars names that differ in more than capitals and hyphens")
+                .into());
         }
         Ok(channel)
     }
@@ -390,7 +388,10 @@ impl Exporter for Tables {
         }
         let again = self.records.iter().rev().take_while(|r| r.time_us == time_us);
         if again.chain(self.records.last()).any(|r| r.channel == record.channel && r.time_us == time_us) {
-            return Err(Error::Failed(format!("frame {} of radar {} came twice", sweep.frame, sweep.radar)));
+            return Err(Error::Failed(format!(
+                "frame {} of radar {} occurs twice",
+                sweep.frame, sweep.radar
+            )));
         }
         let path = self.staged.path().join(self.file_name(&record, if key { "samples" } else { "sweeps" }));
         make_folder_of(&path)?;
@@ -409,7 +410,7 @@ impl Exporter for Tables {
         let keys: Vec<u64> =
             self.arrived.iter().copied().filter(|f| self.frames.get(f).is_some_and(|f| f.key)).collect();
         let (Some(first), Some(last)) = (keys.first(), keys.last()) else {
-            return Err(BadInput::new("a scene of nuScenes has one frame or more")
+            return Err(BadInput::new("a scene of nuScenes needs at least one frame")
                 .file(self.staged.final_path())
                 .key("sweeps")
                 .value(0)
@@ -614,7 +615,7 @@ impl Exporter for Tables {
             notes.push(format!("the map is large: open it with map_resolution={}", mask.step_m));
         }
         if self.left_out > 0 {
-            notes.push("things that nuScenes has no category for are in no table".into());
+            notes.push("objects without a nuScenes category are left out".into());
         }
         if self.empty > 0 {
             notes.push(format!(

@@ -161,7 +161,10 @@ impl Exporter for Clouds {
         let folder = self.staged.path().join(&sweep.radar);
         std::fs::create_dir_all(&folder).map_err(|e| Error::io(&folder, e))?;
         if path.exists() {
-            return Err(Error::Failed(format!("frame {} of radar {} came twice", sweep.frame, sweep.radar)));
+            return Err(Error::Failed(format!(
+                "frame {} of radar {} occurs twice",
+                sweep.frame, sweep.radar
+            )));
         }
         std::fs::write(&path, bytes).map_err(|e| Error::io(&path, e))?;
         self.files.push(json!({

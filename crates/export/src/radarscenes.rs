@@ -291,7 +291,7 @@ impl Exporter for Sequence {
             root.join(MANIFEST),
             &json!({ "catseye": env!("CARGO_PKG_VERSION"), "format": "RadarScenes", "sequence": self.name }),
         )?;
-        let mut notes = vec!["no camera pictures: image_name is empty".to_string()];
+        let mut notes = vec!["no camera images: image_name is empty".to_string()];
         if self.points == 0 {
             notes.push("no sweep has points: radar_data is empty".into());
         }

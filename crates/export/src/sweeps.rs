@@ -167,7 +167,7 @@ fn read_json<T: DeserializeOwned>(path: &Path, missing: &str) -> Result<T> {
     }
     let text = text::read(path, "a JSON file", input::LARGEST_TEXT)?;
     serde_json::from_str(&text).map_err(|e| {
-        BadInput::new(format!("is not what catseye writes: {}", json_in_words(&e)))
+        BadInput::new(format!("was not written by catseye: {}", json_in_words(&e)))
             .file(path)
             .line(e.line())
             .into()
@@ -194,7 +194,7 @@ impl Run {
         }
         let mut frames = manifest.frames;
         if let Some(bad) = frames.iter().find(|f| !f.time_s.is_finite()) {
-            return Err(BadInput::new("is no time").file(&path).key("time_s").value(bad.time_s).into());
+            return Err(BadInput::new("is not a time").file(&path).key("time_s").value(bad.time_s).into());
         }
         frames.sort_by(|a, b| a.time_s.total_cmp(&b.time_s).then(a.index.cmp(&b.index)));
         let radars: BTreeSet<&str> = frames.iter().map(|f| f.radar.as_str()).collect();
@@ -306,7 +306,7 @@ impl Run {
         let array = npy::read_f32(&path)?;
         let expected = [axes.range_rate_mps.count, axes.range_m.count];
         if array.shape != expected {
-            return Err(BadInput::new("the map is not of the size that manifest.json says")
+            return Err(BadInput::new("the size of the map differs from that in manifest.json")
                 .file(&path)
                 .key("shape")
                 .value(format!("{:?}", array.shape))
@@ -393,7 +393,7 @@ fn masked_grid(dir: &Path, name: &str, grid: Grid, classes: &[CellClass]) -> Res
         if shape == expected {
             return Ok(());
         }
-        Err(BadInput::new("is not of the size that catseye writes")
+        Err(BadInput::new("the array does not have the size that catseye writes")
             .file(path)
             .key("shape")
             .value(format!("{shape:?}"))
@@ -405,7 +405,7 @@ fn masked_grid(dir: &Path, name: &str, grid: Grid, classes: &[CellClass]) -> Res
     shaped(&path, &cells.shape, &[grid.rows, grid.columns])?;
     if let Some(bad) = cells.data.iter().find(|c| usize::from(**c) >= CellClass::ALL.len()) {
         let allowed = format!("0 to {}", CellClass::ALL.len() - 1);
-        return Err(BadInput::new("is no class of a mask").file(&path).value(bad).allowed(allowed).into());
+        return Err(BadInput::new("is not a class of a mask").file(&path).value(bad).allowed(allowed).into());
     }
     let path = file("grid")?;
     let planes = npy::read_f32(&path)?;
@@ -427,7 +427,7 @@ fn lidar_cloud(path: &Path, in_vehicle: Pose<Sensor, Vehicle>) -> Result<LidarCl
     if !path.is_file() {
         return Err(BadInput::new("no such file")
             .file(path)
-            .remedy("truth.json speaks of a lidar: simulate again with [output] lidar = true")
+            .remedy("simulate again with [output] lidar = true, since truth.json names a lidar")
             .into());
     }
     let table = Table::read(path)?;
@@ -438,7 +438,7 @@ fn lidar_cloud(path: &Path, in_vehicle: Pose<Sensor, Vehicle>) -> Result<LidarCl
     let point = |i: usize| {
         let number = channel[i];
         if !(number >= 0.0 && number <= f64::from(u32::MAX) && number.fract() == 0.0) {
-            return Err(BadInput::new("is no channel's number")
+            return Err(BadInput::new("is not the number of a channel")
                 .file(path)
                 .line(table.line(i))
                 .key("channel")
@@ -548,7 +548,7 @@ fn read_points(path: &Path, boxes: &[BoxRead]) -> Result<(Vec<SweepPoint>, Vec<&
         .map(|i| {
             let object = id[i];
             if !(object >= 0.0 && object <= f64::from(u32::MAX) && object.fract() == 0.0) {
-                return Err(BadInput::new("is no object's number")
+                return Err(BadInput::new("is not the id of an object")
                     .file(path)
                     .line(table.line(i))
                     .key("object_id")

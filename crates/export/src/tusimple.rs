@@ -62,7 +62,7 @@ impl Camera {
     }
 
     fn wrong(key: &str, value: String, allowed: &str) -> Result<()> {
-        Err(BadInput::new("is no camera").key(key).value(value).allowed(allowed).into())
+        Err(BadInput::new("is not possible for a camera").key(key).value(value).allowed(allowed).into())
     }
 
     /// Checks that the camera makes a picture, whatever rows are asked for.
@@ -96,10 +96,8 @@ impl Camera {
         self.check_picture()?;
         let wrong = Self::wrong;
         match self.rows.iter().find(|r| **r >= self.height_px) {
-            Some(row) => wrong("h_samples", row.to_string(), "rows of the picture"),
-            None if self.rows.is_empty() => {
-                wrong("h_samples", "none".into(), "one row or more: a picture of 161 rows")
-            }
+            Some(row) => wrong("h_samples", row.to_string(), "rows of the image"),
+            None if self.rows.is_empty() => wrong("h_samples", "none".into(), "an image of 161 rows or more"),
             None => Ok(()),
         }
     }
@@ -225,7 +223,7 @@ impl Exporter for LaneFile {
     fn finish(mut self: Box<Self>) -> Result<Finished> {
         self.out.flush().map_err(|e| Error::io(self.staged.final_path(), e))?;
         let mut notes =
-            vec!["there are no pictures: raw_file names those a renderer would write".to_string()];
+            vec!["there are no images: raw_file names those that a renderer would write".to_string()];
         if self.without > 0 {
             notes.push(format!("{} of {} frames show no lane line", self.without, self.frames));
         }

@@ -86,7 +86,7 @@ pub fn open_cube(
         _ => return Err(unknown_extension(path)),
     };
     if options.conjugate && !source.is_complex() {
-        return Err(BadInput::new("real samples have no conjugate")
+        return Err(BadInput::new("real samples cannot be conjugated")
             .file(path)
             .key("conjugate")
             .remedy("leave it out")
@@ -119,7 +119,7 @@ fn open_bin(path: &Path, options: &CubeOptions) -> Result<Source> {
     open_file(path)?;
     let cfg = options.cfg.clone().unwrap_or_else(|| configuration_beside(path));
     if options.cfg.is_none() && !cfg.exists() {
-        return Err(BadInput::new("a recording needs the .cfg or .mmwave.json with which it was made")
+        return Err(BadInput::new("a recording can only be read with the .cfg or .mmwave.json of its radar")
             .file(path)
             .allowed(format!("--cfg FILE, or {} beside it", cfg.display()))
             .into());
@@ -169,7 +169,7 @@ fn open_npy(path: &Path, options: &CubeOptions) -> Result<Source> {
     let data_at = header.data_at as u64;
     let there = file.metadata().map_err(|e| Error::io(path, e))?.len().saturating_sub(data_at);
     if there != layout.bytes() {
-        let problem = if there < layout.bytes() { "truncated" } else { "longer than its array" };
+        let problem = if there < layout.bytes() { "truncated" } else { "longer than the array" };
         return Err(bad(format!(
             "{problem}: the array takes {} bytes, the file holds {there}",
             layout.bytes()
@@ -222,7 +222,7 @@ where
     let path = path.as_ref();
     if shape.iter().try_fold(1usize, |n, d| n.checked_mul(*d)) != Some(data.len()) {
         return Err(Error::Failed(format!(
-            "{}: {} samples are no cube of shape {shape:?}",
+            "{}: {} samples do not make a cube of shape {shape:?}",
             path.display(),
             data.len()
         )));
@@ -253,12 +253,12 @@ where
         "h5" | "hdf5" => Err(no_hdf5(path)),
         "bin" => {
             let radar = about.ti_radar.as_ref().ok_or_else(|| {
-                BadInput::new("a .bin needs the TI device whose recording it is")
+                BadInput::new("a .bin can only be written for a TI device")
                     .file(path)
-                    .remedy("give its .cfg")
+                    .remedy("give the .cfg of the device")
             })?;
             if radar.shape() != shape {
-                return Err(BadInput::new("the cube is not of this .cfg")
+                return Err(BadInput::new("the cube does not fit this .cfg")
                     .file(path)
                     .key("shape")
                     .value(format!("{shape:?}"))
@@ -422,7 +422,7 @@ mod tests {
             message(&path, &plain, None);
         }
         std::fs::write(&path, [&good[..], &[0]].concat()).unwrap();
-        assert!(message(&path, &plain, None).contains("longer than its array"));
+        assert!(message(&path, &plain, None).contains("longer than the array"));
         for (descr, shape, expect) in [
             ("<c8", "(1048576, 1048576, 1048576)", "truncated"),
             ("<c8", "(1048576, 1048576, 1048576, 1048576)", "more numbers than can be counted"),

@@ -54,7 +54,7 @@ pub fn axes_from(list: &str) -> Result<Vec<Axis>> {
     for word in list.split(',').map(str::trim) {
         let Some((_, axis)) = NAMES.iter().find(|(n, _)| *n == word) else {
             let known = || NAMES.iter().map(|(n, _)| *n);
-            let b = bad(format!("'{}' is no axis", word.chars().take(20).collect::<String>()))
+            let b = bad(format!("'{}' is not an axis", word.chars().take(20).collect::<String>()))
                 .allowed(known().collect::<Vec<_>>().join(", "));
             return Err(match nearest(word, known()) {
                 Some(n) => b.remedy(format!("did you mean '{n}'?")).into(),
@@ -62,7 +62,7 @@ pub fn axes_from(list: &str) -> Result<Vec<Axis>> {
             });
         };
         if axes.contains(axis) {
-            return Err(bad(format!("'{word}' stands twice")).into());
+            return Err(bad(format!("'{word}' is listed twice")).into());
         }
         axes.push(*axis);
     }
@@ -224,10 +224,10 @@ impl CubeLayout {
         let mut extent = [0usize; 5];
         for d in &dims {
             if d.size == 0 || d.size > MAX_EXTENT {
-                return Err(format!("{} places along one axis; a cube has 1 to {MAX_EXTENT}", d.size));
+                return Err(format!("one axis has {} elements; a cube has 1 to {MAX_EXTENT}", d.size));
             }
             if d.axis == Axis::Iq && d.largest() > 1 {
-                return Err("an axis of real and imaginary parts has two places".into());
+                return Err("an axis of real and imaginary parts has two elements".into());
             }
             if d.axis != Axis::Iq {
                 extent[d.axis as usize] += d.largest();
@@ -236,7 +236,7 @@ impl CubeLayout {
         let extent = extent.map(|e| e + 1);
         let all = dims.iter().try_fold(number.bytes(), |n, d| n.checked_mul(d.size));
         if all.is_none() || extent.iter().any(|e| *e > MAX_EXTENT) || extent[2] * extent[3] > MAX_EXTENT {
-            return Err("more numbers than can be counted".into());
+            return Err("the array has too many elements".into());
         }
         Ok(CubeLayout { dims, number, big_endian, scale: None, part: 0, extent })
     }
@@ -478,7 +478,7 @@ pub fn array_layout(
     }
     let mut dims: Vec<Dim> = named.iter().zip(shape).map(|(a, n)| Dim::new(*a, *n)).collect();
     if dims.iter().any(|d| d.axis == Axis::Iq && (d.size != 2 || parts.is_some())) {
-        return Err("an iq axis is two long, and the numbers are real".into());
+        return Err("an iq axis has two elements, and the numbers are real".into());
     }
     if fortran_order {
         dims.reverse();

@@ -117,7 +117,7 @@ impl DatasetFile {
             Err(e)
                 if matches!(e.kind(), std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory) =>
             {
-                return Err(BadInput::new("is no dataset: it has no dataset.json")
+                return Err(BadInput::new("is not a dataset: it has no dataset.json")
                     .file(dir)
                     .remedy("name the folder that `catseye dataset` wrote")
                     .into());
@@ -166,7 +166,7 @@ impl DatasetFile {
         let bad = |problem: String| {
             BadInput::new(problem)
                 .file(&path)
-                .remedy("the same `catseye dataset` command makes the shard again")
+                .remedy("run the same `catseye dataset` command, which makes the shard again")
         };
         let bytes = fs::read(&path).map_err(|e| match e.kind() {
             std::io::ErrorKind::NotFound => bad("the shard is not complete: it has no marker".into()).into(),

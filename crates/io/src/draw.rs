@@ -217,8 +217,8 @@ impl Tree {
         if let Some(first) = above.iter().position(|n| n == name) {
             let mut round = above[first..].to_vec();
             round.push(name.to_string());
-            let b = doc.bad(&node.span, format!("the draw needs itself: {}", round.join(" -> ")));
-            return Err(b.remedy("let one of them stand by itself").into());
+            let b = doc.bad(&node.span, format!("the draw depends on itself: {}", round.join(" -> ")));
+            return Err(b.remedy("define one of them without the others").into());
         }
         let mut needs = Vec::new();
         node.visit(&mut |n| {
@@ -282,9 +282,9 @@ impl Reader<'_> {
                     {
                         return Err(self
                             .doc
-                            .bad(&node.span, "is no probability")
+                            .bad(&node.span, "is not a probability")
                             .allowed("0..=1")
-                            .remedy("give the chance that the table is there")
+                            .remedy("give the probability that the table is present")
                             .into());
                     }
                     table.chance = Some(Box::new(node));
@@ -305,7 +305,7 @@ impl Reader<'_> {
         match nearest(key.get_ref(), KINDS).filter(|_| long) {
             Some(n) => Err(self
                 .doc
-                .bad(&key.span(), "is no distribution")
+                .bad(&key.span(), "is not a distribution")
                 .allowed(KINDS.join(", "))
                 .remedy(format!("did you mean '{n}'?"))
                 .into()),
@@ -329,7 +329,7 @@ impl Reader<'_> {
                 [] => self.misspelt(t),
                 _ => Err(self
                     .doc
-                    .bad(span, format!("is two distributions: {}", given.join(" and ")))
+                    .bad(span, format!("names two distributions: {}", given.join(" and ")))
                     .remedy("keep one")
                     .into()),
             };
@@ -345,11 +345,11 @@ impl Reader<'_> {
             let name: &str = key.get_ref();
             if name != kind && !more.contains(&name) {
                 let allowed: Vec<&str> = std::iter::once(kind).chain(more.iter().copied()).collect();
-                let b = self.doc.bad(&key.span(), format!("is no key of the distribution {kind}"));
+                let b = self.doc.bad(&key.span(), format!("is not a key of the distribution {kind}"));
                 let b = b.allowed(allowed.join(", "));
                 return Err(match nearest(name, allowed) {
                     Some(n) => b.remedy(format!("did you mean '{n}'?")),
-                    None => b.remedy("take it out"),
+                    None => b.remedy("remove it"),
                 }
                 .into());
             }
@@ -360,11 +360,15 @@ impl Reader<'_> {
             "choice" => {
                 let span = main.span.clone();
                 let Value::Array(values) = main.value else {
-                    return Err(self.doc.bad(&span, "is no list").remedy("give choice = [a, b, c]").into());
+                    return Err(self
+                        .doc
+                        .bad(&span, "is not a list")
+                        .remedy("give choice = [a, b, c]")
+                        .into());
                 };
                 let weights = parts.remove("weights").map(|w| self.weights(w, values.len())).transpose()?;
                 if values.is_empty() {
-                    return Err(self.doc.bad(&span, "has nothing to choose from").into());
+                    return Err(self.doc.bad(&span, "the list is empty").into());
                 }
                 Distribution::Choice { values, weights }
             }
@@ -373,7 +377,7 @@ impl Reader<'_> {
                 Distribution::Named { name, times: parts.remove("times"), plus: parts.remove("plus") }
             }
             _ => {
-                let bounds = "[least, greatest]";
+                let bounds = "[minimum, maximum]";
                 let (kind, what, example) = match kind {
                     "uniform" => (Kind::Uniform, bounds, "uniform = [0, 1]"),
                     "log_uniform" => (Kind::LogUniform, bounds, "log_uniform = [1, 100]"),
@@ -406,7 +410,9 @@ impl Reader<'_> {
     }
 
     fn pair(&self, node: Node, what: &str, example: &str) -> Result<[Node; 2]> {
-        let wrong = || self.doc.bad(&node.span, format!("is not {what}")).remedy(format!("as in {example}"));
+        let wrong = || {
+            self.doc.bad(&node.span, format!("is not {what}")).remedy(format!("write for example {example}"))
+        };
         match node.value {
             Value::Array(list) => list.try_into().map_err(|_| wrong().into()),
             _ => Err(wrong().into()),
@@ -420,7 +426,7 @@ impl Reader<'_> {
                 .remedy("give one weight for each value, at least one over 0")
                 .into()
         };
-        let Value::Array(list) = &node.value else { return Err(bad("is no list".into())) };
+        let Value::Array(list) = &node.value else { return Err(bad("is not a list".into())) };
         if list.len() != values {
             return Err(bad(format!("has {} weights for {values} values", list.len())));
         }
@@ -431,7 +437,7 @@ impl Reader<'_> {
         let weights: Option<Vec<f64>> = list.iter().map(number).collect();
         match weights {
             Some(w) if w.iter().sum::<f64>() > 0.0 && w.iter().sum::<f64>().is_finite() => Ok(w),
-            _ => Err(bad("are no weights".into())),
+            _ => Err(bad("the weights are not numbers of 0 or more with a positive, finite sum".into())),
         }
     }
 }
@@ -445,8 +451,9 @@ fn number_of(v: &toml::Value) -> Option<f64> {
 }
 
 fn finite(doc: &Document<'_>, span: &Range<usize>, x: Option<f64>) -> Result<f64> {
-    x.filter(|x| x.is_finite())
-        .ok_or_else(|| doc.bad(span, "is not a finite number").remedy("a distribution takes numbers").into())
+    x.filter(|x| x.is_finite()).ok_or_else(|| {
+        doc.bad(span, "is not a finite number").remedy("give finite numbers to the distribution").into()
+    })
 }
 
 /// Checks the numbers of a distribution, with the limits of a normal one where they are known.
@@ -459,22 +466,26 @@ fn check(
 ) -> Result<()> {
     let ordered = |a: f64, b: f64, name: &str| match a > b {
         true => Err(Error::from(
-            doc.bad(span, format!("{name} runs from {a} down to {b}")).remedy("give the least value first"),
+            doc.bad(span, format!("the first value of {name}, {a}, is greater than the second, {b}"))
+                .remedy("give the minimum first"),
         )),
         false => Ok(()),
     };
     match kind {
         Kind::Uniform => ordered(a, b, "uniform"),
         Kind::LogUniform if a <= 0.0 => {
-            Err(doc.bad(span, format!("log_uniform begins at {a}")).allowed("more than 0").into())
+            Err(doc.bad(span, format!("the minimum of log_uniform is {a}")).allowed("more than 0").into())
         }
         Kind::LogUniform => ordered(a, b, "log_uniform"),
         Kind::Integer => match [a, b].into_iter().find(|x| x.fract() != 0.0 || x.abs() > MAX_INTEGER) {
-            Some(x) => Err(doc.bad(span, format!("{x} is no integer")).remedy("or take uniform").into()),
+            Some(x) => Err(doc
+                .bad(span, format!("{x} is not an integer, or is too large for one"))
+                .remedy("give integers, or use uniform")
+                .into()),
             None => ordered(a, b, "integer"),
         },
         Kind::Normal if b < 0.0 => {
-            Err(doc.bad(span, format!("{b} is no standard deviation")).allowed("0 and more").into())
+            Err(doc.bad(span, format!("the standard deviation is {b}")).allowed("0 or more").into())
         }
         Kind::Normal => {
             let Some([least, greatest]) = limits else { return Ok(()) };
@@ -482,7 +493,12 @@ fn check(
             match normal_between(a, b, least, greatest, 0.5) {
                 Some(_) => Ok(()),
                 None => Err(doc
-                    .bad(span, format!("nothing of normal = [{a}, {b}] lies between {least} and {greatest}"))
+                    .bad(
+                        span,
+                        format!(
+                            "normal = [{a}, {b}] has practically no values between {least} and {greatest}"
+                        ),
+                    )
                     .remedy("widen the limits")
                     .into()),
             }
@@ -595,8 +611,8 @@ impl<'a> Draws<'a> {
         match &node.value {
             Value::Table(Table { repeat: Some(r), .. }) => Err(self
                 .doc
-                .bad(&r.span, "stands outside an array")
-                .remedy("repeat belongs to a table of an array, as in [[road.road.vehicle]]")
+                .bad(&r.span, "repeat outside an array has no effect")
+                .remedy("put repeat into a table of an array, as in [[road.road.vehicle]]")
                 .into()),
             _ => Ok(()),
         }
@@ -608,7 +624,7 @@ impl<'a> Draws<'a> {
         match &node.value {
             Value::Table(Table { chance: Some(c), .. }) => Err(self
                 .doc
-                .bad(&c.span, "stands in a choice or a draw")
+                .bad(&c.span, "a table in a choice or a draw cannot have a chance")
                 .remedy("give the chance to the table that holds the choice or draw")
                 .into()),
             _ => Ok(()),
@@ -629,10 +645,10 @@ impl<'a> Draws<'a> {
         let Some(repeat) = &t.repeat else { return Ok(None) };
         let n = self.number(repeat, &format!("{id}.{COPIES}"))?;
         if n.fract() != 0.0 || !(0.0..=MAX_REPEAT as f64).contains(&n) {
-            let b = self.doc.bad(&repeat.span, format!("{n} is no number of copies"));
+            let b = self.doc.bad(&repeat.span, format!("{n} is not a number of copies"));
             return Err(b
                 .allowed(format!("0..={MAX_REPEAT}"))
-                .remedy("as in repeat = { integer = [0, 6] }")
+                .remedy("write for example repeat = { integer = [0, 6] }")
                 .into());
         }
         Ok(Some(n as u32))
@@ -768,8 +784,8 @@ impl<'a> Draws<'a> {
         let k = times.as_ref().map(|n| self.number(n, &format!("{id}.times"))).transpose()?.unwrap_or(1.0);
         let c = plus.as_ref().map(|n| self.number(n, &format!("{id}.plus"))).transpose()?.unwrap_or(0.0);
         let Some(x) = number_of(&value) else {
-            let b = self.doc.bad(&node.span, format!("the draw '{name}' is no number"));
-            return Err(b.remedy("take out times and plus").into());
+            let b = self.doc.bad(&node.span, format!("the draw '{name}' is not a number"));
+            return Err(b.remedy("remove times and plus").into());
         };
         let y = x * k + c;
         let whole = matches!(value, toml::Value::Integer(_)) && k.fract() == 0.0 && c.fract() == 0.0;
@@ -984,7 +1000,10 @@ mod tests {
     fn mistakes_are_named_with_their_place() {
         for (text, says) in [
             ("[road]\nx = { uniform = [2, 1] }", "r.toml:2: road.x: uniform runs from 2 down to 1"),
-            ("[road]\nx = { uniform = [2] }", "is not [least, greatest]; as in uniform = [0, 1]"),
+            (
+                "[road]\nx = { uniform = [2] }",
+                "is not [minimum, maximum]; write for example uniform = [0, 1]",
+            ),
             ("[road]\nx = { uniform = [1, nan] }", "is not a finite number"),
             ("[road]\nx = { uniform = [1, \"b\"] }", "is not a finite number"),
             (
@@ -998,10 +1017,16 @@ mod tests {
             ("[road]\nx = { log_uniform = [0, 2] }", "log_uniform begins at 0"),
             ("[road]\nx = { integer = [0, 2.5] }", "2.5 is no integer"),
             ("[road]\nx = { choice = [1, 2], weights = [1] }", "has 1 weights for 2 values"),
-            ("[road]\nx = { choice = [1, 2], weights = [0, 0] }", "are no weights"),
-            ("[road]\nx = { choice = [1, 2], weights = [1, -1] }", "are no weights"),
-            ("[road]\nx = { choice = [] }", "has nothing to choose from"),
-            ("[road]\nx = { choice = 3 }", "is no list"),
+            (
+                "[road]\nx = { choice = [1, 2], weights = [0, 0] }",
+                "the weights are not numbers of 0 or more with a positive, finite sum",
+            ),
+            (
+                "[road]\nx = { choice = [1, 2], weights = [1, -1] }",
+                "the weights are not numbers of 0 or more with a positive, finite sum",
+            ),
+            ("[road]\nx = { choice = [] }", "the list is empty"),
+            ("[road]\nx = { choice = 3 }", "is not a list"),
             ("[road]\nx = { choice = [1], uniform = [0, 1] }", "is two distributions: uniform and choice"),
             (
                 "[draw]\nwidth = 3\n[road]\nx = { draw = \"widht\" }",
@@ -1013,7 +1038,7 @@ mod tests {
                 "the draw needs itself: a -> b -> a",
             ),
             ("[draw]\na = { uniform = [{ draw = \"a\" }, 2] }\n", "the draw needs itself: a -> a"),
-            ("[[road.v]]\nchance = 1.5\n", "r.toml:2: road.v[0].chance = 1.5: is no probability"),
+            ("[[road.v]]\nchance = 1.5\n", "r.toml:2: road.v[0].chance = 1.5: is not a probability"),
             ("x = 2020-01-01\n", "is a date"),
             ("x = 99999999999999999999\n", "is too large"),
         ] {
@@ -1027,12 +1052,15 @@ mod tests {
                 "[draw]\nk = { choice = [\"a\"] }\n[road]\nx = { draw = \"k\", times = 2 }",
                 "the draw 'k' is no number",
             ),
-            ("[road]\nx = { choice = [{ repeat = 2, y = 1 }] }", "stands outside an array"),
-            ("[road.t]\nrepeat = 2\n", "stands outside an array"),
-            ("[road]\nx = { choice = [{ chance = 0.5, y = 1 }] }", "stands in a choice or a draw"),
+            ("[road]\nx = { choice = [{ repeat = 2, y = 1 }] }", "repeat outside an array has no effect"),
+            ("[road.t]\nrepeat = 2\n", "repeat outside an array has no effect"),
+            (
+                "[road]\nx = { choice = [{ chance = 0.5, y = 1 }] }",
+                "a table in a choice or a draw cannot have a chance",
+            ),
             (
                 "[draw]\nt = { chance = 0.5, y = 1 }\n[road]\nx = { draw = \"t\" }",
-                "stands in a choice or a draw",
+                "a table in a choice or a draw cannot have a chance",
             ),
             ("[[road.v]]\nrepeat = { uniform = [0.1, 0.9] }\n", "is no number of copies"),
             ("[[road.v]]\nrepeat = -1\n", "-1 is no number of copies; allowed: 0..=10000"),

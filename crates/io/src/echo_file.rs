@@ -203,7 +203,7 @@ pub fn read_from(dir: &Path) -> Result<KeptTrace> {
         return Err(BadInput::new("the frame was written without its echoes")
             .file(dir)
             .key(ORIGIN)
-            .remedy("write output.echoes = true in its scenario, and simulate it again")
+            .remedy("set output.echoes = true in the scenario and simulate it again")
             .into());
     }
     let bytes = read(&origin_path, "a file of echoes", LARGEST_TEXT)?;
@@ -211,7 +211,7 @@ pub fn read_from(dir: &Path) -> Result<KeptTrace> {
     assembled(&bytes, &origin_path, &table, &|width| {
         let rows: Array<f64> = npy::read(&table)?;
         if rows.shape.len() != 2 || rows.shape[1] != width {
-            return Err(BadInput::new("the table has another shape than echoes have")
+            return Err(BadInput::new("the shape of the table is not that of a table of echoes")
                 .file(&table)
                 .value(format!("{:?}", rows.shape))
                 .allowed(format!("[echoes, {width}]"))
@@ -238,7 +238,7 @@ pub fn assembled(
     let version: Versioned =
         serde_json::from_slice(origin).map_err(|e| bad(format!("damaged: {}", json_in_words(&e))))?;
     if version.version != VERSION {
-        return Err(bad("the echoes are of another version of catseye".into())
+        return Err(bad("the echoes were written by another version of catseye".into())
             .key("version")
             .value(version.version)
             .allowed(VERSION.to_string())
@@ -263,7 +263,7 @@ pub fn assembled(
     for (number, row) in rows.chunks_exact(width).enumerate() {
         let is_cut = row[26] != 0.0;
         let echo = echo_of(row).filter(|e| is_cut || is_possible(e)).ok_or_else(|| {
-            BadInput::new("is no echo")
+            BadInput::new("is not a possible echo")
                 .file(table)
                 .key(format!("row {number}"))
                 .allowed("unit directions, ranges of zero or more, whole object ids, 1 to 8 bounces")

@@ -36,14 +36,13 @@ fn wrong(path: &Path, what: &str, e: impl std::fmt::Display) -> Error {
 /// type, or axes that do not fit.
 pub fn open(path: &Path, dataset: Option<&str>, axes: Option<&[Axis]>) -> Result<Source> {
     let size = open_file(path)?.metadata().map_err(|e| Error::io(path, e))?.len();
-    let file = hdf5_pure::File::open_streaming(path)
-        .map_err(|e| wrong(path, "is not an HDF5 file that can be read", e))?;
+    let file = hdf5_pure::File::open_streaming(path).map_err(|e| wrong(path, "cannot be read as HDF5", e))?;
     let names = match dataset {
         Some(list) => list.split(',').map(|n| n.trim().to_string()).collect(),
         None => vec![only_dataset(path, &file)?],
     };
     if names.len() > 2 {
-        return Err(BadInput::new("names more than two datasets")
+        return Err(BadInput::new("more than two datasets are named")
             .key("dataset")
             .value(names.join(","))
             .allowed("NAME, or REAL,IMAGINARY")
@@ -63,29 +62,35 @@ pub fn open(path: &Path, dataset: Option<&str>, axes: Option<&[Axis]>) -> Result
         let datatype = dataset.datatype().map_err(|e| bad(format!("no type: {e}")))?;
         let (number, big, pair) = number_of(&datatype).map_err(&bad)?;
         if two && pair.is_some() {
-            return Err(bad("is complex already".into()).remedy("name it alone").into());
+            return Err(bad("the dataset is complex already".into()).remedy("name it alone").into());
         }
         let layout = array_layout(&shape, axes, false, number, big, pair)
             .map_err(|p| bad(p).key("shape").value(format!("{shape:?}")))?;
         if two && layout.is_complex() {
-            return Err(bad("has an axis of parts already".into()).remedy("name it alone").into());
+            return Err(bad("the dataset has an axis of real and imaginary parts already".into())
+                .remedy("name it alone")
+                .into());
         }
         if layout.bytes() > size.saturating_mul(MOST_OF_A_BYTE) {
-            return Err(bad(format!("{} bytes of samples in a file of {size}", layout.bytes())).into());
+            return Err(bad(format!(
+                "the file of {size} bytes cannot hold {} bytes of samples",
+                layout.bytes()
+            ))
+            .into());
         }
         // A chunk is assembled in memory as a whole.
         let chunk = dataset.chunk_shape().map_err(|e| bad(format!("no chunks: {e}")))?;
         let element = layout.bytes() / shape.iter().map(|n| *n as u64).product::<u64>().max(1);
         let chunk = chunk.unwrap_or_default().iter().fold(element, |n, d| n.saturating_mul(*d));
         if chunk > size.saturating_mul(MOST_OF_A_BYTE) {
-            return Err(bad(format!("chunks of {chunk} bytes in a file of {size}")).into());
+            return Err(bad(format!("the file of {size} bytes cannot hold chunks of {chunk} bytes")).into());
         }
         parts.push((if i == 1 { layout.imaginary() } else { layout }, dataset));
     }
     if let [(a, _), (b, _)] = parts.as_slice()
         && (a.shape(), a.frames()) != (b.shape(), b.frames())
     {
-        return Err(BadInput::new("the two datasets differ in shape")
+        return Err(BadInput::new("the two datasets have different shapes")
             .file(path)
             .key(names.join(","))
             .value(format!("{:?} and {:?}", a.shape(), b.shape()))
@@ -125,12 +130,15 @@ fn only_dataset(path: &Path, file: &hdf5_pure::File) -> Result<String> {
     }
     match names.as_slice() {
         [one] => Ok(one.clone()),
-        _ => Err(BadInput::new(format!("which of its {} datasets is the cube?", names.len()))
-            .file(path)
-            .key("dataset")
-            .allowed(if names.is_empty() { "a path such as group/name".into() } else { names.join(", ") })
-            .remedy("name it, or two as REAL,IMAGINARY")
-            .into()),
+        _ => Err(BadInput::new(format!(
+            "the file has {} datasets, and none is known to be the cube",
+            names.len()
+        ))
+        .file(path)
+        .key("dataset")
+        .allowed(if names.is_empty() { "a path such as group/name".into() } else { names.join(", ") })
+        .remedy("name the dataset, or two as REAL,IMAGINARY")
+        .into()),
     }
 }
 
@@ -141,7 +149,7 @@ fn number_of(t: &Datatype) -> Result<(Number, bool, Option<[usize; 2]>), String>
     let big = |order: &DatatypeByteOrder| match order {
         DatatypeByteOrder::LittleEndian => Ok(false),
         DatatypeByteOrder::BigEndian => Ok(true),
-        _ => Err(format!("a byte order that is not read; allowed: {allowed}")),
+        _ => Err(format!("the byte order is not supported; allowed: {allowed}")),
     };
     match t {
         Datatype::FloatingPoint { size: 4, byte_order, layout }
@@ -163,7 +171,7 @@ fn number_of(t: &Datatype) -> Result<(Number, bool, Option<[usize; 2]>), String>
                 (2, true) => Number::I16 { bits: 16 },
                 (2, false) => Number::U16,
                 (4, true) => Number::I32,
-                _ => return Err(format!("an integer type that is not read; allowed: {allowed}")),
+                _ => return Err(format!("the integer type is not supported; allowed: {allowed}")),
             };
             Ok((number, big(byte_order)?, None))
         }
@@ -171,7 +179,10 @@ fn number_of(t: &Datatype) -> Result<(Number, bool, Option<[usize; 2]>), String>
             let place = |name: &str| members.iter().position(|m| m.name == name);
             let pair = PARTS.iter().find_map(|[r, i]| Some([place(r)?, place(i)?]));
             let [re, im] = pair.ok_or_else(|| {
-                format!("a compound of {} and {}; allowed: {allowed}", members[0].name, members[1].name)
+                format!(
+                    "a compound of {} and {} is not supported; allowed: {allowed}",
+                    members[0].name, members[1].name
+                )
             })?;
             let (number, big, nested) = number_of(&members[re].datatype)?;
             let same = members[re].datatype == members[im].datatype;
@@ -180,11 +191,13 @@ fn number_of(t: &Datatype) -> Result<(Number, bool, Option<[usize; 2]>), String>
             let (re_at, im_at) = (members[re].byte_offset, members[im].byte_offset);
             let filled = u64::from(*size) == 2 * half && re_at + im_at == half && re_at % half == 0;
             if !same || !filled || nested.is_some() {
-                return Err(format!("a compound with gaps or unlike members; allowed: {allowed}"));
+                return Err(format!(
+                    "a compound with gaps or different members is not supported; allowed: {allowed}"
+                ));
             }
             Ok((number, big, Some([(re_at / half) as usize, (im_at / half) as usize])))
         }
-        _ => Err(format!("a type that is not read; allowed: {allowed}")),
+        _ => Err(format!("the type is not supported; allowed: {allowed}")),
     }
 }
 
@@ -203,7 +216,7 @@ pub fn write<T: Real + bytemuck::Pod>(
     let count = shape.iter().try_fold(1usize, |n, d| n.checked_mul(*d));
     if count != Some(data.len()) || !matches!(shape.len(), 3 | 4) {
         return Err(Error::Failed(format!(
-            "{}: {} samples are no cube of shape {shape:?}",
+            "{}: {} samples do not make a cube of shape {shape:?}",
             path.display(),
             data.len()
         )));
@@ -333,7 +346,7 @@ mod tests {
             (Some("flat"), "the array has 2 axes, not 3"),
             (Some("bytes"), "integer type that is not read"),
             (Some("xy"), "a compound of x and y"),
-            (Some("matlab,q_data"), "is complex already"),
+            (Some("matlab,q_data"), "the dataset is complex already"),
             (Some("a,b,c"), "more than two"),
         ] {
             let s = message(p, dataset);

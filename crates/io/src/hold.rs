@@ -32,9 +32,9 @@ impl Hold {
     pub fn only(dir: &Path) -> Result<Hold> {
         let hold = Hold { folder: File::open(dir).ok() };
         match hold.alone() {
-            Some(false) => Err(BadInput::new("another run is at work in it")
+            Some(false) => Err(BadInput::new("another run is working in this folder")
                 .file(dir)
-                .remedy("wait for its end, or stop it")
+                .remedy("wait until it ends, or stop it")
                 .into()),
             _ => Ok(hold),
         }

@@ -31,7 +31,7 @@ impl KeptDataset {
             return Err(BadInput::new("the dataset was made without its echoes")
                 .file(folder)
                 .key("--from")
-                .remedy("write keep.echoes = true in its recipe, and make it again")
+                .remedy("set keep.echoes = true in its recipe and make the dataset again")
                 .into());
         }
         let digest = sha256_of_file(folder.join(DATASET))?;
@@ -46,14 +46,14 @@ impl KeptDataset {
         let path = recipe.path().to_path_buf();
         let bad = |key: &str, value: u64, problem: &str, allowed: String| -> Error {
             let b = BadInput::new(problem).file(&path).key(key).value(value).allowed(allowed);
-            b.remedy("give the values of the recipe that traced, or leave out --from").into()
+            b.remedy("give the values of the recipe of that dataset, or leave out --from").into()
         };
         if recipe.seed != self.file.seed {
             let (seed, own) = (recipe.seed, self.file.seed);
             return Err(bad(
                 "seed",
                 seed,
-                "another seed draws other scenes than were traced",
+                "another seed draws scenes other than those that were traced",
                 own.to_string(),
             ));
         }
@@ -88,7 +88,7 @@ impl KeptDataset {
         let (Some(Column::Text(names)), Some(Column::Text(origins))) =
             (traces.column("radar"), traces.column("origin"))
         else {
-            return Err(damaged("the table of traces has other columns").into());
+            return Err(damaged("the table of traces has unexpected columns").into());
         };
         let at = match (alone, &names[..]) {
             (true, [_]) => 0,
@@ -114,7 +114,7 @@ impl KeptDataset {
             let (Some(Column::Text(radars)), Some(of), true) =
                 (table.column("radar"), of, width == COLUMNS.len())
             else {
-                return Err(damaged("the table of echoes has other columns").into());
+                return Err(damaged("the table of echoes has unexpected columns").into());
             };
             let rows = radars.iter().enumerate().filter(|(_, r)| *r == name);
             let numbers: Vec<f64> = rows.flat_map(|(i, _)| of.iter().map(move |c| c[i])).collect();

@@ -189,8 +189,8 @@ pub fn difference(one: &Radar, other: &Radar) -> Result<Option<Difference>> {
 pub fn check_same(dataset: &Radar, given: &Radar) -> Result<()> {
     let Some(d) = difference(dataset, given)? else { return Ok(()) };
     let remedy = match d.key.starts_with("processing.") {
-        true => "leave out radar= to take the dataset's own, or set it for a tensor",
-        false => "leave out radar= to take the dataset's own",
+        true => "leave out radar= to use the dataset's radar, or set this key when you ask for a tensor",
+        false => "leave out radar= to use the dataset's radar",
     };
     Err(BadInput::new(format!("radar '{}' is not the radar of the samples, '{}'", given.name, dataset.name))
         .key(format!("radar.{}", d.key))

@@ -48,7 +48,7 @@ impl KeptRun {
     pub fn open(folder: &Path) -> Result<KeptRun> {
         let path = folder.join(MANIFEST);
         if !path.is_file() {
-            return Err(BadInput::new("is no run: it has no manifest.json")
+            return Err(BadInput::new("is not a run: it has no manifest.json")
                 .file(folder)
                 .key("--from")
                 .remedy("give the folder that `catseye simulate` wrote")
@@ -56,7 +56,7 @@ impl KeptRun {
         }
         let bytes = read(&path, "a run's manifest", LARGEST_TEXT)?;
         let run: RunManifest = serde_json::from_slice(&bytes).map_err(|e| {
-            BadInput::new(format!("is no run's manifest: {}", json_in_words(&e)))
+            BadInput::new(format!("is not the manifest of a run: {}", json_in_words(&e)))
                 .file(&path)
                 .remedy("give the folder that `catseye simulate` wrote")
         })?;

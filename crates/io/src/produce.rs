@@ -128,9 +128,9 @@ pub struct Report {
 /// What is complete stays.
 pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'_>) -> Result<Report> {
     if options.force && options.shards.is_some() {
-        return Err(BadInput::new("would remove the shards that others make")
+        return Err(BadInput::new("--force would remove the shards of other runs")
             .key("--force")
-            .remedy("leave it out with --shards")
+            .remedy("leave out --force or --shards")
             .into());
     }
     recipe.check_built()?;
@@ -206,7 +206,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     // Another run may have begun something else here since this one looked.
     let found = DatasetFile::read(out)?;
     if found.recipe != file.recipe || (found.device != file.device && !options.mixed_devices) {
-        return Err(BadInput::new("another run has begun another dataset in it")
+        return Err(BadInput::new("another run has begun a different dataset in this folder")
             .file(out)
             .remedy("give another folder, or the same recipe, seed and device")
             .into());
@@ -297,7 +297,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     if let Some(e) = failure {
         return Err(match e {
             Error::Io { .. } => Error::Failed(format!(
-                "{e}; {there} of {} shards are complete and stay, the same command goes on from there",
+                "{e}; {there} of {} shards are complete and kept; run the same command to make the others",
                 all.end
             )),
             e => e,
@@ -317,7 +317,7 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
                 Ok(lock) => break lock,
                 Err(_) if options.cancel.load(Ordering::Relaxed) => {
                     return Err(Error::Interrupted(
-                        "all shards are complete and another run writes the datasheet; the same command checks it".into(),
+                        "all shards are complete and another run is writing the datasheet; run the same command to check it".into(),
                     ));
                 }
                 Err(_) => meter.wait_for_runs(OTHERS_INTERVAL),
@@ -338,7 +338,8 @@ pub fn produce(engine: &Engine, recipe: &Recipe, out: &Path, options: &Options<'
     }
     if markers.is_none() && !cancelled && options.shards.is_none() {
         return Err(Error::Failed(format!(
-            "{}: {there} of {} shards are complete, and another run has changed the folder: run the same command again",
+            "{}: {there} of {} shards are complete, because another run changed the folder; run the same \
+                command again",
             out.display(),
             all.end
         )));
@@ -400,7 +401,7 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<Begun>
         Ok(entries) => entries,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Begun::Nothing),
         Err(_) if out.is_file() => {
-            return Err(bad("is a file, and a folder is to be written".into())
+            return Err(bad("is a file, and the output is a folder".into())
                 .remedy("give another name")
                 .into());
         }
@@ -414,7 +415,7 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<Begun>
             return Ok(Begun::Nothing);
         }
         return Err(bad(
-            "is a folder that holds something else (no dataset.json), so nothing is written there".into(),
+            "is a folder that holds something other than a dataset (no dataset.json), so nothing is written there".into(),
         )
         .remedy("give another name for the output")
         .into());
@@ -423,14 +424,14 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<Begun>
     if found.recipe != file.recipe {
         let why = if found.recipe_text != file.recipe_text {
             format!(
-                "holds a dataset of another recipe ('{}'), and no shard of it is the same in this one",
+                "holds a dataset of another recipe ('{}'), and none of its shards has the same contents in this one",
                 found.name
             )
         } else if found.seed != file.seed {
             format!("holds a dataset of seed {}", found.seed)
         } else if found.version != file.version {
             format!(
-                "holds a dataset of format version {}, and this catseye makes version {}",
+                "holds a dataset of format version {}, and this catseye writes version {}",
                 found.version, file.version
             )
         } else if found.catseye != file.catseye {
@@ -441,7 +442,7 @@ fn begin(out: &Path, file: &DatasetFile, options: &Options<'_>) -> Result<Begun>
         if found.device != file.device && !options.mixed_devices && !options.force {
             return Err(another_device(out, &found.device, &file.device));
         }
-        let refusal = bad(why).remedy("give another folder, or --force to remove that one");
+        let refusal = bad(why).remedy("give another folder, or --force to remove the existing dataset");
         return Ok(Begun::Other { refusal: refusal.into() });
     }
     if found.device != file.device && !options.mixed_devices {
@@ -458,7 +459,9 @@ fn another_device(out: &Path, found: &Device, here: &Device) -> Error {
     BadInput::new(format!("was begun on another device ({found})"))
         .file(out)
         .value(here)
-        .remedy("give --mixed-devices to go on with bytes that depend on who made which shard")
+        .remedy(
+            "give --mixed-devices to continue; the bytes of a shard then depend on the device that made it",
+        )
         .into()
 }
 

@@ -32,7 +32,7 @@ pub fn ti_radar(radar: &Radar) -> Result<TiRadar> {
         Waveform::Fmcw(s) if s.ramps.len() == 1 => s.ramps[0],
         other => {
             return Err(bad(
-                "a .cfg describes one linear ramp",
+                "a .cfg can only describe one linear ramp",
                 format!("{} with {} ramps", other.kind(), other.parts()),
                 "fmcw with one ramp",
             ));
@@ -40,13 +40,13 @@ pub fn ti_radar(radar: &Radar) -> Result<TiRadar> {
     };
     if radar.multiplex != Multiplex::Tdm || radar.tx.len() > 3 {
         return Err(bad(
-            "the .cfg is written for transmitters in turn",
+            "a .cfg can only describe TDM with up to 3 transmitters",
             format!("{:?} with {} transmitters", radar.multiplex, radar.tx.len()),
             "tdm with up to 3",
         ));
     }
     if radar.rx.len() > 4 {
-        return Err(bad("these devices have four receivers", radar.rx.len().to_string(), "1..=4"));
+        return Err(bad("the devices of a .cfg have four receivers", radar.rx.len().to_string(), "1..=4"));
     }
     Ok(TiRadar {
         start_hz: radar.start_hz(),

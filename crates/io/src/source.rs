@@ -58,12 +58,12 @@ fn signed_words<T: Real>(path: &Path, data: &mut [Complex<T>]) -> Result<()> {
     };
     for (i, z) in data.iter_mut().enumerate() {
         let (Some(re), Some(im)) = (signed(z.re), signed(z.im)) else {
-            return Err(BadInput::new(format!("sample {i} is no pair of unsigned 16-bit words"))
+            return Err(BadInput::new(format!("sample {i} is not a pair of unsigned 16-bit words"))
                 .file(path)
                 .key("--words")
                 .value(format!("{} and {}", z.re.to_f64(), z.im.to_f64()))
                 .allowed("whole numbers in 0..=65535")
-                .remedy("leave --words out for a cube of signed numbers")
+                .remedy("leave out --words for a cube of signed numbers")
                 .into());
         };
         *z = Complex::new(re, im);

@@ -76,9 +76,9 @@ fn sidecar_of(bin: &Path) -> Result<Option<Sidecar>> {
     }
     let text = catseye::formats::input::read(&path, "a sidecar", MAX_SIDECAR_BYTES)?;
     let s: Sidecar = serde_json::from_slice(&text).map_err(|e| {
-        BadInput::new(format!("is not a sidecar of a recording: {}", json_in_words(&e)))
+        BadInput::new(format!("is not the sidecar file of a recording: {}", json_in_words(&e)))
             .file(&path)
-            .remedy("remove it, and say full scale and order on the command line")
+            .remedy("remove it, and give full scale and order on the command line")
     })?;
     Ok(Some(s))
 }
@@ -116,7 +116,7 @@ fn layout(radar: &TiRadar, frames: usize, four_lanes: bool, iq: IqOrder) -> Resu
         dims.push(Dim { axis: Axis::Rx, size: LANES, factor: 1, map });
     } else if radar.complex {
         if !radar.samples.is_multiple_of(2) {
-            return Err("an odd number of samples: its words come in pairs of samples".into());
+            return Err("the number of samples is odd, but the words come in pairs of samples".into());
         }
         dims.push(Dim::new(Axis::Rx, radar.rx.len()));
         dims.push(Dim { axis: Axis::Sample, size: radar.samples / 2, factor: 2, map: None });
@@ -250,7 +250,7 @@ impl Writer {
         let path = self.bin.final_path();
         if rows.len() != n * rx {
             return Err(Error::Failed(format!(
-                "{}: a chirp of {} samples where {rx} receivers have {n}",
+                "{}: a chirp has {} samples, but {rx} receivers with {n} samples each are expected",
                 path.display(),
                 rows.len()
             )));
@@ -319,7 +319,7 @@ impl Writer {
         let [a, b, c] = self.radar.shape();
         if cube.len() != a * b * c {
             return Err(Error::Failed(format!(
-                "{}: a frame of {} samples where [{a}, {b}, {c}] were to come",
+                "{}: a frame has {} samples, but the shape [{a}, {b}, {c}] is expected",
                 self.bin.final_path().display(),
                 cube.len()
             )));
@@ -335,7 +335,7 @@ impl Writer {
         let a_frame = self.radar.loops * self.radar.slots();
         if self.chirps == 0 || !self.chirps.is_multiple_of(a_frame) {
             return Err(Error::Failed(format!(
-                "{}: {} chirps are no whole number of frames of {a_frame}",
+                "{}: {} chirps are not a whole number of frames of {a_frame}",
                 self.bin.final_path().display(),
                 self.chirps
             )));

@@ -207,7 +207,7 @@ impl TiRadar {
     pub fn check_plain_stream(&self, cfg: &Path) -> Result<()> {
         let Some([header, format, software]) = self.lvds else { return Ok(()) };
         if header != 0 || format > 1 || software != 0 {
-            return Err(BadInput::new("the recording holds more than samples")
+            return Err(BadInput::new("the recording contains data other than samples")
                 .file(cfg)
                 .key("lvdsStreamCfg")
                 .value(format!("-1 {header} {format} {software}"))
@@ -233,26 +233,24 @@ impl TiRadar {
         ];
         for (what, own, named, share, scale, unit) in compared {
             if (own - named).abs() > share * own.abs() {
-                return Err(BadInput::new(format!(
-                    "the radar that was named has another {what} than the .cfg"
-                ))
-                .file(cfg)
-                .key(format!("profileCfg {what}"))
-                .value(format!("{} {unit} of --radar", short(named * scale)))
-                .allowed(format!("{} {unit}, as in the .cfg", short(own * scale)))
-                .remedy("leave --radar out, or correct it")
-                .into());
+                return Err(BadInput::new(format!("the radar of --radar has another {what} than the .cfg"))
+                    .file(cfg)
+                    .key(format!("profileCfg {what}"))
+                    .value(format!("{} {unit} of --radar", short(named * scale)))
+                    .allowed(format!("{} {unit}, as in the .cfg", short(own * scale)))
+                    .remedy("leave out --radar, or correct it")
+                    .into());
             }
         }
         // Range rates and angles go by the frequency at the samples: it may differ by as much as the start frequency.
         let off_hz = self.slope_hz_per_s * (radar.adc_start_s - self.adc_start_s);
         if off_hz.abs() > 1e-3 * self.start_hz {
-            return Err(BadInput::new("the radar that was named samples at another time than the .cfg")
+            return Err(BadInput::new("the radar of --radar samples at another time than the .cfg")
                 .file(cfg)
                 .key("profileCfg adc_start")
                 .value(format!("{} us of --radar", short(radar.adc_start_s * 1e6)))
                 .allowed(format!("{} us, as in the .cfg", short(self.adc_start_s * 1e6)))
-                .remedy("leave --radar out, or correct it")
+                .remedy("leave out --radar, or correct it")
                 .into());
         }
         Ok(())
@@ -264,7 +262,7 @@ impl TiRadar {
         if board.is_none() && self.antennas.is_none() {
             let board = Board::assumed(self);
             let place = match board {
-                Board::Line => "on a filled line in the order of sending".to_string(),
+                Board::Line => "on a filled line in the order of transmission".to_string(),
                 _ => format!("where the board {} has them", board.name()),
             };
             let reason = match &self.device {
@@ -278,7 +276,8 @@ impl TiRadar {
         }
         if self.phase_shifter != 0 {
             lines.push(format!(
-                "not used: phase shifters of the transmitters (profileCfg phase_shifter {}); directions are right with a calibration only",
+                "not used: phase shifters of the transmitters (profileCfg phase_shifter {}); directions are \
+                    correct only with a calibration",
                 self.phase_shifter
             ));
         }
@@ -314,7 +313,7 @@ impl TiRadar {
             return Err(bad(
                 "chirpCfg tx_mask",
                 format!("{:?}", self.tx_masks),
-                "transmitters send together",
+                "transmitters transmit simultaneously",
             ));
         }
         let tx: Vec<u32> = self.tx_masks.iter().map(|m| m.trailing_zeros()).collect();
@@ -435,7 +434,7 @@ impl Board {
 
     fn note(self) -> &'static str {
         match self {
-            Board::Line => "a filled half-wavelength line in the order of sending",
+            Board::Line => "a filled half-wavelength line in the order of transmission",
             Board::Awr1843 => "AWR1843BOOST (TI SPRUIM4)",
             Board::Iwr6843 => "IWR6843 evaluation module (TI SWRU585, section 4.1), spacings for 62 GHz",
             Board::Iwr6843Aop => "IWR6843AOP (TI SWRS237)",

@@ -182,7 +182,7 @@ impl Commands {
             let name = raw.split_whitespace().next().unwrap_or("");
             if LOW_POWER_COMMANDS.contains(&name) {
                 return Err(BadInput::new(
-                    "is a command of xWRL devices (xWRL1432, xWRL6432), whose recordings are not read",
+                    "is a command of xWRL devices (xWRL1432, xWRL6432), whose recordings are not supported",
                 )
                 .file(file)
                 .line(number)
@@ -217,7 +217,7 @@ impl Commands {
                 let mode = l.count(0, "mode", 1, 4)?;
                 if mode != 1 {
                     return Err(l
-                        .bad("only frames of chirps are read")
+                        .bad("only frames of chirps are supported")
                         .value(mode)
                         .allowed("1")
                         .remedy("describe advanced frames in a radar TOML, or record one subframe")
@@ -228,7 +228,7 @@ impl Commands {
                 l.at_least(2, "rx_mask tx_mask cascading")?;
                 if l.words.len() > 2 && l.count(2, "cascading", 0, 2)? != 0 {
                     return Err(l
-                        .bad("cascading: recordings of several devices together are not read")
+                        .bad("cascading: recordings of several devices are not supported")
                         .value(clipped(l.words[2]))
                         .allowed("0")
                         .remedy("describe the radar in a TOML file and give its samples as .npy with --radar")
@@ -339,7 +339,7 @@ impl Commands {
     }
 
     fn missing(&self, command: &str) -> Error {
-        BadInput::new(format!("has no {command}"))
+        BadInput::new(format!("the file has no {command}"))
             .file(&self.file)
             .remedy("give the .cfg with which the radar was run")
             .into()
@@ -428,7 +428,7 @@ impl Commands {
             };
             if c.tx_mask & !tx_mask != 0 || c.tx_mask == 0 {
                 return Err(self
-                    .at(c.line, "chirpCfg tx_mask", "sends from transmitters that are off, or from none")
+                    .at(c.line, "chirpCfg tx_mask", "the mask selects transmitters that are off, or none")
                     .value(c.tx_mask)
                     .allowed(format!("bits of the mask {tx_mask} of channelCfg in line {channel_line}"))
                     .into());
@@ -437,7 +437,7 @@ impl Commands {
             if (first.profile, first.vary) != (c.profile, c.vary) {
                 return Err(self
                     .at(c.line, "chirpCfg", "the chirps of the frame differ in more than their transmitter")
-                    .remedy("only frames whose chirps have one shape make a cube")
+                    .remedy("give all chirps of the frame the same profile and offsets")
                     .into());
             }
             masks.push(c.tx_mask);
@@ -451,7 +451,7 @@ impl Commands {
             let two = masks.iter().all(|m| m.count_ones() == 2);
             // Both chirps send the same two transmitters, so that the loop was taken as one chirp.
             if !two || frame.last - frame.first != 1 || [chirp0, chirp1] != [frame.first, frame.last] {
-                return Err(BadInput::new("BPM is two transmitters together in the frame's two chirps")
+                return Err(BadInput::new("BPM needs the same two transmitters in both chirps of the frame")
                     .file(&self.file)
                     .key("bpmCfg")
                     .value(format!("-1 1 {chirp0} {chirp1}"))
@@ -468,9 +468,9 @@ impl Commands {
                     .at(
                         frame.line,
                         "frameCfg",
-                        format!("TX{} sends twice in a loop, not evenly", m.trailing_zeros() + 1),
+                        format!("TX{} transmits twice in a loop at uneven intervals", m.trailing_zeros() + 1),
                     )
-                    .remedy("let each transmitter send once in a loop")
+                    .remedy("let each transmitter transmit once in a loop")
                     .into());
             }
         }
@@ -479,7 +479,9 @@ impl Commands {
 
     fn timing(&self, r: &TiRadar, profile: &Profile, frame: &Frame) -> Result<()> {
         if !(r.adc_start_s >= 0.0 && r.idle_s >= 0.0 && r.start_hz > 0.0) || r.slope_hz_per_s == 0.0 {
-            return Err(self.at(profile.line, "profileCfg", "chirpCfg takes its values below zero").into());
+            return Err(self
+                .at(profile.line, "profileCfg", "the offsets of chirpCfg make its values negative")
+                .into());
         }
         let end = r.adc_start_s + r.samples as f64 / r.sample_rate_hz;
         if end > r.ramp_end_s * (1.0 + 1e-9) {

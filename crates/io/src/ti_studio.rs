@@ -96,11 +96,11 @@ fn of_studio(file: &Path, text: &str, root: &Value) -> Result<TiRadar> {
     let bad = |problem: &str| BadInput::new(problem).file(file);
     let devices = root.get("mmWaveDevices").and_then(Value::as_array);
     let devices = devices.ok_or_else(|| {
-        bad("is no configuration of mmWave Studio: it has no mmWaveDevices")
+        bad("is not a configuration of mmWave Studio: it has no mmWaveDevices")
             .remedy("give the .mmwave.json or the .cfg of the recording")
     })?;
     let [device] = devices.as_slice() else {
-        return Err(bad("only captures of one device are read")
+        return Err(bad("only captures of one device are supported")
             .key("mmWaveDevices")
             .value(devices.len())
             .allowed("1")
@@ -110,7 +110,7 @@ fn of_studio(file: &Path, text: &str, root: &Value) -> Result<TiRadar> {
     let rf = device.get("rfConfig").ok_or_else(|| bad("has no rfConfig").key("mmWaveDevices"))?;
     let waveform = rf.get("waveformType").and_then(Value::as_str).unwrap_or("legacyFrameChirp");
     if waveform != "legacyFrameChirp" {
-        return Err(bad("only frames of chirps are read")
+        return Err(bad("only frames of chirps are supported")
             .key("rfConfig waveformType")
             .value(waveform.chars().take(40).collect::<String>())
             .allowed("legacyFrameChirp")
@@ -206,7 +206,7 @@ fn of_studio(file: &Path, text: &str, root: &Value) -> Result<TiRadar> {
             ),
         });
         if let Some(nth) = used {
-            return Err(bad("phases that change from chirp to chirp are not read")
+            return Err(bad("phases that change from chirp to chirp are not supported")
                 .line(line_of(name, nth))
                 .key(key)
                 .allowed("an empty list")

@@ -52,12 +52,15 @@ pub fn run(
 ) -> Result<Calibration> {
     for (key, axis) in [("azimuth_deg", &table.azimuth_deg), ("elevation_deg", &table.elevation_deg)] {
         if axis.is_empty() || !axis.windows(2).all(|w| w[0] < w[1]) {
-            return Err(BadInput::new("the angles of a turntable rise").key(key).remedy("sort them").into());
+            return Err(BadInput::new("the angles of a turntable must ascend")
+                .key(key)
+                .remedy("sort them")
+                .into());
         }
     }
     let longest = radar.tx.iter().chain(&radar.rx).map(|a| a.position_m.length()).fold(0.0, f64::max);
     if !(table.range_m > 4.0 * longest && table.range_m < radar.max_range_m()) {
-        return Err(BadInput::new("the reflector cannot stand there")
+        return Err(BadInput::new("the distance of the reflector is out of range")
             .key("range_m")
             .value(table.range_m)
             .allowed(format!("above {:.3}, below {:.1}", 4.0 * longest, radar.max_range_m()))
@@ -108,9 +111,9 @@ pub fn run(
                 (r - table.range_m).abs() < reach
             };
             let Some(at) = (0..found.cells.len()).find(near) else {
-                return Err(BadInput::new("the reflector is not seen")
+                return Err(BadInput::new("the reflector is not detected")
                     .key(format!("azimuth {a} deg, elevation {e} deg"))
-                    .remedy("bring it nearer, take a larger one, or narrow the angles")
+                    .remedy("move the reflector nearer, use a larger one, or reduce the angles")
                     .into());
             };
             let snapshot: Vec<Complex64> = found.snapshots.of(at).to_vec();

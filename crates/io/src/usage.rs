@@ -230,7 +230,7 @@ impl Usage {
             () if waited_long(self.waited_for_writers_s) => "writing",
             () if waited_long(self.waited_for_scenes_s) => "too few scenes for so many workers",
             () if self.device_utilisation.is_some() => {
-                "neither device nor processors: give it more workers (--jobs)"
+                "neither device nor processors: use more workers (--jobs)"
             }
             () => "other work of this machine, or the disk",
         }

@@ -155,7 +155,7 @@ fn verify_run(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
     }
     for name in files_of(dir)? {
         if name != MANIFEST && !vouched.contains_key(&name) {
-            problems.note("foreign files", name, "take them out");
+            problems.note("foreign files", name, "remove them");
         }
     }
     let indices: BTreeSet<u32> = manifest.frames.iter().map(|f| f.index).collect();
@@ -183,8 +183,8 @@ pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
     let dataset = DatasetFile::read(dir)?;
     let mut problems = Problems::default();
     let mut note = |problem, name, remedy| problems.note(problem, name, remedy);
-    const AGAIN: &str = "the same `catseye dataset` command makes it again";
-    const DELETE: &str = "delete it, then the same `catseye dataset` command makes it again";
+    const AGAIN: &str = "run the same `catseye dataset` command, which makes it again";
+    const DELETE: &str = "delete it, then run the same `catseye dataset` command, which makes it again";
 
     let layout = DatasetLayout::describe(dir)?;
     let shards = layout.shards();
@@ -199,7 +199,7 @@ pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
             note(
                 "missing shards",
                 format!("{shard}"),
-                "the same `catseye dataset` command goes on with them",
+                "run the same `catseye dataset` command, which makes the others",
             );
             continue;
         }
@@ -245,7 +245,11 @@ pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
             Err(_) => note("damaged manifest", MANIFEST.into(), DELETE),
         },
         Err(e) if e.kind() == ErrorKind::NotFound => {
-            note("missing manifest", MANIFEST.into(), "the same `catseye dataset` command ends the dataset");
+            note(
+                "missing manifest",
+                MANIFEST.into(),
+                "run the same `catseye dataset` command, which completes the dataset",
+            );
         }
         Err(e) => return Err(Error::io(dir.join(MANIFEST), e)),
     }
@@ -263,18 +267,18 @@ pub fn verify(dir: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Findings> {
             note(
                 "unfinished files",
                 name.clone(),
-                "of a run at work, or of one that was killed: the same `catseye dataset` command clears up",
+                "if no run is working, run the same `catseye dataset` command, which removes them",
             );
         } else if name.starts_with(SHARDS) && !is_own(name, shards) {
-            note("foreign shards", name.clone(), "take them out");
+            note("foreign shards", name.clone(), "remove them");
         } else if !vouched.contains_key(name) && !is_own(name, shards) {
             match complete == shards {
-                true => note("foreign files", name.clone(), "take them out"),
+                true => note("foreign files", name.clone(), "remove them"),
                 // An interrupted run leaves files before their marker.
                 false => note(
-                    "files of no complete shard",
+                    "files of incomplete shards",
                     name.clone(),
-                    "the shards are made again, or take them out",
+                    "run the same `catseye dataset` command, which makes the shards again, or remove the files",
                 ),
             }
         }

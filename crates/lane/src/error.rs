@@ -138,7 +138,7 @@ impl LaneError {
 
     /// Makes the error for a search with more places than one call takes.
     pub fn too_large(places: usize, most: usize) -> LaneError {
-        LaneError::refused(format!("the search has {places} places and one call takes at most {most}"))
+        LaneError::refused(format!("the search has {places} positions, and one call allows at most {most}"))
     }
 
     /// Makes the error for data that do not determine the result.
@@ -166,29 +166,29 @@ impl fmt::Display for LaneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             LaneError::Empty => write!(f, "the scan has no points"),
-            LaneError::NotFinite { points } => write!(f, "none of {points} points is a finite number"),
-            LaneError::NoSpeed => write!(f, "the vehicle's speed is not known"),
-            LaneError::NothingAtRest => write!(f, "no point stands still"),
+            LaneError::NotFinite { points } => write!(f, "none of {points} points is finite"),
+            LaneError::NoSpeed => write!(f, "the speed of the vehicle is unknown"),
+            LaneError::NothingAtRest => write!(f, "no point is static"),
             LaneError::NoPattern { at_rest } => {
-                write!(f, "{at_rest} points at rest do not stand at the markers' spacing")
+                write!(f, "{at_rest} static points do not have the spacing of the markers")
             }
             LaneError::NotGiven { what } => write!(f, "the method needs {what}, and there is none"),
             LaneError::Refused { why } => write!(f, "{why}"),
-            LaneError::NoLaneLine => write!(f, "the image shows no line that can be a lane's"),
+            LaneError::NoLaneLine => write!(f, "the image shows no line that can belong to a lane"),
             LaneError::Missing { what } => write!(f, "no {what} given"),
             LaneError::NotANumber { what, index: Some(i) } => write!(f, "{what} {i} is not a finite number"),
             LaneError::NotANumber { what, index: None } => write!(f, "{what} is not a finite number"),
             LaneError::OutOfRange { what, value, allowed } => {
                 write!(f, "{what} is {value}; allowed: {allowed}")
             }
-            LaneError::Setting { name } => write!(f, "the setting {name} lies outside its range"),
+            LaneError::Setting { name } => write!(f, "the setting {name} is out of range"),
             LaneError::Lengths { what, found, expected } => {
                 write!(f, "{what}: {found} values where {expected} are expected")
             }
             LaneError::TooFew { what, found, needed } => {
                 write!(f, "{found} {what} are too few; at least {needed} are needed")
             }
-            LaneError::Undetermined { what } => write!(f, "the data leave open {what}"),
+            LaneError::Undetermined { what } => write!(f, "the data do not determine {what}"),
             LaneError::Unexplained { best, explained, of, what } => {
                 write!(f, "the best {best} explains {explained:.1} of {of} {what}, fewer than half")
             }

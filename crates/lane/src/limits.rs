@@ -8,7 +8,7 @@ use std::fmt;
 pub type Limit<'a> = (&'a str, f64, f64, f64, &'a str);
 
 /// Remedy for most values out of range.
-pub const LEAVE_OUT: &str = "leave it out for its default";
+pub const LEAVE_OUT: &str = "leave it out to use its default";
 
 /// Checks values against their limits; `method` is named in errors.
 ///

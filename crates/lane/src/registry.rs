@@ -58,7 +58,9 @@ impl Registry {
         maker: impl Fn(&str) -> Result<BoxedEstimator> + Send + Sync + 'static,
     ) -> Result<()> {
         if name.is_empty() || self.names().any(|n| n == name) {
-            let bad = BadInput::new("is no free name of a lane method").key("method").value(name);
+            let bad = BadInput::new("the name is empty or belongs to another lane method")
+                .key("method")
+                .value(name);
             let taken: Vec<&str> = self.names().collect();
             return Err(bad.allowed(format!("a name other than {}", taken.join(", "))).into());
         }
@@ -82,7 +84,7 @@ impl Registry {
             Some((_, maker)) => maker(options.unwrap_or("{}")),
             None => {
                 let names: Vec<&str> = self.names().collect();
-                let bad = BadInput::new("is no lane method").key("method").value(name);
+                let bad = BadInput::new("is not a lane method").key("method").value(name);
                 Err(bad.allowed(names.join(", ")).into())
             }
         }
@@ -157,7 +159,7 @@ mod tests {
             assert!(registry.register(taken, silent).is_err(), "{taken}");
         }
         let e = registry.make("loud", None).err().unwrap().to_string();
-        assert!(e.contains("is no lane method") && e.contains("uwb") && e.contains("silent"), "{e}");
+        assert!(e.contains("is not a lane method") && e.contains("uwb") && e.contains("silent"), "{e}");
     }
 
     #[test]

@@ -50,18 +50,20 @@ impl Classes {
         for name in names {
             let Some(class) = all.iter().find(|c| c.1 == name) else {
                 let near = nearest(name, known.iter().copied());
-                let remedy = near.map_or("take the name out".into(), |n| format!("did you mean '{n}'?"));
-                return Err(bad("is no class").value(format!("\"{name}\"")).remedy(remedy).into());
+                let remedy = near.map_or("remove the name".into(), |n| format!("did you mean '{n}'?"));
+                return Err(bad("is not a class").value(format!("\"{name}\"")).remedy(remedy).into());
             };
             if classes.contains(class) {
-                let twice = bad("is given twice").value(format!("\"{name}\""));
-                return Err(twice.remedy("take one of them out").into());
+                let twice = bad("the class is listed twice").value(format!("\"{name}\""));
+                return Err(twice.remedy("remove one of them").into());
             }
             classes.push(*class);
         }
         if classes.len() < 2 || classes.first() != all.first() {
-            let remedy = format!("begin with \"{}\" and add one class at least", known[0]);
-            return Err(bad("is no list of classes to tell apart").remedy(remedy).into());
+            let remedy = format!("begin with \"{}\" and add at least one class", known[0]);
+            return Err(bad("the list must contain the background and at least one other class")
+                .remedy(remedy)
+                .into());
         }
         Ok(Classes(classes))
     }
@@ -98,7 +100,7 @@ mod tests {
     #[test]
     fn wrong_classes_are_refused() {
         for (names, words) in [
-            (&["undefined", "lanes"][..], "\"lanes\": is no class"),
+            (&["undefined", "lanes"][..], "\"lanes\": is not a class"),
             (&["lane", "undefined"], "begin with \"undefined\""),
             (&["undefined"], "add one class"),
             (&["undefined", "lane", "lane"], "given twice"),
@@ -112,7 +114,7 @@ mod tests {
         assert_eq!(points(&["others", "marker"]).unwrap().class(1), CellClass::Marker);
         let lane = points(&["others", "lane"]).unwrap_err().to_string();
         assert!(
-            lane.contains("\"lane\": is no class; allowed: others, vehicle, guard rail, marker"),
+            lane.contains("\"lane\": is not a class; allowed: others, vehicle, guard rail, marker"),
             "{lane}"
         );
         assert!(points(&["vehicle", "others"]).unwrap_err().to_string().contains("begin with \"others\""));

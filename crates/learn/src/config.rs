@@ -130,12 +130,12 @@ impl Config {
         let spans = [d.grid.as_ref().map(|g| &g.span), d.scale.as_ref().map(|s| &s.span)];
         match (network, spans.into_iter().flatten().next()) {
             (Network::Points(_), Some(span)) => {
-                let bad = doc.bad(span, "belongs to networks of grids, and this one learns points");
-                return Err(bad.remedy("take it out").into());
+                let bad = doc.bad(span, "applies to networks of grids, and this network learns points");
+                return Err(bad.remedy("remove it").into());
             }
             (Network::Grids(_) | Network::Objects(_), _) if d.grid.is_none() => {
                 let bad = doc.bad(&(0..0), "is missing").key("data.grid").allowed("road, markers");
-                return Err(bad.remedy("say which grid a network of grids learns").into());
+                return Err(bad.remedy("choose the grid that the network learns").into());
             }
             _ => {}
         }
@@ -150,7 +150,9 @@ impl Config {
         let of_points = matches!(network, Network::Points(_));
         let wrong = |a: &Augment| match a.noise {
             0 => a.wrong(network.fixed()),
-            n if of_points => Some(("noise", n.to_string(), "0: points of noise are put into grids")),
+            n if of_points => {
+                Some(("noise", n.to_string(), "0, because noise points are added only to grids"))
+            }
             _ => a.wrong(network.fixed()),
         };
         if let Some(a) = &t.augment
@@ -158,7 +160,7 @@ impl Config {
         {
             let mut bad = doc.bad(&a.span, format!("training.augment.{key} cannot be used"));
             bad.value = Some(format!("{key} = {value}"));
-            return Err(bad.allowed(allowed).remedy("change it or take it out").into());
+            return Err(bad.allowed(allowed).remedy("change it or remove it").into());
         }
         within(doc, &d.block_frames, 1..=100_000)?;
         self.classes().map(|_| ()).map_err(|e| match e {
@@ -220,7 +222,9 @@ impl Config {
             // Before the key epochs, which every training has.
             let value = self.training.epochs.span.start;
             let key = self.text.get(..value).and_then(|t| t.rfind("epochs"));
-            let key = key.ok_or_else(|| Error::Failed("the training has no place for a seed".into()))?;
+            let key = key.ok_or_else(|| {
+                Error::Failed("the key epochs is not found, before which the seed is written".into())
+            })?;
             let alone = self.text[..key].rsplit('\n').next().is_some_and(|line| line.trim().is_empty());
             let end = if alone { "\n" } else { ", " };
             format!("{}seed = {seed}{end}{}", &self.text[..key], &self.text[key..])
@@ -295,7 +299,7 @@ classes = ["undefined", "lane"]
             (
                 "kernel = 7",
                 "kernel = 7\nsamples = 3",
-                "training.toml:7: network.samples = 3: is no key of a segnet; take it out",
+                "training.toml:7: network.samples = 3: is no key of a segnet; remove it",
             ),
         ] {
             let e = read(&TEXT.replace(from, to)).unwrap_err();
@@ -385,7 +389,7 @@ classes = ["others", "guard rail"]
         assert!(matches!(read(&bare).unwrap().network, Network::Points(n) if n.sight().steps.is_empty()));
         for (from, to, words) in [
             ("pointnet++", "pointnets", "network.kind = \"pointnets\": is not one of the choices"),
-            ("pointnet++", "pointnet", "network.radii_m = [8, 16]: is no key of a pointnet; take it out"),
+            ("pointnet++", "pointnet", "network.radii_m = [8, 16]: is no key of a pointnet; remove it"),
             ("channels = 8", "channels = 8\nkernel = 3", "network.kernel = 3: is no key of a pointnet++"),
             ("radii_m = [8, 16]\n", "", "network.radii_m: is missing"),
             ("radii_m = [8, 16]\n", "radii_m = [8, 0]\n", "allowed: 1 to 5 numbers, each larger than 0"),
@@ -409,7 +413,7 @@ classes = ["others", "guard rail"]
             (
                 "batch = 4",
                 "batch = 4\naugment = { noise = 9 }",
-                "allowed: 0: points of noise are put into grids",
+                "allowed: 0, because noise points are added only to grids",
             ),
             ("channels = 8", "channels = 0", "network.channels = 0: is out of range; allowed: 1..=512"),
             ("runs = ", "grid = \"road\"\nruns = ", "data.grid = \"road\": belongs to networks of grids"),

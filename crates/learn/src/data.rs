@@ -93,7 +93,7 @@ impl Labels {
     /// Returns `BadInput` if the mask is of another size than the grid, or holds a number of no class.
     pub fn new(classes: &Classes, grid: &Grid, mask: &[u8], scale: usize) -> Result<Labels> {
         if mask.len() != grid.cells() {
-            let bad = BadInput::new("is a mask of another size").value(mask.len());
+            let bad = BadInput::new("the mask has another size than the grid").value(mask.len());
             return Err(bad.allowed(format!("{} cells", grid.cells())).into());
         }
         check_classes(mask)?;
@@ -124,7 +124,7 @@ impl Labels {
 
 fn check_classes(mask: &[u8]) -> Result<()> {
     let Some(wrong) = mask.iter().find(|c| usize::from(**c) >= CellClass::ALL.len()) else { return Ok(()) };
-    let bad = BadInput::new("is the number of no class").key("class").value(wrong);
+    let bad = BadInput::new("is not the number of a class").key("class").value(wrong);
     let allowed = format!("0 to {}", CellClass::ALL.len() - 1);
     Err(bad.allowed(allowed).remedy("simulate again with this version").into())
 }
@@ -234,9 +234,8 @@ fn as_the_dataset_says(frames: &[Source]) -> Result<Sets> {
         let held = |(place, f): (usize, &Source)| (f.split.as_deref() == Some(name)).then_some(place);
         let places: Vec<usize> = frames.iter().enumerate().filter_map(held).collect();
         if places.is_empty() {
-            let bad = BadInput::new(format!("no frame belongs to the set {name}"))
-                .key("data.split")
-                .value("dataset");
+            let bad =
+                BadInput::new(format!("the set {name} has no frames")).key("data.split").value("dataset");
             let remedy = "give a dataset whose recipe has [split] with train, validation and test, or split = \"runs\"";
             return Err(bad.remedy(remedy).into());
         }
@@ -390,7 +389,7 @@ mod tests {
             ),
             (
                 run(Some((whole, 0.0)), Some((cells, 9))),
-                "class = 9: is the number of no class; allowed: 0 to 6",
+                "class = 9: is not the number of a class; allowed: 0 to 6",
             ),
             (tempfile::tempdir().unwrap(), "holds no frames"),
         ] {

@@ -128,15 +128,15 @@ fn pose(source: &Source) -> Result<Pose<Sensor, World>> {
         Place::Folder(folder) => {
             let path = folder.join("truth.json");
             let bad = |problem: String| {
-                let remedy = "put truth = true under [output] of the scenario and simulate it again";
+                let remedy = "set truth = true in [output] of the scenario and simulate it again";
                 BadInput::new(problem).file(&path).key("radar").remedy(remedy)
             };
             if !path.is_file() {
-                return Err(bad("the frame does not say how its radar stands".into()).into());
+                return Err(bad("the frame does not state the pose of its radar".into()).into());
             }
             let bytes = input::read(&path, "the truth of a frame", input::LARGEST_TEXT)?;
-            let truth: Truth =
-                serde_json::from_slice(&bytes).map_err(|e| bad(format!("is no truth of a frame: {e}")))?;
+            let truth: Truth = serde_json::from_slice(&bytes)
+                .map_err(|e| bad(format!("is not the truth of a frame: {e}")))?;
             (truth.radar.position_m, truth.radar.rotation_xyzw, path)
         }
         Place::Stored { store, frame, suffix } => stored_pose(store, *frame, suffix)?,
@@ -144,7 +144,7 @@ fn pose(source: &Source) -> Result<Pose<Sensor, World>> {
     let rotation = DQuat::from_array(rotation);
     let position = DVec3::from_array(position);
     if !(rotation.is_finite() && rotation.length() > 0.5 && position.is_finite()) {
-        let bad = BadInput::new("is no pose of a radar").file(path).key("radar").value(rotation);
+        let bad = BadInput::new("is not a pose of a radar").file(path).key("radar").value(rotation);
         return Err(bad.remedy("simulate again with this version of catseye").into());
     }
     Ok(Pose::new(rotation.normalize(), position))
@@ -207,6 +207,6 @@ pub fn read_truth(source: &Source) -> Result<Vec<CellClass>> {
 
 fn unlabelled(path: &Path) -> Error {
     let bad =
-        BadInput::new("a point has no class, so that nothing can be learned from it").file(path).key("class");
+        BadInput::new("a point has no class, so nothing can be learned from it").file(path).key("class");
     bad.remedy("give points of a simulation; recorded ones have no truth").into()
 }

@@ -74,16 +74,16 @@ impl Segmentation {
         options.check()?;
         let key = "lane.segmentation.weights";
         let Some(task) = model.grids() else {
-            let bad = BadInput::new("is a network of points, which sees no lanes").key(key);
+            let bad = BadInput::new("is a network of points, which cannot detect lanes").key(key);
             let bad = bad.value(&options.weights).allowed("a segnet");
-            return Err(bad.remedy("take a network of grids, such as road").into());
+            return Err(bad.remedy("use a network of grids, such as road").into());
         };
         let (kind, cells) = (task.kind(), task.cells());
         let count = task.classes().count();
         let place = |class| (0..count).find(|k| task.classes().class(*k) == class);
         let (lane, vehicle) = (place(CellClass::Lane), place(CellClass::Vehicle));
         let Some(lane) = lane else {
-            let bad = BadInput::new("is a network that knows no lanes").key(key).value(&options.weights);
+            let bad = BadInput::new("is a network without the class lane").key(key).value(&options.weights);
             let bad = bad.allowed("a network with the class lane");
             return Err(bad.remedy("train one with lane among data.classes").into());
         };
@@ -130,10 +130,10 @@ impl Segmentation {
         let single = self.model.cell_probabilities(scan);
         let Some((joint, last)) = &mut self.joint else { return Ok(single) };
         let speed = input.speed_mps.ok_or(LaneError::NoSpeed)?.value;
-        let what = "the yaw rate of the vehicle's bus, to take scans together";
+        let what = "the yaw rate from the vehicle's bus, to combine scans";
         let yaw_rate = input.yaw_rate_rad_per_s.ok_or(LaneError::NotGiven { what: what.into() })?.value;
         if !(speed.is_finite() && yaw_rate.is_finite() && input.time_s.is_finite()) {
-            return Err(LaneError::refused("speed, yaw rate or time of the look are no finite numbers"));
+            return Err(LaneError::refused("the speed, the yaw rate or the time of the frame is not finite"));
         }
         // Looks come in order of time; one that goes back begins anew.
         let first = Odometer {
@@ -177,7 +177,7 @@ impl LaneEstimator for Segmentation {
         if used == 0 {
             let g = self.kind.grid();
             return none(LaneError::refused(format!(
-                "no point lies in the {} x {} m before the radar that the network sees",
+                "no point is in the {} x {} m in front of the radar that the network covers",
                 g.ahead_m, g.across_m
             )));
         }

@@ -60,7 +60,7 @@ pub fn device(gpu: bool) -> Result<Device> {
         #[cfg(feature = "wgpu")]
         true => Ok(Device::wgpu(burn::tensor::DeviceKind::DefaultDevice)),
         #[cfg(not(feature = "wgpu"))]
-        true => Err(catseye::base::error::BadInput::new("networks of this build know no GPU")
+        true => Err(catseye::base::error::BadInput::new("this build cannot run networks on a GPU")
             .key("--device")
             .value("gpu")
             .allowed("auto, cpu")

@@ -114,7 +114,7 @@ fn weights_of<N: Module>(net: N, path: &Path, bytes: Vec<u8>) -> Result<N> {
 /// The complaint about a file that holds no such weights or states.
 pub fn foreign(path: &Path, e: &RecordError) -> Error {
     let problem = format!("does not fit the network: {e}");
-    BadInput::new(problem).file(path).remedy("train it again, or take the folder as catseye wrote it").into()
+    BadInput::new(problem).file(path).remedy("train it again, or use the folder as catseye wrote it").into()
 }
 
 impl Model {
@@ -147,7 +147,7 @@ impl Model {
     /// Returns `BadInput` if the folder holds no trained network.
     pub fn load(dir: &Path, device: &Device) -> Result<Model> {
         if !dir.join(CONFIG).is_file() || !dir.join(WEIGHTS).is_file() {
-            let bad = BadInput::new("holds no trained network").file(dir);
+            let bad = BadInput::new("does not contain a trained network").file(dir);
             let names = shipped::names();
             let remedy = format!(
                 "give a folder that catseye learn train wrote, or the name of a shipped network: {names}"
@@ -216,8 +216,8 @@ impl Model {
         }
         let alone = match self.trained {
             Trained::Grids(..) => None,
-            Trained::Objects(..) => Some("a detector looks at one scan"),
-            Trained::Points(..) => Some("a network of points looks at one scan"),
+            Trained::Objects(..) => Some("a detector uses one scan"),
+            Trained::Points(..) => Some("a network of points uses one scan"),
         };
         if let Some(problem) = alone.filter(|_| scans > 1) {
             return Err(bad(problem, "1").remedy("leave it out").into());
@@ -260,12 +260,13 @@ impl Model {
         let lane = CellClass::Lane.name();
         let Trained::Grids(task, net) = &self.trained else {
             let bad = BadInput::new(
-                "the sets of table 5.6 are of classes of cells, which this network does not give",
+                "the sets of table 5.6 need classes of cells, which this network does not predict",
             );
             return Err(bad.key("network.kind").allowed("segnet").into());
         };
         if !names.iter().any(|n| n == lane) {
-            let bad = BadInput::new("the sets of table 5.6 are of lanes, which this network does not know");
+            let bad =
+                BadInput::new("the sets of table 5.6 need the class lane, which this network does not have");
             return Err(bad.key("data.classes").value(names.join(", ")).into());
         }
         let judged = |set: RobustnessSet| {

@@ -190,8 +190,8 @@ impl Network {
             Kind::PointnetPlus => grids.to_vec(),
         };
         if let Some(span) = foreign.into_iter().flatten().next() {
-            let bad = doc.bad(span, format!("is no key of a {}", kind.name()));
-            return Err(bad.remedy("take it out").into());
+            let bad = doc.bad(span, format!("is not a key of a {}", kind.name()));
+            return Err(bad.remedy("remove it").into());
         }
         let missing = |key: &str| {
             let mut bad = doc.bad(&t.kind.span, format!("is missing for a {}", kind.name()));
@@ -237,7 +237,7 @@ fn check_grids(doc: &Document<'_>, n: &GridNetwork) -> Result<()> {
     within(doc, &n.channels, 1..=512)?;
     within(doc, &n.kernel, 1..=15)?;
     if n.kernel.value.is_multiple_of(2) {
-        let bad = doc.bad(&n.kernel.span, "is even, and such a kernel has no middle");
+        let bad = doc.bad(&n.kernel.span, "is even, so the kernel has no middle");
         return Err(bad.allowed("1, 3, 5 and so on to 15").remedy("give an odd number").into());
     }
     Ok(())
@@ -253,8 +253,8 @@ fn check_points(doc: &Document<'_>, n: &PointNetwork) -> Result<()> {
     let has = |wanted: &[Feature]| wanted.iter().any(|f| features.contains(f));
     match (&n.circles_m, has(&[Feature::Counts, Feature::Covariance])) {
         (None, true) => {
-            let bad = doc.bad(&n.features.span, "needs the radii of the circles");
-            return Err(bad.remedy("add circles_m, as in circles_m = [1.0, 2.0, 4.0]").into());
+            let bad = doc.bad(&n.features.span, "the features need circles_m, the radii of the circles");
+            return Err(bad.remedy("add it, as in circles_m = [1.0, 2.0, 4.0]").into());
         }
         (Some(c), false) => return Err(unread(doc, &c.span, "counts or covariance")),
         (Some(c), true) => list(doc, c, 8, "larger than 0 and at most 1000", |r| *r > 0.0 && *r <= 1e3)?,
@@ -269,7 +269,7 @@ fn check_points(doc: &Document<'_>, n: &PointNetwork) -> Result<()> {
     list(doc, &g.radii_m, 5, "larger than 0 and at most 1000", |r| *r > 0.0 && *r <= 1e3)?;
     list(doc, &g.centroids, 5, "1 to 4096", |c| (1..=4096).contains(c))?;
     if g.centroids.value.len() != g.radii_m.value.len() {
-        let bad = doc.bad(&g.centroids.span, "has another length than radii_m");
+        let bad = doc.bad(&g.centroids.span, "must have the length of radii_m");
         let allowed = format!("{} numbers", g.radii_m.value.len());
         return Err(bad.allowed(allowed).remedy("give one number for each level").into());
     }
@@ -279,7 +279,7 @@ fn check_points(doc: &Document<'_>, n: &PointNetwork) -> Result<()> {
 /// A key of a feature that is not asked for.
 fn unread(doc: &Document<'_>, span: &Range<usize>, feature: &str) -> Error {
     let bad = doc.bad(span, format!("is not used, because network.features has no {feature}"));
-    bad.remedy("take it out, or add the feature").into()
+    bad.remedy("remove it, or add the feature").into()
 }
 
 /// Checks the length and the values of a list.
@@ -293,7 +293,7 @@ fn list<T>(
     if (1..=most).contains(&at.value.len()) && at.value.iter().all(fits) {
         return Ok(());
     }
-    let bad = doc.bad(&at.span, "is no list of such numbers");
+    let bad = doc.bad(&at.span, "is not a list of numbers in range");
     Err(bad.allowed(format!("1 to {most} numbers, each {range}")).remedy("change the list").into())
 }
 

@@ -113,7 +113,7 @@ impl Source {
 }
 
 fn other_type(dir: &Path, array: &str, allowed: &str) -> BadInput {
-    let bad = BadInput::new("is an array of another type").file(dir).key(array).allowed(allowed);
+    let bad = BadInput::new("the array has another type").file(dir).key(array).allowed(allowed);
     bad.remedy("make the dataset with this version of catseye")
 }
 
@@ -121,13 +121,13 @@ fn check_shape(path: &Path, found: &[usize], wanted: &[usize]) -> Result<()> {
     if found == wanted {
         return Ok(());
     }
-    let bad = BadInput::new("is a grid of another size").file(path).key("shape").value(format!("{found:?}"));
-    Err(bad.allowed(format!("{wanted:?}")).remedy("give a run that this version of catseye simulated").into())
+    let bad = BadInput::new("the grid has another size").file(path).key("shape").value(format!("{found:?}"));
+    Err(bad.allowed(format!("{wanted:?}")).remedy("use a run that this version of catseye simulated").into())
 }
 
 fn without_masks(path: &Path) -> BadInput {
     let bad = BadInput::new("the run has no masks").file(path).key("masks").value("false").allowed("true");
-    bad.remedy("put masks = true under [output] of the scenario and simulate it again")
+    bad.remedy("set masks = true in [output] of the scenario and simulate it again")
 }
 
 /// All frames of some folders that hold grids of this kind, each of a run or a dataset, in order.
@@ -160,7 +160,7 @@ fn all_of(folders: &[PathBuf], grids: Option<GridKind>) -> Result<Vec<Source>> {
 
 fn of_folder(folder: &Path, grids: Option<GridKind>) -> Result<Vec<Source>> {
     if !folder.is_dir() {
-        let bad = BadInput::new("is no folder of a run or a dataset").file(folder);
+        let bad = BadInput::new("is not the folder of a run or a dataset").file(folder);
         return Err(bad.remedy("give a folder that catseye simulate or catseye dataset wrote").into());
     }
     match (folder.join(DATASET).is_file(), grids) {
@@ -191,7 +191,7 @@ fn of_run(run: &Path, grids: Option<GridKind>) -> Result<Vec<Source>> {
         (Some(first), true) => {
             let bad =
                 BadInput::new("the run has no points").file(first.join(name)).key("points").value("false");
-            let remedy = "put points = true under [output] of the scenario and simulate it again";
+            let remedy = "set points = true in [output] of the scenario and simulate it again";
             Err(bad.allowed("true").remedy(remedy).into())
         }
         _ => Ok(found.into_iter().map(|f| Source { scene: 0, split: None, at: Place::Folder(f) }).collect()),
@@ -206,7 +206,7 @@ fn grids_of_dataset(dir: &Path, kind: GridKind) -> Result<Vec<Source>> {
         layout.arrays.iter().filter_map(|a| a.name.strip_prefix(&base).map(String::from)).collect();
     if suffixes.is_empty() {
         let bad = BadInput::new("the dataset has no masks").file(dir).key("keep.masks").value("false");
-        let remedy = "put masks = true under [keep] of the recipe and make it again";
+        let remedy = "set masks = true in [keep] of the recipe and make the dataset again";
         return Err(bad.allowed("true").remedy(remedy).into());
     }
     of_dataset(dir, layout, &|_, _| Ok(suffixes.clone()))
@@ -217,7 +217,7 @@ fn points_of_dataset(dir: &Path) -> Result<Vec<Source>> {
     let layout = DatasetLayout::open(dir)?;
     if !layout.tables.iter().any(|t| t.name == "points") {
         let bad = BadInput::new("the dataset has no points").file(dir).key("keep.points").value("false");
-        let remedy = "put points = true under [keep] of the recipe and make it again";
+        let remedy = "set points = true in [keep] of the recipe and make the dataset again";
         return Err(bad.allowed("true").remedy(remedy).into());
     }
     of_dataset(dir, layout, &|store, frame| {
@@ -245,11 +245,12 @@ fn of_dataset(
         let row = store.layout.read_table(dir, "frames", frame)?;
         let column = |name: &str| row.columns.iter().find(|(n, _)| n == name).map(|(_, c)| c);
         let (Some(Column::U32(scene)), Some(Column::Text(split))) = (column("scene"), column("split")) else {
-            let bad = BadInput::new("is no table of a dataset's frames").file(dir).key("frames");
+            let bad = BadInput::new("is not the table of the frames of a dataset").file(dir).key("frames");
             return Err(bad.remedy("make the dataset with this version of catseye").into());
         };
         let (Some(scene), Some(split)) = (scene.first(), split.first()) else {
-            let bad = BadInput::new("the table has no row for a frame").file(dir).key("frames").value(frame);
+            let bad =
+                BadInput::new("the table lacks the row of a frame").file(dir).key("frames").value(frame);
             return Err(bad.remedy("make the dataset with this version of catseye").into());
         };
         let next = scenes.len();

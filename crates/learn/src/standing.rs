@@ -31,24 +31,26 @@ pub fn place_of(source: &Source) -> Result<Place> {
         At::Folder(frame) => {
             let path = frame.join("truth.json");
             if !path.is_file() {
-                let bad =
-                    BadInput::new("scans of a run are joined by the poses of its truth, which it has not");
+                let bad = BadInput::new(
+                    "scans of a run are combined with the poses of its truth, which is missing",
+                );
                 return Err(bad
                     .file(&path)
-                    .remedy("put truth = true under [output] of the scenario, or take one scan")
+                    .remedy("set truth = true in [output] of the scenario, or use one scan")
                     .into());
             }
             let bytes = input::read(&path, "the truth of a frame", MOST_BYTES)?;
             let truth: TruthFile = serde_json::from_slice(&bytes)
                 .map_err(|e| BadInput::new(format!("is damaged: {}", json_in_words(&e))).file(&path))
-                .map_err(|b| b.remedy("simulate the run again, or take one scan"))?;
+                .map_err(|b| b.remedy("simulate the run again, or use one scan"))?;
             (truth.radar.position_m, truth.radar.rotation_xyzw)
         }
         At::Stored { store, frame, suffix } => {
             let table = store.layout.read_table(&store.dir, "radars", *frame)?;
             let bad = || {
-                let bad = BadInput::new("has no such column of numbers").file(&store.dir).key("radars");
-                bad.remedy("make the dataset with this version of catseye, or take one scan")
+                let bad =
+                    BadInput::new("the table has no such column of numbers").file(&store.dir).key("radars");
+                bad.remedy("make the dataset with this version of catseye, or use one scan")
             };
             let column = |name: &str| table.columns.iter().find(|(n, _)| n == name).map(|(_, c)| c);
             let row = match (suffix.strip_prefix('_'), column("radar")) {
@@ -73,10 +75,10 @@ pub fn place_of(source: &Source) -> Result<Place> {
     let at_m = DVec3::from_array(position_m).truncate();
     match ahead.try_normalize().filter(|_| at_m.is_finite()) {
         Some(ahead) => Ok(Place { at_m, ahead }),
-        None => Err(BadInput::new("the radar points straight up, or stands nowhere")
+        None => Err(BadInput::new("the radar points straight up, or its position is not finite")
             .key("rotation_xyzw")
             .value(format!("{rotation_xyzw:?}"))
-            .remedy("take one scan")
+            .remedy("use one scan")
             .into()),
     }
 }

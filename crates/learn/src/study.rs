@@ -83,8 +83,8 @@ impl Study {
             Ok(name.ok_or_else(unnamed)?.to_string_lossy().into_owned())
         };
         let twice = |what: &str, path: &Path| {
-            let bad = BadInput::new(format!("has the name of another {what}")).file(path);
-            Error::from(bad.remedy("rename it, so that results can be told apart"))
+            let bad = BadInput::new(format!("has the same name as another {what}")).file(path);
+            Error::from(bad.remedy("rename it, so that results can be distinguished"))
         };
         let mut study = Study { trainings: Vec::new(), seeds, on: Vec::new() };
         for file in files {
@@ -138,8 +138,8 @@ impl Study {
                     true => {
                         let text = fs::read(&note).map_err(|e| Error::io(&note, e))?;
                         let foreign = |e| {
-                            let bad = BadInput::new(format!("is no note of a study: {e}")).file(&note);
-                            bad.remedy("delete it, and its training is done again")
+                            let bad = BadInput::new(format!("is not a note of a study: {e}")).file(&note);
+                            bad.remedy("delete it; its training is then repeated")
                         };
                         serde_json::from_slice(&text).map_err(foreign)?
                     }

@@ -178,7 +178,7 @@ impl<'a, T: Task> Trainer<'a, T> {
             }
         }
         if learned == 0 {
-            let bad = BadInput::new("no frame of the training set holds a point").key("data.runs");
+            let bad = BadInput::new("no frame of the training set contains a point").key("data.runs");
             return Err(bad.remedy("give runs whose radar detects something").into());
         }
         let fixed = self.net.valid();
@@ -249,8 +249,9 @@ impl<'a, T: Task> Trainer<'a, T> {
             .from_bytes(Bytes::from_bytes_vec(read(OPTIMISER)?))
             .map_err(|e| foreign(&at.join(OPTIMISER), &e))?;
         self.best = read(BEST)?;
-        self.state = serde_json::from_slice(&read(STATE)?)
-            .map_err(|e| BadInput::new(format!("is no state of a training: {e}")).file(at.join(STATE)))?;
+        self.state = serde_json::from_slice(&read(STATE)?).map_err(|e| {
+            BadInput::new(format!("is not the state of a training: {e}")).file(at.join(STATE))
+        })?;
         Ok(())
     }
 }

@@ -138,7 +138,7 @@ fn wrong_datasets_are_refused_in_one_line() {
                 a[0].shape = vec![4, 10, 10];
                 a[0].data = Data::F32(vec![0.0; 400]);
             },
-            "shape = [4, 10, 10]: is a grid of another size",
+            "shape = [4, 10, 10]: the grid has another size",
         ),
         (
             &|a| {
@@ -152,7 +152,7 @@ fn wrong_datasets_are_refused_in_one_line() {
                 let Data::U8(v) = &mut a[1].data else { unreachable!() };
                 v[7] = 200;
             },
-            "class = 200: is the number of no class",
+            "class = 200: is not the number of a class",
         ),
     ];
     for (spoil, words) in cases {
@@ -168,7 +168,7 @@ fn wrong_datasets_are_refused_in_one_line() {
     write(&dir, &|_| "train", &|_| {});
     let own = config(t.path(), "split = \"dataset\"").unwrap();
     let e = train(&own, &t.path().join("net"), false, &cpu(), Control::default(), &|_| {}).unwrap_err();
-    assert!(e.to_string().contains("data.split = dataset: no frame belongs to the set validation"), "{e}");
+    assert!(e.to_string().contains("data.split = dataset: the set validation has no frames"), "{e}");
     let turned = config(t.path(), "").map(|_| ()).and_then(|_| {
         let path = t.path().join("training.toml");
         let text = fs::read_to_string(&path).unwrap().replace("drop = 0.1", "turn_deg = 5");

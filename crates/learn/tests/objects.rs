@@ -170,7 +170,7 @@ fn contours_are_learned() {
     let e = model.robustness(1, 1).err().unwrap().to_string();
     assert!(e.contains("allowed: segnet"), "{e}");
     let e = model.with_scans(3).err().unwrap().to_string();
-    assert!(e.contains("a detector looks at one scan"), "{e}");
+    assert!(e.contains("a detector uses one scan"), "{e}");
 }
 
 #[test]

@@ -313,15 +313,15 @@ fn wrong_points_are_refused_in_one_line() {
         (ask(&rows("1,2,0,fast,-60,car,0,0")), "not a number"),
         (
             ask(&|frame| fs::remove_file(frame.join("truth.json")).unwrap()),
-            "truth.json: radar: the frame does not say how its radar stands",
+            "truth.json: radar: the frame does not state the pose of its radar",
         ),
-        (ask(&|frame| fs::write(frame.join("truth.json"), "{}").unwrap()), "is no truth of a frame"),
+        (ask(&|frame| fs::write(frame.join("truth.json"), "{}").unwrap()), "is not the truth of a frame"),
         (
             ask(&|frame| {
                 let text = TRUTH.replace("[0,0,0,1]", "[0,0,0,0]");
                 fs::write(frame.join("truth.json"), text).unwrap();
             }),
-            "is no pose of a radar",
+            "is not a pose of a radar",
         ),
         (
             ask(&|frame| {
@@ -338,7 +338,7 @@ fn wrong_points_are_refused_in_one_line() {
                     fs::write(at, format!("{HEADER}\n")).unwrap();
                 }
             }),
-            "data.runs: no frame of the training set holds a point",
+            "data.runs: no frame of the training set contains a point",
         ),
     ] {
         assert!(said.contains(words), "{words}: {said}");

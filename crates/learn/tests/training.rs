@@ -127,7 +127,7 @@ fn classes_that_can_be_told_apart_are_learned() {
     let gone = model.evaluate(&runs[..1]).unwrap_err().to_string();
     assert!(gone.contains("masks = false"), "{gone}");
     let foreign = Model::load(t.path(), &cpu()).err().unwrap().to_string();
-    assert!(foreign.contains("holds no trained network"), "{foreign}");
+    assert!(foreign.contains("does not contain a trained network"), "{foreign}");
 }
 
 #[test]
@@ -261,9 +261,10 @@ fn a_study_tells_what_its_trainings_reached() {
         |files: &[PathBuf], seeds, on: &[PathBuf]| Study::new(files, seeds, on).unwrap_err().to_string();
     assert!(refused(&files, 0, &on).contains("allowed: 1 to 100"));
     assert!(
-        refused(&[files[0].clone(), files[0].clone()], 2, &on).contains("has the name of another training")
+        refused(&[files[0].clone(), files[0].clone()], 2, &on)
+            .contains("has the same name as another training")
     );
     let both = [on[0].clone(), on[0].clone()];
-    assert!(refused(&files, 2, &both).contains("has the name of another set of frames"));
+    assert!(refused(&files, 2, &both).contains("has the same name as another set of frames"));
     assert!(refused(&[], 2, &on).contains("no training is given"));
 }

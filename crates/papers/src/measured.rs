@@ -48,7 +48,7 @@ struct Table {
 
 impl Table {
     fn read(name: &str, text: &str) -> Result<Table> {
-        let damaged = |line: &str| Error::Failed(format!("{name}: '{line}' is no row of the table"));
+        let damaged = |line: &str| Error::Failed(format!("{name}: '{line}' is not a row of the table"));
         let mut table =
             Table { azimuth_deg: Vec::new(), columns: vec![Vec::new(); 2 * FREQUENCIES_HZ.len()] };
         for line in text.lines().filter(|l| !l.starts_with('#')).skip(1) {

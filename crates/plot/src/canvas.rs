@@ -174,7 +174,7 @@ impl Canvas {
     }
 
     pub fn finish(self) -> Result<Picture> {
-        let too_large = || Error::Failed("the picture cannot be drawn: it has too many pixels".into());
+        let too_large = || Error::Failed("the image cannot be drawn: it has too many pixels".into());
         let drawn = self.pixels.ok_or_else(too_large)?;
         let rgb = drawn.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
         let pixels = RgbImage::from_raw(drawn.width(), drawn.height(), rgb).ok_or_else(too_large)?;

@@ -57,10 +57,10 @@ fn gaps(path: &Path, values: impl IntoIterator<Item = f64>) -> Result<usize> {
         gaps += usize::from(v.is_nan() || v == f64::INFINITY);
     }
     match all > 0 && gaps == all {
-        true => Err(BadInput::new("holds no number that could be drawn")
+        true => Err(BadInput::new("contains no number that can be drawn")
             .file(path)
             .value(format!("{all} values"))
-            .remedy("see how the file was made")
+            .remedy("check how the file was made")
             .into()),
         false => Ok(gaps),
     }

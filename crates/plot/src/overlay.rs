@@ -33,7 +33,10 @@ pub fn overlay_files(title: &str, a: &Path, b: &Path) -> Result<Picture> {
         (Some(x), Some(y)) => points_overlay(title, &x, &y).map_err(|e| in_file(e, a)),
         (x, _) => {
             let file = if x.is_none() { a } else { b };
-            Err(BadInput::new("these tables make no common picture").file(file).allowed(KINDS).into())
+            Err(BadInput::new("these two tables cannot be drawn in one chart")
+                .file(file)
+                .allowed(KINDS)
+                .into())
         }
     }
 }
@@ -77,7 +80,7 @@ pub fn rcs_overlay(title: &str, a: &[RcsRow], b: &[RcsRow]) -> Result<Picture> {
     let azimuths = distinct(rows.iter().map(|r| r.azimuth_deg));
     let elevations = distinct(rows.iter().map(|r| r.elevation_deg));
     if frequencies.len().max(azimuths.len()).max(elevations.len()) < 2 {
-        return Err(BadInput::new("a single direction makes no picture")
+        return Err(BadInput::new("a single direction cannot be drawn as a chart")
             .remedy("compare sweeps of the azimuth, the elevation or the frequency")
             .into());
     }

@@ -78,10 +78,7 @@ pub(super) fn range_doppler_chart(input: &RangeDoppler) -> Result<Chart> {
         let (points, folded) = folded(input.detections, input.range_rate_mps);
         let label = match folded {
             0 => format!("detections ({})", points.len()),
-            n => format!(
-                "detections ({}; {n} of them faster than the map tells, folded into it)",
-                points.len()
-            ),
+            n => format!("detections ({}; {n} of them beyond the unambiguous range rate)", points.len()),
         };
         chart.marks(label, points, Mark::Ring { radius: 5.0 }, WHITE);
     }

@@ -158,7 +158,7 @@ pub fn rcs_picture(title: &str, rows: &[RcsRow], style: RcsStyle) -> Result<Pict
     let azimuths = distinct(rows.iter().map(|r| r.azimuth_deg));
     let elevations = distinct(rows.iter().map(|r| r.elevation_deg));
     if rows.len() < 2 || frequencies.len().max(azimuths.len()).max(elevations.len()) < 2 {
-        return Err(BadInput::new("a single direction makes no picture")
+        return Err(BadInput::new("a single direction cannot be drawn as a chart")
             .remedy("sweep the azimuth, the elevation or the frequency, e.g. --azimuth-deg -45:45:0.1")
             .into());
     }
@@ -282,11 +282,11 @@ pub(super) fn name_by_difference(rows: &mut [RcsRow], title: &mut String) -> Res
             }
             Ok("receiver ")
         }
-        (None, None) => {
-            Err(BadInput::new("directions of both the transmitter and the receiver make no picture")
-                .remedy("give one of them a single direction")
-                .into())
-        }
+        (None, None) => Err(BadInput::new(
+            "directions of both the transmitter and the receiver cannot be drawn in one chart",
+        )
+        .remedy("give one of them a single direction")
+        .into()),
     }
 }
 

@@ -77,7 +77,7 @@ pub fn png(image: &RgbImage) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     image
         .write_to(&mut std::io::Cursor::new(&mut bytes), ImageFormat::Png)
-        .map_err(|e| Error::Failed(format!("the picture cannot be encoded: {e}")))?;
+        .map_err(|e| Error::Failed(format!("the image cannot be encoded: {e}")))?;
     Ok(bytes)
 }
 

@@ -150,7 +150,7 @@ fn sine_width(radar: &Radar) -> Option<f64> {
 }
 
 fn other_rows(path: &Path, rows: usize) -> catseye::base::error::Error {
-    BadInput::new("has another shape than the returns beside it")
+    BadInput::new("the shape does not fit returns.csv")
         .file(path)
         .allowed(format!("[{rows}, bounces, 3], a row for each row of returns.csv"))
         .remedy("simulate the run again")

@@ -71,9 +71,9 @@ impl Lanes {
             true => (path.join(ESTIMATES), Some(path.to_path_buf())),
             false => (path.to_path_buf(), path.parent().map(Path::to_path_buf)),
         };
-        let remedy = "give a folder that `catseye lane METHOD` wrote to its end";
+        let remedy = "give a folder that `catseye lane METHOD` completed";
         if !file.is_file() {
-            let bad = BadInput::new("is missing: the folder holds no lane estimates").file(&file);
+            let bad = BadInput::new("is missing: the folder contains no lane estimates").file(&file);
             return Err(match below(path) {
                 Some(one) => bad.remedy(format!("give one of its methods, as {}", one.display())),
                 None => bad.remedy(remedy),
@@ -84,7 +84,7 @@ impl Lanes {
             Some(path) => {
                 Some(serde_json::from_slice::<Manifest>(&read(&path, "a manifest", LARGEST_TEXT)?).map_err(
                     |e| {
-                        BadInput::new(format!("is no manifest of lane estimates: {}", json_in_words(&e)))
+                        BadInput::new(format!("is not a manifest of lane estimates: {}", json_in_words(&e)))
                             .file(&path)
                             .remedy(remedy)
                     },
@@ -97,7 +97,7 @@ impl Lanes {
         for (i, line) in text.split(|b| *b == b'\n').enumerate().filter(|(_, l)| !l.is_empty()) {
             let look: Look = serde_json::from_slice(line).map_err(|e| BadInput {
                 line: Some(i + 1),
-                ..BadInput::new(format!("is no lane estimate: {}", json_in_words(&e)))
+                ..BadInput::new(format!("is not a lane estimate: {}", json_in_words(&e)))
                     .file(&file)
                     .remedy(remedy)
             })?;
@@ -127,7 +127,7 @@ impl Lanes {
                 .find_map(|l| l.strip_prefix("name")?.trim_start().strip_prefix('='))
                 .map_or("without a name", str::trim);
             remarks.push(format!(
-                "the lanes were found in a scenario file with another text than the run's ({name}): what differs between the two is not told"
+                "the lanes were found in a scenario file whose text differs from that of the run ({name}); the differences are not listed"
             ));
         }
         let looks: BTreeMap<u32, Look> =

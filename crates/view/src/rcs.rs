@@ -62,7 +62,7 @@ impl Page {
     /// Returns `BadInput` where there is no table, or one without rows, and for a target of more triangles than a page takes.
     pub fn of_rcs(tables: &[RcsTable], target: Option<&Scene>) -> Result<Page> {
         if tables.is_empty() || tables.iter().any(|t| t.rows.is_empty()) {
-            return Err(BadInput::new("no cross section is there to be shown")
+            return Err(BadInput::new("there is no cross section to show")
                 .allowed("tables with one row or more")
                 .into());
         }

@@ -84,15 +84,15 @@ pub fn page(folder: &Path, only: Option<u32>, lanes: Option<&Path>) -> Result<Pa
             .and_then(|v| Some(v.get("catseye")?.as_str()?.to_string()));
         let told = match other.filter(|v| v != env!("CARGO_PKG_VERSION")) {
             Some(v) => format!(
-                "was written by catseye {v}, and this is {}: {}",
+                "was written by catseye {v}, and this is catseye {}: {}",
                 env!("CARGO_PKG_VERSION"),
                 json_in_words(&e)
             ),
-            None => format!("is no manifest of a run: {}", json_in_words(&e)),
+            None => format!("is not a manifest of a run: {}", json_in_words(&e)),
         };
         BadInput::new(told)
             .file(&path)
-            .remedy("give a folder that `catseye simulate` of this version wrote to its end")
+            .remedy("give a folder that `catseye simulate` of this version completed")
     })?;
     let mut frames: Vec<(u32, f64)> = manifest.frames.iter().map(|f| (f.index, f.time_s)).collect();
     frames.dedup_by_key(|f| f.0);
@@ -199,9 +199,9 @@ impl Run {
             if truth.is_file() {
                 let bytes = read(&truth, "the truth of a frame", LARGEST_TEXT)?;
                 let truth: Truth = serde_json::from_slice(&bytes).map_err(|e| {
-                    BadInput::new(format!("is no truth of a frame: {}", json_in_words(&e)))
+                    BadInput::new(format!("is not the truth of a frame: {}", json_in_words(&e)))
                         .file(&truth)
-                        .remedy("it was cut short or changed: simulate the run again")
+                        .remedy("simulate the run again, since the file is truncated or changed")
                 })?;
                 let pose =
                     |p: &catseye_io::files::PoseRecord| [&p.position_m[..], &p.rotation_xyzw[..]].concat();
@@ -221,7 +221,7 @@ impl Run {
             }
             if which == 0 && self.lanes.is_some() && !truth.is_file() {
                 let bad =
-                    BadInput::new("is missing, and tells where the vehicle of the lane estimates stands");
+                    BadInput::new("is missing, and states the position of the vehicle of the lane estimates");
                 return Err(bad.file(&truth).remedy("simulate the run with [output] truth = true").into());
             }
             let points = dir.join("points.csv");
@@ -278,7 +278,7 @@ fn causes(table: &Table, rows: Option<&[u32]>, radar: &Radar, returns: &Returns)
 fn map(path: &Path, cells: [usize; 2]) -> Result<Value> {
     let array = npy::read_f32(path)?;
     if array.shape != cells {
-        return Err(BadInput::new("has another shape than the axes of the manifest")
+        return Err(BadInput::new("the shape differs from the axes of the manifest")
             .file(path)
             .value(format!("{:?}", array.shape))
             .allowed(format!("{cells:?}"))

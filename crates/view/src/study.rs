@@ -89,12 +89,12 @@ pub fn page(folder: &Path) -> Result<Page> {
     let path = folder.join(MANIFEST);
     let bytes = read(&path, "a manifest of studies", LARGEST_TEXT)?;
     let manifest: Manifest = serde_json::from_slice(&bytes).map_err(|e| {
-        BadInput::new(format!("is no manifest of studies: {}", json_in_words(&e)))
+        BadInput::new(format!("is not a manifest of studies: {}", json_in_words(&e)))
             .file(&path)
-            .remedy("give a folder that `catseye study` wrote to its end")
+            .remedy("give a folder that `catseye study` completed")
     })?;
     if manifest.studies.is_empty() {
-        return Err(BadInput::new("holds no study")
+        return Err(BadInput::new("contains no study")
             .file(&path)
             .key("studies")
             .remedy("run the study again")
@@ -125,7 +125,7 @@ fn file_of(folder: &Path, manifest: &Path, note: &StudyNote, ending: &str) -> Re
     // A manifest is not trusted to name files elsewhere.
     if Path::new(name).file_name() != Some(name.as_ref()) {
         let bad =
-            BadInput::new("is no name of a file in this folder").file(manifest).key("files").value(name);
+            BadInput::new("is not the name of a file in this folder").file(manifest).key("files").value(name);
         return Err(bad.allowed("names without folders").remedy("run the study again").into());
     }
     let path = folder.join(name);
@@ -151,8 +151,10 @@ fn study(folder: &Path, manifest: &Path, note: &StudyNote, source: Option<&Strin
             out["settings"] =
                 json!(table.comments.iter().filter(|c| !c.starts_with("remark:")).collect::<Vec<_>>());
             if note.columns.is_empty() {
-                let bad = BadInput::new("does not tell which columns are axes: an older catseye wrote it")
-                    .file(manifest);
+                let bad = BadInput::new(
+                    "does not state which columns are axes: it was written by an older catseye",
+                )
+                .file(manifest);
                 return Err(bad.key("columns").remedy("run `catseye study` again with --force").into());
             }
             out["columns"] = columns(&path, manifest, note, &table)?;
@@ -178,7 +180,8 @@ fn study(folder: &Path, manifest: &Path, note: &StudyNote, source: Option<&Strin
                 out["picture"] = json!(format!("data:image/png;base64,{}", STANDARD.encode(bytes)));
             }
             None => {
-                let bad = BadInput::new("has neither table nor picture").file(folder).key(&note.name);
+                let bad =
+                    BadInput::new("the study has neither a table nor a chart").file(folder).key(&note.name);
                 return Err(bad.remedy("run the study again").into());
             }
         },
@@ -215,7 +218,7 @@ fn columns(path: &Path, manifest: &Path, note: &StudyNote, table: &Table) -> Res
             continue;
         }
         if c.values.len() != c.names.len() {
-            let bad = BadInput::new("has another number of names than of values").file(manifest).key(&c.name);
+            let bad = BadInput::new("the numbers of names and values differ").file(manifest).key(&c.name);
             return Err(bad
                 .value(c.names.len())
                 .allowed(c.values.len().to_string())
@@ -227,8 +230,10 @@ fn columns(path: &Path, manifest: &Path, note: &StudyNote, table: &Table) -> Res
         let mut at = Vec::with_capacity(cells.len());
         for (row, cell) in cells.iter().enumerate() {
             let Some(place) = places.get(cell.as_ref()) else {
-                let bad =
-                    BadInput::new("is no value of this axis").file(path).key(&c.name).value(cell.to_string());
+                let bad = BadInput::new("is not a value of this axis")
+                    .file(path)
+                    .key(&c.name)
+                    .value(cell.to_string());
                 let bad = BadInput { line: Some(table.line(row)), ..bad };
                 return Err(bad.allowed(c.names.join(", ")).remedy("run the study again").into());
             };
@@ -242,11 +247,12 @@ fn columns(path: &Path, manifest: &Path, note: &StudyNote, table: &Table) -> Res
         out.push(Value::Object(own));
     }
     if table.len() != points {
-        let bad = BadInput::new("has another number of rows than its axes have points").file(path);
+        let bad =
+            BadInput::new("the number of rows differs from the number of points of the axes").file(path);
         return Err(bad
             .value(table.len())
             .allowed(points.to_string())
-            .remedy("it was cut short or changed: run the study again")
+            .remedy("run the study again, since the file is truncated or changed")
             .into());
     }
     Ok(json!(out))

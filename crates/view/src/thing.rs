@@ -56,9 +56,9 @@ fn kind_of(folder: &Path) -> Result<String> {
     let path = folder.join(MANIFEST);
     let bytes = read(&path, "a manifest", LARGEST_TEXT)?;
     let kind: Kind = serde_json::from_slice(&bytes).map_err(|e| {
-        BadInput::new(format!("is no manifest: {}", json_in_words(&e)))
+        BadInput::new(format!("is not a manifest: {}", json_in_words(&e)))
             .file(&path)
-            .remedy("give a folder that catseye wrote to its end")
+            .remedy("give a folder that catseye completed")
     })?;
     Ok(kind.kind)
 }
@@ -75,7 +75,7 @@ impl Thing {
         {
             return match Self::of_folder(run)? {
                 run @ (Thing::Run(_) | Thing::Frame(..)) => Ok(Thing::Lanes(Box::new(run), found.clone())),
-                _ => Err(BadInput::new("is no run, which alone is shown together with lane estimates")
+                _ => Err(BadInput::new("is not a run, and lane estimates can only be shown with a run")
                     .file(run)
                     .remedy(
                         "give the folder that `catseye simulate` wrote first, then that of `catseye lane`",
@@ -85,7 +85,7 @@ impl Thing {
         }
         let [path] = paths else {
             if let Some(other) = paths.iter().find(|p| !Self::is_table(p)) {
-                return Err(BadInput::new("cannot be shown together with others")
+                return Err(BadInput::new("cannot be shown together with other results")
                     .file(other)
                     .allowed("several tables of cross sections (.csv), a run and its lane estimates, or one of anything else")
                     .remedy("give it alone")
@@ -99,10 +99,10 @@ impl Thing {
         if Self::is_table(path) {
             return Ok(Thing::Rcs(vec![path.clone()]));
         }
-        Err(BadInput::new("is nothing that a page can show")
+        Err(BadInput::new("a page cannot show this kind of file")
             .file(path)
             .allowed("the folder of a run, of one of its frames, of a dataset or of studies, or tables of cross sections (.csv)")
-            .remedy("give what `catseye simulate` or `catseye rcs` wrote")
+            .remedy("give a result of `catseye simulate` or `catseye rcs`")
             .into())
     }
 
@@ -126,7 +126,7 @@ impl Thing {
             return Ok(Thing::Run(path.to_path_buf()));
         }
         if lanes::is_lanes(path) {
-            return Err(BadInput::new("holds lane estimates, and not the frames in which they were found")
+            return Err(BadInput::new("contains lane estimates without the frames in which they were found")
                 .file(path)
                 .remedy("give the run of the same scenario before it: catseye view RUN LANES")
                 .into());
@@ -134,9 +134,9 @@ impl Thing {
         if is_run(path) && kind_of(path)? == "study" {
             return Ok(Thing::Study(path.to_path_buf()));
         }
-        Err(BadInput::new("is no folder that a page can show: it has no manifest.json of studies or with frames beside it, and no dataset.json")
+        Err(BadInput::new("a page cannot show this folder: it has no manifest.json of studies or with frames beside it, and no dataset.json")
             .file(path)
-            .remedy("give a folder that `catseye simulate`, `catseye dataset` or `catseye study` wrote to its end")
+            .remedy("give a folder that `catseye simulate`, `catseye dataset` or `catseye study` completed")
             .into())
     }
 
@@ -177,9 +177,9 @@ impl Page {
             [one] if !one.is_dir() && !table(one) => {
                 let spec = one.to_string_lossy();
                 if one.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-                    return Err(BadInput::new("is not shown before it was run")
+                    return Err(BadInput::new("a scenario, study or recipe cannot be shown before it is run")
                         .file(one)
-                        .remedy("a scenario can be changed in a page that --live serves; else give what `catseye simulate` or `catseye study` makes of it")
+                        .remedy("use --live for a scenario, or give the result of `catseye simulate` or `catseye study`")
                         .into());
                 }
                 if target::is_file(&spec) {

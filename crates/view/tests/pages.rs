@@ -168,9 +168,9 @@ fn what_is_cut_short_is_told_and_leaves_nothing() {
         fs::read(t.path().join("small.npy")).unwrap()
     };
     let told = broken("range_doppler.npy", &small);
-    assert!(told.contains("range_doppler.npy") && told.contains("another shape"), "{told}");
+    assert!(told.contains("range_doppler.npy") && told.contains("shape differs from"), "{told}");
     let told = broken("return_places.npy", &small);
-    assert!(told.contains("return_places.npy") && told.contains("another shape"), "{told}");
+    assert!(told.contains("return_places.npy") && told.contains("shape does not fit"), "{told}");
     let told = broken("points.csv", b"range_m\nx,y\n");
     assert!(told.contains("points.csv:2"), "{told}");
     let told = broken("truth.json", b"{\"frame\": 1");
@@ -180,14 +180,14 @@ fn what_is_cut_short_is_told_and_leaves_nothing() {
     assert!(told.contains("frame_000001") && told.contains("is missing"), "{told}");
     fs::write(folder.join("manifest.json"), b"{}").unwrap();
     let told = complaint();
-    assert!(told.contains("manifest.json") && told.contains("is no manifest of a run"), "{told}");
+    assert!(told.contains("manifest.json") && told.contains("is not a manifest of a run"), "{told}");
     fs::remove_file(folder.join("manifest.json")).unwrap();
-    assert!(complaint().contains("is no folder that a page can show"));
+    assert!(complaint().contains("a page cannot show this folder"));
     // What is nothing that a page shows, and things that do not go together.
     let alone = |paths: &[&str]| {
         let paths: Vec<PathBuf> = paths.iter().map(PathBuf::from).collect();
         Thing::of(&paths).unwrap_err().to_string()
     };
-    assert!(alone(&["notes.txt"]).contains("nothing that a page can show"));
+    assert!(alone(&["notes.txt"]).contains("a page cannot show this kind of file"));
     assert!(alone(&["a.csv", "scene.glb"]).contains("cannot be shown together"));
 }

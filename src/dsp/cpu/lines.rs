@@ -41,7 +41,7 @@ pub fn lines<'a, T: Real>(cube: &'a Cube<T>, radar: &Radar) -> Result<Cow<'a, Cu
             .key("cube")
             .value(format!("{shape:?} ({} samples)", cube.data.len()))
             .allowed(format!("{want:?}"))
-            .remedy("give the radar that the cube was taken with")
+            .remedy("give the radar that recorded the cube")
             .into());
     }
     match &radar.waveform {

@@ -165,7 +165,7 @@ pub fn read<T: DeserializeOwned + JsonSchema>(given: Option<Map<String, Value>>)
     let known: Vec<&str> =
         schema["properties"].as_object().map(|p| p.keys().map(String::as_str).collect()).unwrap_or_default();
     if let Some(key) = given.keys().find(|k| !known.contains(&k.as_str())) {
-        let bad = BadInput::new("is no input of this tool").key(key).allowed(known.join(", "));
+        let bad = BadInput::new("is not an input of this tool").key(key).allowed(known.join(", "));
         return Err(match nearest(key, known.iter().copied()) {
             Some(near) => bad.remedy(format!("did you mean '{near}'?")),
             None => bad,

@@ -17,10 +17,10 @@ use std::path::Path;
 pub fn kind_of(file: &Path, text: &str) -> Result<&'static str> {
     let asked = |problem: &str| -> Error {
         let bad = BadInput::new(problem).file(file).key("kind").allowed(keys::kinds().join(", "));
-        bad.remedy("give its kind").into()
+        bad.remedy("state the kind").into()
     };
     let Ok(table) = text.parse::<toml::Table>() else {
-        return Err(asked("its keys cannot be read, so its kind is not known"));
+        return Err(asked("the keys cannot be read, so the kind of the file is unknown"));
     };
     let mut known: Vec<(usize, &'static str)> = Vec::new();
     for kind in keys::kinds() {
@@ -30,7 +30,7 @@ pub fn kind_of(file: &Path, text: &str) -> Result<&'static str> {
     known.sort_by_key(|k| std::cmp::Reverse(k.0));
     match known[..] {
         [(most, kind), (next, _), ..] if most > next => Ok(kind),
-        _ => Err(asked("its keys fit several kinds of file or none")),
+        _ => Err(asked("the keys do not determine the kind of the file")),
     }
 }
 

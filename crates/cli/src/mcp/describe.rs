@@ -55,10 +55,10 @@ pub fn describe(root: &Root, input: &DescribeInput) -> Result<Value> {
 }
 
 fn no_result(path: &Path) -> Error {
-    BadInput::new("is no result that can be described")
+    BadInput::new("this kind of file or folder cannot be described")
         .file(path)
         .allowed("the folder of a run, a frame or a dataset; .csv, .npy, .glb, .gltf, .stl, .obj, .toml")
-        .remedy("give what catseye wrote")
+        .remedy("give a file or folder that catseye wrote")
         .into()
 }
 
@@ -92,7 +92,7 @@ fn folder(root: &Root, path: &Path) -> Result<Value> {
 fn json_file(path: &Path) -> Result<Value> {
     let text = text::read(path, "a JSON file", LARGEST_TEXT)?;
     serde_json::from_str(&text)
-        .map_err(|e| BadInput::new(format!("is no JSON: {}", json_in_words(&e))).file(path).into())
+        .map_err(|e| BadInput::new(format!("is not JSON: {}", json_in_words(&e))).file(path).into())
 }
 
 /// Names of the radars of a run that has several; one empty name for the radar of one that has one.

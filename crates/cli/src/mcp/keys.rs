@@ -41,7 +41,7 @@ pub fn kinds() -> [&'static str; 5] {
 pub fn kind(name: &str) -> Result<&'static str> {
     let found = kinds().into_iter().find(|k| *k == name);
     found.ok_or_else(|| {
-        BadInput::new("is no kind of file").key("kind").value(name).allowed(kinds().join(", ")).into()
+        BadInput::new("is not a kind of file").key("kind").value(name).allowed(kinds().join(", ")).into()
     })
 }
 
@@ -188,11 +188,11 @@ pub fn table(of: Option<&str>, word: Option<&str>, most: usize) -> Result<Value>
         }
     }
     if rows.len() > most {
-        return Err(BadInput::new(format!("{} keys are more than one answer holds", rows.len()))
+        return Err(BadInput::new(format!("{} keys exceed the length of one answer", rows.len()))
             .key("word")
             .value(format!("'{word}'"))
             .allowed(format!("up to {most}"))
-            .remedy("give a kind of file and a word")
+            .remedy("give a kind of file and a word to search for")
             .into());
     }
     Ok(json!({

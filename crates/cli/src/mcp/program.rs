@@ -77,10 +77,10 @@ impl Program {
             }
             Some(object) if object.get("error").is_some() => Err(error_of(&object["error"])),
             _ => Err(failed(format!(
-                "the command '{}' ended without an answer ({}): {}",
+                "the command '{}' ended without output ({}): {}",
                 arguments.first().map_or("", String::as_str),
                 out.status,
-                said.lines().last().unwrap_or("it said nothing")
+                said.lines().last().unwrap_or("there is no message")
             ))),
         }
     }

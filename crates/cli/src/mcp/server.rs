@@ -111,7 +111,7 @@ impl Server {
 async fn aside<T: Send + 'static>(work: impl FnOnce() -> Result<T> + Send + 'static) -> Result<T> {
     let done = tokio::task::spawn_blocking(work).await;
     done.unwrap_or_else(|e| {
-        Err(Error::Failed(format!("the tool ended by itself: {e}; please report it with the input")))
+        Err(Error::Failed(format!("the tool failed unexpectedly: {e}; please report this with the input")))
     })
 }
 
@@ -183,10 +183,12 @@ pub fn serve(tools: Tools, global: &Global) -> Result<()> {
         match server.serve((tokio::io::stdin(), tokio::io::stdout())).await {
             // A client that goes before it says a word.
             Err(ServerInitializeError::ConnectionClosed(_)) => Ok(()),
-            Err(e) => Err(Error::Failed(format!("the client did not begin as the protocol has it: {e}"))),
+            Err(e) => Err(Error::Failed(format!(
+                "the client did not start the session as the protocol requires: {e}"
+            ))),
             Ok(running) => match running.waiting().await {
                 Ok(_) => Ok(()),
-                Err(e) => Err(Error::Failed(format!("the server ended by itself: {e}"))),
+                Err(e) => Err(Error::Failed(format!("the server ended unexpectedly: {e}"))),
             },
         }
     });

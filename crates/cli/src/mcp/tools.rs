@@ -49,7 +49,7 @@ impl Tools {
     pub async fn rcs(&self, input: RcsInput) -> Result<Value> {
         let word = input.target.trim();
         if word.starts_with('-') {
-            return Err(BadInput::new("is no target").key("target").value(word).into());
+            return Err(BadInput::new("is not a target").key("target").value(word).into());
         }
         let target = match target::is_file(word) {
             true => self.root.inside("target", word)?.display().to_string(),
@@ -106,8 +106,10 @@ impl Tools {
         answer.insert("columns".into(), json!(table.columns));
         match table.rows.len() > MOST_ROWS {
             true => {
-                _ = answer
-                    .insert("rows_left_out".into(), json!("more than an answer holds; the file has all"))
+                _ = answer.insert(
+                    "rows_left_out".into(),
+                    json!("too many for one answer; the file contains all rows"),
+                )
             }
             false => _ = answer.insert("rows".into(), json!(table.rows)),
         }
@@ -291,7 +293,7 @@ impl Tools {
             return Ok(json!({ "count": found.len(), "examples": found }));
         };
         if name.starts_with('-') {
-            return Err(BadInput::new("is no example").key("name").value(name).into());
+            return Err(BadInput::new("is not the name of an example").key("name").value(name).into());
         }
         let output = self.root.inside("output", input.output.as_deref().unwrap_or("scenes"))?;
         // The folders in it may be links that lead out.

@@ -992,7 +992,7 @@ fn options_that_change_nothing_are_named() {
     for args in [&["init", "radar", "-o", "-", "--device", "cpu"][..], &["--seed", "3", "rcs", "plate"]] {
         let out = catseye(d, args);
         let err = text(&out.stderr);
-        assert!(out.status.success() && err.contains("changes nothing in '"), "{args:?}: {err}");
+        assert!(out.status.success() && err.contains("has no effect on '"), "{args:?}: {err}");
     }
     refused(d, &["reflector", "plate", "--leg-m", "1", "-o", "p.glb"], &["plate:leg_m", "width_m, height_m"]);
     refused(d, &["reflector", "plate", "--seed", "1", "-o", "p.glb"], &["plate:seed", "no such parameter"]);
@@ -1083,12 +1083,12 @@ fn examples_run_where_they_are_written() {
     assert!(list.lines().count() > 100 && list.contains("lane/markers_turn  "), "{list}");
     done(d, &["examples", "markers_turn"]);
     assert!(d.join("scenes/lane/markers_turn.toml").is_file());
-    assert!(done(d, &["examples", "lane/markers_turn"]).contains("all of it is there already"));
+    assert!(done(d, &["examples", "lane/markers_turn"]).contains("all files exist already"));
     std::fs::write(d.join("scenes/lane/markers_turn.toml"), "mine").unwrap();
     refused(
         d,
         &["examples", "markers_turn"],
-        &["markers_turn.toml", "exists already, and differs", "--force"],
+        &["markers_turn.toml", "exists already and has other contents", "--force"],
     );
     refused(d, &["examples", "marker_turn"], &["did you mean 'markers_turn'?"]);
     done(d, &["examples", "all", "--force"]);
@@ -1156,7 +1156,10 @@ fn strict_studies_end_with_1_where_facts_disagree() {
     assert_eq!(run(-20.0, &[]).0, Some(0));
     let (code, said) = run(-20.0, &["--strict"]);
     assert_eq!(code, Some(1));
-    assert!(said.contains("1 of 1 facts do not agree with their documents: s: a sphere"), "{said}");
+    assert!(
+        said.contains("1 of 1 reference values do not agree with their documents: s: a sphere"),
+        "{said}"
+    );
 }
 
 /// A file that outgrows the limit of file sizes is an error that names it, and nothing of it is left; the signal does not end the program.

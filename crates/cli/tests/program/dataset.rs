@@ -432,7 +432,7 @@ fn foreign_folders_and_recipes_are_left_alone() {
     refused(dir.path(), &run(&["-o", "d", "--precision", "f64"]), &["another device", "--mixed-devices"]);
     refused(dir.path(), &run(&["-o", "d", "--shards", "5:99"]), &["--shards = 5:99", "0:18"]);
     refused(dir.path(), &run(&["-o", "d", "--shards", "3:3"]), &["no such shards"]);
-    refused(dir.path(), &run(&["-o", "d", "--shards", "x"]), &["is no range of shards", "0:16"]);
+    refused(dir.path(), &run(&["-o", "d", "--shards", "x"]), &["is not a range of shards", "0:16"]);
     refused(dir.path(), &run(&["-o", "d", "--shards", "0:1", "--force"]), &["--force"]);
     refused(dir.path(), &run(&["-o", "d", "--jobs", "0"]), &["--jobs = 0"]);
     let radar = fs::read_to_string(dir.path().join("tiny_radar.toml")).unwrap();

@@ -12,7 +12,7 @@ fn alike(dir: &Path, args: &[&str]) {
     let out = catseye(dir, &[&["diff"], args].concat());
     let said = text(&out.stdout);
     assert_eq!(out.status.code(), Some(0), "{args:?}: {said}{}", text(&out.stderr));
-    assert!(said.starts_with("alike (kind '"), "{said}");
+    assert!(said.starts_with("equal (kind '"), "{said}");
 }
 
 /// What the program finds where two results differ: exit code 1, a table that says all of `parts`, and the object of `--json`.

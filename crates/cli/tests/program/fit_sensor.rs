@@ -60,8 +60,12 @@ fn hostile_cubes_are_one_line() {
         assert!(!d.join("out").exists(), "{file}");
     }
     refused(d, &["fit-sensor", "good.npy", "-o", "out", "--words", "unsigned16"], &["--words", "0..=65535"]);
-    refused(d, &["fit-sensor", "good.npy", "-o", "out", "--radar", "demo77"], &["not that of the cube"]);
+    refused(d, &["fit-sensor", "good.npy", "-o", "out", "--radar", "demo77"], &["does not fit the cube"]);
     refused(d, &["fit-sensor", "good.npy", "-o", "out", "--frame", "1"], &["--frame", "0..=0"]);
     refused(d, &["fit-sensor", "good.npy", "-o", "out", "--bits", "40"], &["--bits", "1..=24"]);
-    refused(d, &["fit-sensor", "good.npy", "-o", "out", "--full-scale-dbm", "-20"], &["no grid of levels"]);
+    refused(
+        d,
+        &["fit-sensor", "good.npy", "-o", "out", "--full-scale-dbm", "-20"],
+        &["no common quantisation step"],
+    );
 }

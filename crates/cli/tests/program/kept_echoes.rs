@@ -154,7 +154,7 @@ fn what_kept_echoes_do_not_hold_is_refused() {
         assert!(e.contains("error: run"), "{e}");
         assert!(!d.join("no").exists(), "{parts:?}");
     }
-    refused(d, &["simulate", &first, "--from", "missing", "-o", "no"], &["missing", "is no run"]);
+    refused(d, &["simulate", &first, "--from", "missing", "-o", "no"], &["missing", "is not a run"]);
     refused(d, &["simulate", &first, "--from", "run", "-o", "run"], &["run"]);
     refused(d, &["simulate", &first, "--from", "run", "-o", "no", "--convergence"], &["--convergence"]);
     // Files of another version, changed ones, and a run that kept none.
@@ -224,7 +224,7 @@ fn datasets_serve_other_radars() {
             refused(d, &args, parts);
         };
         refuse("more.toml", &[], &["scenes = 5", "fewer scenes"]);
-        refuse("other.toml", &["--seed", "4"], &["seed = 4", "draws other scenes"]);
+        refuse("other.toml", &["--seed", "4"], &["seed = 4", "draws scenes other than"]);
         refuse("moved.toml", &[], &["scene", "another scene"]);
         refused(d, &["dataset", "other.toml", "-o", "no", "--from", &of("whole")], &["keep.echoes = true"]);
         refused(

@@ -100,7 +100,7 @@ fn a_missing_radar_is_told_with_file_method_and_remedy() {
     ] {
         let path = path.to_str().unwrap();
         let e = refused(&["lane", method, path, "-o", o]);
-        let problem = format!("the method {method} can take no radar of the scenario; allowed: a");
+        let problem = format!("the method {method} cannot use any radar of the scenario; allowed: a");
         for part in [path, ": radar = ", " channel", &problem, "; take radar = \""] {
             assert!(e.contains(part), "{method}: '{part}' is not in: {e}");
         }

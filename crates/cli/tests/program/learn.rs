@@ -27,13 +27,17 @@ fn wrong_input_is_refused_in_one_line() {
     refused(
         dir.path(),
         &["learn", "eval", "net", "run"],
-        &["net", "holds no trained network", "shipped network: road"],
+        &["net", "does not contain a trained network", "shipped network: road"],
     );
     // The name of a shipped network stands for its folder; what is wrong is then the run.
     refused(dir.path(), &["learn", "eval", "road", "no_run"], &["no_run"]);
     // A folder of this name goes first.
     std::fs::create_dir(dir.path().join("road")).unwrap();
-    refused(dir.path(), &["learn", "eval", "road", "no_run"], &["road", "holds no trained network"]);
+    refused(
+        dir.path(),
+        &["learn", "eval", "road", "no_run"],
+        &["road", "does not contain a trained network"],
+    );
     refused(dir.path(), &["learn", "predict", "net", "run", "-o", "x.txt"], &["x.txt"]);
     refused(dir.path(), &["learn", "eval", "net", "run", "--device", "abacus"], &["allowed: auto, cpu, gpu"]);
 }

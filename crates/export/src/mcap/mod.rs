@@ -257,7 +257,7 @@ fn picture(map: &PowerImage, white_dbm: f64) -> Result<Vec<u8>> {
     let mut out = Vec::new();
     PngEncoder::new_with_quality(&mut out, CompressionType::Default, FilterType::Adaptive)
         .write_image(&pixels, columns as u32, map.doppler_rows as u32, image::ExtendedColorType::L8)
-        .map_err(|e| Error::Failed(format!("picture of the range-Doppler map: {e}")))?;
+        .map_err(|e| Error::Failed(format!("image of the range-Doppler map: {e}")))?;
     Ok(out)
 }
 
@@ -272,7 +272,7 @@ impl Exporter for Recording {
                 .allowed("0 or more")
         })?;
         if [WORLD, VEHICLE].contains(&sweep.radar.as_str()) {
-            return Err(BadInput::new("is the name of another frame")
+            return Err(BadInput::new("the name is reserved for another frame")
                 .key("radar")
                 .value(&sweep.radar)
                 .allowed("a name other than world and vehicle")

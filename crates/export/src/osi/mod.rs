@@ -254,7 +254,10 @@ impl Exporter for Trace {
         });
         let bytes = message(sweep, at as u64 + 1).encode_to_vec();
         let length = u32::try_from(bytes.len()).map_err(|_| {
-            Error::Failed(format!("frame {}: a message of more than 4 GiB is no OSI trace", sweep.frame))
+            Error::Failed(format!(
+                "frame {}: a message exceeds the 4 GiB that an OSI trace allows",
+                sweep.frame
+            ))
         })?;
         let wrong = |e| Error::io(self.staged.final_path(), e);
         self.out.write_all(&length.to_le_bytes()).map_err(wrong)?;

@@ -252,7 +252,7 @@ pub fn npy(file: &str, a: &Path, b: &Path, t: &Tolerances, found: &mut Differenc
     }
     let shape = a.header.shape.clone();
     if a.header.fortran_order != b.header.fortran_order && shape.len() > 1 {
-        return Err(BadInput::new("is in another order of its indices than the other file")
+        return Err(BadInput::new("the order of the indices differs from that of the other file")
             .file(b.path)
             .key("fortran_order")
             .value(b.header.fortran_order)

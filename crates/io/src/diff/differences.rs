@@ -74,7 +74,7 @@ impl Tolerances {
         let finite =
             [("match_m", self.match_m), ("match_mps", self.match_mps), ("match_deg", Some(self.match_deg))];
         let refuse = |name: &str, value: f64, allowed: &str| {
-            BadInput::new("a tolerance must not be negative or endless")
+            BadInput::new("a tolerance must not be negative or infinite")
                 .key(name)
                 .value(value)
                 .allowed(allowed)

@@ -108,7 +108,7 @@ fn of_folder(path: &Path) -> Result<Kind> {
     if manifest.is_file() {
         return match document::read(&manifest)?.get("kind") {
             Some(Value::String(kind)) => Ok(Kind::Folder(kind.clone())),
-            _ => Err(BadInput::new("does not say what kind of result it describes")
+            _ => Err(BadInput::new("does not state the kind of the result")
                 .file(manifest)
                 .key("kind")
                 .remedy("bring back the file that was written")
@@ -121,7 +121,7 @@ fn of_folder(path: &Path) -> Result<Kind> {
     {
         return Ok(Kind::Frame);
     }
-    Err(BadInput::new("is no result: it has no manifest.json, no dataset.json and no files of a frame")
+    Err(BadInput::new("is not a result: it has no manifest.json, no dataset.json and no files of a frame")
         .file(path)
         .remedy("name a file or a folder that catseye wrote")
         .into())
@@ -138,7 +138,7 @@ impl Kind {
         }
         input::regular(path, "a result of catseye")?;
         match Kind::of_file(path)? {
-            Kind::Shown | Kind::Other => Err(BadInput::new("diff cannot compare such a file")
+            Kind::Shown | Kind::Other => Err(BadInput::new("diff cannot compare files of this kind")
                 .file(path)
                 .allowed("a folder that catseye wrote, .csv, .npy, .json, .jsonl, .h5, .bin (with a .cfg), .parquet")
                 .into()),

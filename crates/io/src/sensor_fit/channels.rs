@@ -227,7 +227,7 @@ pub fn channels(
     out.reason = if (f * m as f64).abs() > 0.5 {
         format!("the line moves by {:.2} Doppler bins", f * m as f64)
     } else if !is_boresight && 5.0 * drift_deviation > 0.5 * ambiguity {
-        "whether the line is at rest or moves by a Doppler ambiguity cannot be resolved".into()
+        "it cannot be resolved whether the line is static or moves by a Doppler ambiguity".into()
     } else if !is_boresight && drift.abs() > 0.5 * ambiguity {
         format!("the line moves by a Doppler ambiguity: its beat frequency drifts by {drift:.2} bins")
     } else if !is_boresight && !knows_antennas {

@@ -152,7 +152,7 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
     let per_figure = BOLTZMANN * T0_K * radar.sample_rate_hz;
     let bits = match (fit.quantiser, bits) {
         (Some(q), Some(b)) if b < q.least_bits => {
-            return Err(BadInput::new("the samples do not fit into so few bits")
+            return Err(BadInput::new("the samples do not fit into this number of bits")
                 .file(path)
                 .key("--bits")
                 .value(b)
@@ -167,7 +167,7 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
         Levels::FullScale(dbm) => {
             let Some((q, bits)) = bits else {
                 return Err(BadInput::new(
-                    "the samples stand on no grid of levels, so there is no full scale",
+                    "the samples have no common quantisation step, so there is no full scale",
                 )
                 .file(path)
                 .key("--full-scale-dbm")
@@ -181,11 +181,13 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
             (per_figure * power_from_db(radar.noise_figure_db) / thermal).sqrt()
         }
         Levels::NoiseFigure => {
-            return Err(BadInput::new("the noise is no more than the quantiser's, so it gives no scale")
-                .file(path)
-                .key("--full-scale-dbm")
-                .remedy("give the power of a tone that fills the converter")
-                .into());
+            return Err(BadInput::new(
+                "the noise does not exceed that of the quantiser, so the scale cannot be derived from it",
+            )
+            .file(path)
+            .key("--full-scale-dbm")
+            .remedy("give the power of a full-scale tone")
+            .into());
         }
     };
     let power = |variance: f64| variance * scale * scale;
@@ -195,7 +197,7 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
         remarks.push("thermal noise: none beyond that of the quantiser and of k T0".into());
     }
     if figure_db > 60.0 {
-        return Err(BadInput::new("the noise is far above any receiver's")
+        return Err(BadInput::new("the noise is far above that of any receiver")
             .file(path)
             .key("noise figure, dB")
             .value(format!("{figure_db:.1}"))
@@ -212,7 +214,7 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
             kind: q.kind,
         });
     } else {
-        remarks.push("adc: the samples stand on no grid of levels".into());
+        remarks.push("adc: the samples have no common quantisation step".into());
     }
     let dc = fit.mean_dc() * scale;
     let has_dc = fit.mean_dc().norm() > fit.dc_limit && dbm_from_w(dc.norm_sqr()) >= -200.0;
@@ -229,12 +231,14 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
     match &fit.imbalance {
         None => remarks.push("iq_imbalance: no line is strong enough to show an image".into()),
         Some(i) if !i.is_significant => remarks.push(format!(
-            "iq_imbalance: no image beyond its limit of {:.1} dB, or other echoes where it would be",
+            "iq_imbalance: no image above the limit of {:.1} dB, or other echoes at its position",
             db_from_power((SIGNIFICANT_IMAGE * i.standard_error).powi(2))
         )),
         Some(i) if iq.is_none() => {
-            remarks
-                .push(format!("iq_imbalance: {:.1} dB and {:.1} deg are no mixer's", i.gain_db, i.phase_deg));
+            remarks.push(format!(
+                "iq_imbalance: {:.1} dB and {:.1} deg are not those of a mixer",
+                i.gain_db, i.phase_deg
+            ));
         }
         Some(_) => settings.iq = iq,
     }
@@ -265,8 +269,8 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
             settings.phase_noise = phase_noise(fit, radar, delay_s, &mut remarks);
         }
         Some(_) => remarks
-            .push("phase_noise: lines are in so many Doppler cells that none shows the noise alone".into()),
-        None => remarks.push("phase_noise: no line stands out".into()),
+            .push("phase_noise: lines fill so many Doppler cells that none shows the noise alone".into()),
+        None => remarks.push("phase_noise: no line is strong enough".into()),
     }
     match &fit.channels {
         Some(c) if c.is_significant && c.gain_db.iter().all(|g| g.abs() <= 40.0) => {
@@ -280,10 +284,10 @@ pub fn fitted(path: &Path, fit: &Fit, radar: &Radar, levels: Levels, bits: Optio
             });
         }
         Some(c) if c.is_significant => {
-            remarks.push("channels: a channel is more than 40 dB off, which is no gain error".into());
+            remarks.push("channels: a channel deviates by more than 40 dB, which is not a gain error".into());
         }
         Some(c) => remarks.push(format!("channels: {}", c.reason)),
-        None if fit.shape[1] > 1 => remarks.push("channels: no line at rest stands out".into()),
+        None if fit.shape[1] > 1 => remarks.push("channels: no static line is strong enough".into()),
         None => {}
     }
     remarks.push(format!("slope of the noise floor (no key): {:+.4} dB a bin", fit.floor_slope_db));
@@ -328,7 +332,7 @@ fn phase_noise(fit: &Fit, radar: &Radar, delay_s: f64, remarks: &mut Vec<String>
         }
     }
     if !bounds.is_empty() {
-        remarks.push(format!("phase_noise: not seen; it is below {}", bounds.join(", ")));
+        remarks.push(format!("phase_noise: not detected; it is below {}", bounds.join(", ")));
     }
     (!offset_hz.is_empty()).then_some(PhaseNoise { offset_hz, dbc_per_hz })
 }

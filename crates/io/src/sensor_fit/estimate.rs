@@ -268,11 +268,11 @@ pub fn fit(path: &Path, cube: &Cube<f64>, radar: &Radar, options: FitOptions) ->
     let bad = |problem: &str| BadInput::new(problem.to_string()).file(path);
     let expected = [radar.rows(), radar.channels(), radar.samples];
     if shape != expected || radar.rows() != radar.chirps {
-        return Err(bad("the radar is not that of the cube")
+        return Err(bad("the radar does not fit the cube")
             .key("shape")
             .value(format!("{shape:?}"))
             .allowed(format!("{expected:?}: [chirp, rx_virtual, sample]"))
-            .remedy("give the radar that recorded it with --radar, or none")
+            .remedy("give the radar that recorded it with --radar, or leave --radar out")
             .into());
     }
     if radar.sampling != Sampling::Iq || !matches!(radar.waveform, Waveform::Fmcw { .. }) {
@@ -290,8 +290,11 @@ pub fn fit(path: &Path, cube: &Cube<f64>, radar: &Radar, options: FitOptions) ->
         .filter(|i| floor[*i] > 0.5 * median_floor && floor[*i] < 2.0 * median_floor)
         .collect();
     if median_floor <= 0.0 || quiet.len() < 8 {
-        let problem =
-            if median_floor <= 0.0 { "the chirps repeat without noise" } else { "no floor is level" };
+        let problem = if median_floor <= 0.0 {
+            "the chirps repeat without noise"
+        } else {
+            "the noise floor is not level"
+        };
         return Err(bad(problem)
             .key("noise")
             .value(format!("{} bins within 3 dB of their median", quiet.len()))

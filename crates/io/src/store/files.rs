@@ -56,7 +56,7 @@ pub fn sync_name(path: &Path) -> Result<()> {
 pub fn broken(path: &Path, problem: impl Into<String>) -> Error {
     BadInput::new(format!("broken: {}", problem.into()))
         .file(path)
-        .remedy("delete the file and run `catseye dataset` again, which makes its shard anew")
+        .remedy("delete the file and run `catseye dataset` again, which makes its shard again")
         .into()
 }
 
@@ -67,6 +67,6 @@ pub fn missing(path: &Path, e: std::io::Error) -> Error {
     }
     BadInput::new("the shard is missing")
         .file(path)
-        .remedy("run `catseye dataset` again, which makes what is missing")
+        .remedy("run `catseye dataset` again, which makes the missing shard")
         .into()
 }

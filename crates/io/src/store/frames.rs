@@ -152,7 +152,7 @@ fn unpack<T: npy::Element>(path: &Path, spec: &ArraySpec) -> Result<Vec<T>> {
     };
     let bytes = read().map_err(|e| broken(path, e.to_string()))?;
     let wrong =
-        || broken(path, format!("{member} is no array of type {} and shape {:?}", T::NAME, spec.shape));
+        || broken(path, format!("{member} is not an array of type {} and shape {:?}", T::NAME, spec.shape));
     // Magic, version 1.0, length of the header, header.
     let Some((b"\x93NUMPY\x01\x00", rest)) = bytes.split_first_chunk::<8>() else { return Err(wrong()) };
     let Some((length, rest)) = rest.split_first_chunk::<2>() else { return Err(wrong()) };
@@ -204,17 +204,20 @@ fn file_of(dir: &Path, frame: u64, file: String) -> Result<PathBuf> {
     let text = fs::read(&list).map_err(|e| missing(&list, e))?;
     let contents: Contents = serde_json::from_slice(&text).map_err(|e| broken(&list, json_in_words(&e)))?;
     if contents.frame != frame {
-        return Err(broken(&list, format!("says that it is frame {}", contents.frame)));
+        return Err(broken(&list, format!("states that it is frame {}", contents.frame)));
     }
     let path = folder.join(&file);
     let wanted = contents.files.iter().find(|f| f.path == file);
     let wanted = wanted.ok_or_else(|| broken(&list, format!("does not name {file}")))?;
     let bytes = fs::metadata(&path).map_err(|e| missing(&path, e))?.len();
     if bytes != wanted.bytes {
-        return Err(broken(&path, format!("holds {bytes} bytes, and {} were written", wanted.bytes)));
+        return Err(broken(
+            &path,
+            format!("holds {bytes} bytes instead of the {} that were written", wanted.bytes),
+        ));
     }
     if stage::sha256_of_file(&path)? != wanted.sha256 {
-        return Err(broken(&path, "its SHA-256 is not that of what was written"));
+        return Err(broken(&path, "its SHA-256 differs from that of the file that was written"));
     }
     Ok(path)
 }
@@ -241,7 +244,10 @@ pub(super) fn read_array(spec: &ArraySpec, dir: &Path, frame: u64) -> Result<Dat
     fn read<T: npy::Element>(path: &Path, shape: &[usize]) -> Result<Vec<T>> {
         let array = npy::read::<T>(path).map_err(|e| as_broken(path, e))?;
         if array.shape != shape {
-            return Err(broken(path, format!("shape {:?} where the layout has {shape:?}", array.shape)));
+            return Err(broken(
+                path,
+                format!("has the shape {:?}, and the layout states {shape:?}", array.shape),
+            ));
         }
         Ok(array.data)
     }
@@ -268,7 +274,10 @@ pub(super) fn read_table(spec: &TableSpec, dir: &Path, frame: u64) -> Result<Tab
     }
     let expected = [FRAME].into_iter().chain(spec.columns.iter().map(|c| c.name.as_str()));
     if !table.header.iter().map(String::as_str).eq(expected) {
-        return Err(broken(&path, format!("columns {} are not the layout's", table.header.join(", "))));
+        return Err(broken(
+            &path,
+            format!("the columns {} differ from those of the layout", table.header.join(", ")),
+        ));
     }
     if let Some(other) = parse::<u64>(&path, &table, FRAME)?.iter().find(|f| **f != frame) {
         return Err(broken(&path, format!("holds rows of frame {other}")));

@@ -259,7 +259,7 @@ impl Shard {
         if here.0 != *t || here.1 != shape {
             return Err(broken(
                 &self.path,
-                format!("{name}: shape {:?}, and the layout says {shape:?}", here.1),
+                format!("{name}: has the shape {:?}, and the layout states {shape:?}", here.1),
             ));
         }
         if rows == 0 {
@@ -282,7 +282,7 @@ pub(super) fn read_array(layout: &DatasetLayout, spec: &ArraySpec, dir: &Path, f
         return Err(broken(&shard.path, format!("{}: {} bytes of frame {frame}", spec.name, bytes.len())));
     }
     Data::from_bytes(spec.kind, bytes)
-        .ok_or_else(|| broken(&shard.path, format!("{}: no whole number of elements", spec.name)))
+        .ok_or_else(|| broken(&shard.path, format!("{}: not a whole number of elements", spec.name)))
 }
 
 pub(super) fn read_table(layout: &DatasetLayout, spec: &TableSpec, dir: &Path, frame: u64) -> Result<Table> {
@@ -295,7 +295,7 @@ pub(super) fn read_table(layout: &DatasetLayout, spec: &TableSpec, dir: &Path, f
     let offsets: Vec<u64> = bytemuck::pod_collect_to_vec(&offsets);
     let slot = shard.slot as usize;
     if offsets.len() as u64 != count || !offsets.is_sorted() {
-        return Err(bad(format!("its {ROW_OFFSETS} do not rise")));
+        return Err(bad(format!("its {ROW_OFFSETS} do not ascend")));
     }
     let (first, rows) = (offsets[slot], offsets[slot + 1] - offsets[slot]);
     let all = offsets.last().copied().unwrap_or(0);

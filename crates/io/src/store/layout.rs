@@ -230,7 +230,7 @@ impl TryFrom<String> for Compression {
             ("none", _) if text == "none" => Ok(Compression::None),
             ("zstd", Some(level @ 1..=22)) => Ok(Compression::Zstd(level as i32)),
             ("deflate", Some(level @ 1..=9)) => Ok(Compression::Deflate(level)),
-            _ => Err(BadInput::new("is no compression")
+            _ => Err(BadInput::new("is not a compression")
                 .key("compression")
                 .value(&text)
                 .allowed("none, zstd:LEVEL (1 to 22), deflate:LEVEL (1 to 9)")),
@@ -286,7 +286,7 @@ fn check_name(what: &str, name: &str) -> Result<()> {
     if first && rest && name.len() <= 64 {
         return Ok(());
     }
-    Err(BadInput::new("is no name")
+    Err(BadInput::new("is not a valid name")
         .key(what)
         .value(name.escape_default())
         .allowed("a lower-case letter, then letters, digits and _, up to 64")
@@ -314,15 +314,13 @@ impl DatasetLayout {
         ];
         for (key, n, most) in counts {
             if n == 0 || n > most {
-                return Err(bad("is no count of frames")
-                    .key(key)
-                    .value(n)
-                    .allowed(format!("1 to {most}"))
-                    .into());
+                return Err(bad("is out of range").key(key).value(n).allowed(format!("1 to {most}")).into());
             }
         }
         if self.arrays.is_empty() && self.tables.is_empty() {
-            return Err(bad("nothing to store: no array and no table").remedy("keep at least one").into());
+            return Err(bad("there is nothing to store: no array and no table")
+                .remedy("keep at least one")
+                .into());
         }
         check_once("array", self.arrays.iter().map(|a| a.name.as_str()))?;
         for array in &self.arrays {
@@ -341,7 +339,7 @@ impl DatasetLayout {
             check_once("axis", array.dims.iter().map(String::as_str).chain([FRAME]))?;
             let shape = format!("{:?}", array.shape);
             if array.dims.len() != array.shape.len() {
-                return Err(of("as many names of axes as axes are needed")
+                return Err(of("the number of axis names differs from the number of axes")
                     .value(format!("{:?} for shape {shape}", array.dims))
                     .into());
             }
@@ -349,7 +347,7 @@ impl DatasetLayout {
                 && !(self.format == Format::Frames
                     && matches!(compression, Compression::None | Compression::Deflate(1..=9)))
             {
-                return Err(of("the array cannot be compressed so")
+                return Err(of("the array cannot be compressed in this way")
                     .value(compression)
                     .allowed("deflate:1 to deflate:9 in the format frames")
                     .into());
@@ -385,7 +383,7 @@ impl DatasetLayout {
                 Format::Hdf5 => "none, deflate:1 to deflate:9",
                 Format::Frames => "none",
             };
-            return Err(bad(&format!("cannot be had in the format {}", self.format.name()))
+            return Err(bad(&format!("is not available in the format {}", self.format.name()))
                 .key("compression")
                 .value(self.compression)
                 .allowed(allowed)
@@ -478,7 +476,7 @@ impl DatasetLayout {
     /// Returns `BadInput` for a file that is missing, damaged or of a later version.
     pub fn describe(dir: &Path) -> Result<DatasetLayout> {
         let layout = DatasetLayout::find(dir)?.ok_or_else(|| {
-            BadInput::new("is no dataset: it has no layout.json")
+            BadInput::new("is not a dataset: it has no layout.json")
                 .file(dir)
                 .remedy("name the folder that `catseye dataset` wrote")
         })?;
@@ -534,7 +532,7 @@ impl DatasetLayout {
                 there.unlike(&here)
             ))
             .file(dir)
-            .remedy("give another folder, or the recipe that this one was begun with")
+            .remedy("give another folder, or the recipe with which this one was begun")
             .into());
         }
         let file = LayoutFile { store: VERSION, layout: self.clone() };
@@ -574,7 +572,7 @@ impl DatasetLayout {
         } else if let Some((a, b)) = self.arrays.iter().zip(&other.arrays).find(|(a, b)| a != b) {
             format!("array {} is {:?} {:?}, not {:?} {:?}", a.name, a.kind, a.shape, b.kind, b.shape)
         } else if let Some((a, _)) = self.tables.iter().zip(&other.tables).find(|(a, b)| a != b) {
-            format!("other columns in table {}", a.name)
+            format!("table {} has other columns", a.name)
         } else {
             "other attributes".into()
         }

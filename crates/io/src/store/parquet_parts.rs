@@ -199,7 +199,7 @@ pub(super) fn read(layout: &DatasetLayout, spec: &TableSpec, dir: &Path, frame: 
     let all: Option<u64> = about.rows.iter().try_fold(0u64, |n, rows| n.checked_add(*rows));
     let expected = schema(spec).map_err(failed)?;
     if meta.file_metadata().schema() != &expected {
-        return Err(bad("has not the columns of the layout".into()));
+        return Err(bad("does not have the columns of the layout".into()));
     }
     if about.first_frame != frames.start || about.rows.len() as u64 != frames.end - frames.start {
         return Err(bad(format!("holds {} frames from {}", about.rows.len(), about.first_frame)));
@@ -223,7 +223,7 @@ pub(super) fn read(layout: &DatasetLayout, spec: &TableSpec, dir: &Path, frame: 
         return Err(bad(format!("the rows of frame {frame} are in no row group")));
     }
     let range = byte_range(meta.row_group(group), &file)
-        .ok_or_else(|| bad("a row group lies outside of it".into()))?;
+        .ok_or_else(|| bad("a row group is outside the file".into()))?;
     let mut bytes = vec![0; (range.1 - range.0) as usize];
     file.seek(SeekFrom::Start(range.0))
         .and_then(|_| file.read_exact(&mut bytes))

@@ -271,7 +271,7 @@ impl DatasetLayout {
         let bad =
             |what: String, problem: &str| BadInput::new(problem).key(format!("{what} of frame {frame}"));
         if record.frame != frame {
-            return Err(Error::Failed(format!("frame {} came where {frame} was asked for", record.frame)));
+            return Err(Error::Failed(format!("frame {} arrived instead of frame {frame}", record.frame)));
         }
         check_once("array", record.arrays.iter().map(|a| a.name.as_str()))?;
         check_once("table", record.tables.iter().map(|t| t.name.as_str()))?;
@@ -282,16 +282,18 @@ impl DatasetLayout {
                 let text = |kind: ArrayKind, shape: &[usize], dims: &[String], unit: &str| {
                     format!("{} {shape:?} [{}] in {unit}", kind.name(), dims.join(", "))
                 };
-                return Err(bad(format!("array {}", array.name), "is not as in the layout")
+                return Err(bad(format!("array {}", array.name), "differs from the layout")
                     .value(text(here.0, here.1, here.2, here.3))
                     .allowed(text(spec.kind, &spec.shape, &spec.dims, &spec.unit))
-                    .remedy("all frames of a dataset need cubes of one shape: draw nothing that changes it")
+                    .remedy(
+                        "draw no value that changes the shape: all frames of a dataset have the same shapes",
+                    )
                     .into());
             }
             if array.data.len() != spec.count() {
                 return Err(bad(
                     format!("array {}", array.name),
-                    "does not hold as many numbers as its shape",
+                    "the number of values does not fit the shape",
                 )
                 .value(array.data.len())
                 .allowed(spec.count().to_string())
@@ -310,10 +312,10 @@ impl DatasetLayout {
                 let text =
                     |list: Vec<(&str, ColumnKind)>| list.iter().map(|(n, k)| format!("{n} {k:?}")).collect();
                 let join = |list: Vec<String>| list.join(", ");
-                return Err(bad(format!("table {}", table.name), "has not the columns of the layout")
+                return Err(bad(format!("table {}", table.name), "does not have the columns of the layout")
                     .value(join(text(here.collect())))
                     .allowed(join(text(spec.columns.iter().map(|c| (c.name.as_str(), c.kind)).collect())))
-                    .remedy("a dataset that another build of catseye began is completed by that build, or made again with --force")
+                    .remedy("complete the dataset with the build of catseye that began it, or make it again with --force")
                     .into());
             }
             let rows = table.rows();
@@ -327,7 +329,7 @@ impl DatasetLayout {
             let zero =
                 |column: &Column| matches!(column, Column::Text(t) if t.iter().any(|s| s.contains('\0')));
             if let Some((name, _)) = table.columns.iter().find(|(_, c)| zero(c)) {
-                return Err(bad(format!("table {}", table.name), "text holds a zero byte")
+                return Err(bad(format!("table {}", table.name), "a text contains a zero byte")
                     .value(name)
                     .into());
             }

@@ -213,7 +213,7 @@ fn descriptions_may_differ() {
     assert_eq!(DatasetLayout::open(t.path()).unwrap(), layout);
     reworded.tables[0].columns[0].name = "time_us".into();
     let e = reworded.create(t.path()).unwrap_err();
-    assert!(e.to_string().contains("other columns in table points"), "{e}");
+    assert!(e.to_string().contains("table points has other columns"), "{e}");
 }
 
 #[test]
@@ -226,7 +226,7 @@ fn records_of_another_layout_are_refused() {
         (|r| r.arrays[1].data = Data::F32(vec![0.0; 29]), "29"),
         (|r| drop(r.arrays.pop()), "array cells of frame 0: is missing"),
         (|r| r.arrays[3].name = "cell".into(), "nearest: cells"),
-        (|r| drop(r.tables[0].columns.pop()), "has not the columns"),
+        (|r| drop(r.tables[0].columns.pop()), "does not have the columns"),
         (|r| r.tables[1].columns[0].1 = Column::F32(vec![0.0]), "x_m F32"),
         (|r| r.tables.push(r.tables[0].clone()), "twice"),
     ];
@@ -259,17 +259,17 @@ fn layouts_that_cannot_be_stored_are_refused() {
         (|l| l.frames = 1 << 32, "frames = 4294967296"),
         (|l| l.frames_per_shard = 0, "frames_per_shard = 0"),
         (|l| l.frames_per_shard = 1 << 30, "1 to 1048576"),
-        (|l| l.arrays[0].name = "../adc".into(), "is no name"),
-        (|l| l.arrays[0].name = String::new(), "is no name"),
+        (|l| l.arrays[0].name = "../adc".into(), "is not a valid name"),
+        (|l| l.arrays[0].name = String::new(), "is not a valid name"),
         (|l| l.arrays[0].name = "tables".into(), "another name"),
         (|l| l.arrays[1].name = "adc".into(), "twice"),
         (|l| l.arrays[0].dims[1] = "frame".into(), "twice"),
         (|l| l.arrays[0].shape[1] = 0, "cannot be stored"),
         (|l| l.arrays[0].shape[1] = usize::MAX, "cannot be stored"),
-        (|l| l.arrays[0].shape = vec![4, 3], "names of axes"),
+        (|l| l.arrays[0].shape = vec![4, 3], "axis names"),
         (|l| l.tables[0].columns.clear(), "has no columns"),
         (|l| l.tables[0].columns[0].name = "frame".into(), "twice"),
-        (|l| l.tables[0].columns[0].name = "range m".into(), "is no name"),
+        (|l| l.tables[0].columns[0].name = "range m".into(), "is not a valid name"),
         (|l| l.tables[1].name = "points".into(), "twice"),
         (|l| l.compression = Compression::Deflate(3), "zstd:1"),
         (|l| (l.format, l.compression) = (Format::Frames, Compression::Zstd(3)), "frames"),
@@ -337,8 +337,8 @@ fn a_folder_of_another_layout_is_not_touched() {
         assert!(e.exit_code() == 2 && e.to_string().contains(expected), "{e}");
     }
     fs::remove_file(&path).unwrap();
-    assert!(DatasetLayout::open(t.path()).unwrap_err().to_string().contains("is no dataset"));
-    assert!(DatasetLayout::open(&path).unwrap_err().to_string().contains("is no dataset"));
+    assert!(DatasetLayout::open(t.path()).unwrap_err().to_string().contains("is not a dataset"));
+    assert!(DatasetLayout::open(&path).unwrap_err().to_string().contains("is not a dataset"));
 }
 
 /// A complaint of one line that names a file below `dir` and says what to do.

@@ -204,27 +204,27 @@ pub(super) fn read(layout: &DatasetLayout, spec: &ArraySpec, dir: &Path, frame: 
     let index_bytes = layout.frames_per_shard * PLACE_BYTES + CRC_BYTES as u64;
     let Some(chunks_end) = size.checked_sub(index_bytes) else {
         return Err(bad(format!(
-            "truncated: {size} bytes, and the places of its chunks alone take {index_bytes}"
+            "truncated: {size} bytes, and the index of its chunks alone takes {index_bytes}"
         )));
     };
     let mut index = vec![0; index_bytes as usize];
     file.seek(SeekFrom::Start(chunks_end)).and_then(|_| file.read_exact(&mut index)).map_err(failed)?;
     let Some(index) = checked(&index) else {
-        return Err(bad("truncated, or the places of its chunks are damaged (CRC-32C)".into()));
+        return Err(bad("truncated, or the index of its chunks is damaged (CRC-32C)".into()));
     };
     let slot = (frame - layout.frames_of(shard).start) as usize;
     let number =
         |at: usize| index.get(8 * at..8 * at + 8).and_then(|b| b.try_into().ok()).map(u64::from_le_bytes);
     let (Some(offset), Some(length)) = (number(2 * slot), number(2 * slot + 1)) else {
-        return Err(bad(format!("no place for frame {frame}")));
+        return Err(bad(format!("frame {frame} is not in the index")));
     };
     if offset == ABSENT && length == ABSENT {
-        return Err(bad(format!("frame {frame} is not in it")));
+        return Err(bad(format!("frame {frame} is missing")));
     }
     // Zstd makes of n bytes at most n + n/256 + 64 (ZSTD_COMPRESSBOUND).
     let most = spec.bytes() as u64 + spec.bytes() as u64 / 256 + 64 + CRC_BYTES as u64;
     if length > most || offset.checked_add(length).is_none_or(|end| end > chunks_end) {
-        return Err(bad(format!("the place of frame {frame} lies outside of it")));
+        return Err(bad(format!("the position of frame {frame} is outside the file")));
     }
     let mut chunk = vec![0; length as usize];
     file.seek(SeekFrom::Start(offset)).and_then(|_| file.read_exact(&mut chunk)).map_err(failed)?;
@@ -236,13 +236,13 @@ pub(super) fn read(layout: &DatasetLayout, spec: &ArraySpec, dir: &Path, frame: 
     };
     if bytes.len() != spec.bytes() {
         return Err(bad(format!(
-            "frame {frame} takes {} bytes, and the layout says {}",
+            "frame {frame} takes {} bytes, and the layout states {}",
             bytes.len(),
             spec.bytes()
         )));
     }
     Data::from_bytes(spec.kind, bytes)
-        .ok_or_else(|| bad(format!("frame {frame} is no whole number of elements")))
+        .ok_or_else(|| bad(format!("frame {frame} is not a whole number of elements")))
 }
 
 /// The bytes in front of their CRC-32C, if it is right.

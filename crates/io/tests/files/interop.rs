@@ -91,7 +91,7 @@ fn a_configuration_becomes_a_radar() {
     // What the TOML has no words for is refused.
     let falling = TiRadar { slope_hz_per_s: -60e12, ..ti.clone() };
     let together = TiRadar { multiplex: Multiplex::Together, ..ti };
-    for (radar, expect) in [(falling, "the ramp falls"), (together, "send together")] {
+    for (radar, expect) in [(falling, "the ramp falls"), (together, "transmit simultaneously")] {
         let e = radar.to_radar_toml("x", Some(Board::Line)).unwrap_err();
         assert!(e.to_string().contains(expect) && e.exit_code() == 2, "{e}");
     }

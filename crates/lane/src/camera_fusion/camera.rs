@@ -58,7 +58,7 @@ impl Camera {
     pub fn pixel_from_point(&self, point_m: DVec3) -> Result<DVec2, LaneError> {
         let c = self.rotation().transpose() * (point_m - self.position_m);
         if !c.is_finite() {
-            return Err(LaneError::not_finite("the point to be seen"));
+            return Err(LaneError::not_finite("the point to be projected"));
         }
         if c.x <= 1e-6 {
             return Err(LaneError::refused("the point is not in front of the camera"));
@@ -233,7 +233,7 @@ impl Trapezoid {
         if open {
             Ok(())
         } else {
-            Err(LaneError::undetermined("the trapezoid, as its corners are not in order"))
+            Err(LaneError::undetermined("the trapezoid, because its corners are not in order"))
         }
     }
 

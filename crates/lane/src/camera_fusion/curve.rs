@@ -54,7 +54,7 @@ pub(super) fn least_squares(columns: &[Vec<f64>], rhs: &[f64]) -> Result<Solutio
             return Err(LaneError::not_finite("a sum of the fit"));
         }
         if left <= 1e-9 * size || left == 0.0 {
-            return Err(LaneError::undetermined("the fit, as the points do not spread enough"));
+            return Err(LaneError::undetermined("the fit, because the points are too close together"));
         }
         r[j * n + j] = left;
         c.iter_mut().for_each(|x| *x /= left);
@@ -236,13 +236,13 @@ pub fn fit_parabola(
     if let Some(w) = weights
         && (w.len() != points_m.len() || w.iter().any(|w| !(w.is_finite() && *w > 0.0)))
     {
-        return Err(LaneError::out_of_range("a weight", f64::NAN, "one above 0 for each point"));
+        return Err(LaneError::out_of_range("a weight", f64::NAN, "a value above 0 for each point"));
     }
     let (origin_m, axis_rad) = frame(points_m, axis_rad)?;
     let (u, w, span_m) = in_frame(points_m, origin_m, axis_rad);
     let scale = 0.5 * (span_m[1] - span_m[0]);
     if scale.is_nan() || scale <= 1e-9 {
-        return Err(LaneError::undetermined("the curve, as its points lie in one place"));
+        return Err(LaneError::undetermined("the curve, because its points coincide"));
     }
     // Mean weight one keeps the residuals in metres.
     let mean_weight = weights.map_or(1.0, |w| w.iter().sum::<f64>() / w.len() as f64);
@@ -311,7 +311,7 @@ impl BSpline {
 /// Fits a spline of `pieces` equal pieces by least squares to at least `pieces + 4` points.
 fn spline_solution(points_m: &[DVec2], pieces: usize) -> Result<(BSpline, Solution), LaneError> {
     if pieces == 0 || pieces > 1000 {
-        return Err(LaneError::out_of_range("the number of spline pieces", pieces as f64, "1 to 1000"));
+        return Err(LaneError::out_of_range("the number of spline segments", pieces as f64, "1 to 1000"));
     }
     if points_m.len() < pieces + 4 {
         return Err(LaneError::too_few("points of the spline", points_m.len(), pieces + 4));
@@ -320,7 +320,7 @@ fn spline_solution(points_m: &[DVec2], pieces: usize) -> Result<(BSpline, Soluti
     let (u, w, span_m) = in_frame(points_m, origin_m, axis_rad);
     let length = span_m[1] - span_m[0];
     if length.is_nan() || length <= 1e-9 {
-        return Err(LaneError::undetermined("the curve, as its points lie in one place"));
+        return Err(LaneError::undetermined("the curve, because its points coincide"));
     }
     let mut columns = vec![vec![0.0; u.len()]; pieces + 3];
     for (i, u) in u.iter().enumerate() {
@@ -401,7 +401,7 @@ impl Arc {
         }
         let scale = (b_m - a_m).length() * (c_m - b_m).length() * chord.length();
         if scale.is_nan() || scale <= 0.0 {
-            return Err(LaneError::undetermined("the arc, as two of its points are one"));
+            return Err(LaneError::undetermined("the arc, because two of its points coincide"));
         }
         // Signed curvature of three points: four times the area over the product of the sides.
         let curvature_1pm = 2.0 * (b_m - a_m).perp_dot(chord) / scale;

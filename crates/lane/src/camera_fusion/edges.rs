@@ -60,7 +60,7 @@ pub struct Edges {
 pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> Result<Edges, LaneError> {
     trapezoid.validate()?;
     positive("the edge's noise factor", settings.noise_factor)?;
-    positive("the least gradient", settings.least_gradient)?;
+    positive("the minimum gradient", settings.least_gradient)?;
     within("the smoothing in pixels", settings.smooth_px, 0.3..=5.0)?;
     // The window is the trapezoid's bounding box plus what the filters need around it; beyond the image the
     // border pixels are repeated.
@@ -71,7 +71,7 @@ pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> R
     let bottom = trapezoid.bottom_v_px.clamp(0.0, h).ceil() as usize;
     if right < left + 8 || bottom < top + 8 {
         return Err(LaneError::undetermined(
-            "the edges, as the trapezoid holds less than 8 x 8 pixels of the image",
+            "the edges, because the trapezoid covers less than 8 x 8 pixels of the image",
         ));
     }
     let (nu, nv) = (right - left, bottom - top);
@@ -105,7 +105,7 @@ pub fn edges(image: &Image, trapezoid: &Trapezoid, settings: &EdgeSettings) -> R
         }
     }
     if inside.is_empty() {
-        return Err(LaneError::undetermined("the edges, as the trapezoid lies outside the image"));
+        return Err(LaneError::undetermined("the edges, because the trapezoid is outside the image"));
     }
     let count = inside.len() as f64;
     let middle = inside.len() / 2;

@@ -179,13 +179,13 @@ impl CameraFusion {
         let trapezoid = Trapezoid::of_ground(&options.camera, near_m, far_m, options.half_width_m)?;
         let rows = trapezoid.bottom_v_px.min(options.camera.height_px as f64) - trapezoid.top_v_px.max(0.0);
         if rows.is_nan() || rows < 8.0 {
-            return Err(LaneError::undetermined("the near lane, as the trapezoid lies outside the picture"));
+            return Err(LaneError::undetermined("the near lane, because the trapezoid is outside the image"));
         }
         positive("the period", options.period_s)?;
-        positive("the least way", options.least_way_m)?;
-        positive("the place in the lane's standard deviation", options.in_lane_std_m)?;
-        within("the axis' standard deviation", options.axis_std_rad, 0.0..=1.0)?;
-        finite("the radar's place", options.radar_at_m.x + options.radar_at_m.y)?;
+        positive("the minimum track length", options.least_way_m)?;
+        positive("the standard deviation of the position in the lane", options.in_lane_std_m)?;
+        within("the standard deviation of the axis", options.axis_std_rad, 0.0..=1.0)?;
+        finite("the position of the radar", options.radar_at_m.x + options.radar_at_m.y)?;
         if let Some(b) = options.body {
             let is_body =
                 b.length_m > 0.0 && b.width_m > 0.0 && b.width_std_m >= 0.0 && b.length_m.is_finite();
@@ -229,10 +229,10 @@ impl CameraFusion {
     /// Returns an error if the time is non-finite or runs backwards, or if there are tracks but no speed.
     pub fn observe(&mut self, input: &SensorInput<'_>) -> Result<(), LaneError> {
         if !input.time_s.is_finite() {
-            return Err(LaneError::not_finite("the time of the look"));
+            return Err(LaneError::not_finite("the time of the frame"));
         }
         if self.ego.last().is_some_and(|e| e.time_s > input.time_s) {
-            return Err(LaneError::refused("looks must come in the order of their times"));
+            return Err(LaneError::refused("frames must follow in the order of their times"));
         }
         let Some(speed) = input.speed_mps.map(|m| m.value).filter(|v| v.is_finite() && v.abs() < 200.0)
         else {
@@ -419,12 +419,12 @@ impl CameraFusion {
             CameraView::Blinded(why) => self.insight.blinded = Some(*why),
         }
         if input.image.is_none() && input.tracks.is_empty() {
-            return Err(LaneError::NotGiven { what: "a picture, or tracks of cars ahead".into() });
+            return Err(LaneError::NotGiven { what: "an image, or tracks of cars ahead".into() });
         }
         if let (CameraView::Blinded(why), true) = (&camera, ways.is_empty()) {
             let least_m = self.options.least_way_m;
             return Err(LaneError::refused(format!(
-                "the camera is blinded by {why}, and no car ahead shows a way of {least_m} m"
+                "the camera is blinded by {why}, and no car ahead has a track of {least_m} m"
             )));
         }
         let trails: Vec<Trail> = ways.iter().map(|w| w.trail.clone()).collect();
@@ -505,7 +505,7 @@ impl CameraFusion {
             rest.extend(pieces);
         }
         if first.is_empty() {
-            return Err(LaneError::refused("the lines do not reach the vehicle"));
+            return Err(LaneError::refused("the lines do not extend to the vehicle"));
         }
         let mut e = LaneEstimate::of_lines(METHOD, input.time_s, input.tracks.len(), first);
         e.lines.extend(rest);

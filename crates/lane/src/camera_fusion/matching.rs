@@ -56,7 +56,7 @@ pub fn r_squared(fitted: &[f64], observed: &[f64], spread_m2: f64) -> Result<f64
     let left: f64 = fitted.iter().zip(observed).map(|(f, y)| (f - y).powi(2)).sum();
     let r = 1.0 - left / total;
     if total <= 0.0 {
-        return Err(LaneError::undetermined("R², as the observed values do not differ"));
+        return Err(LaneError::undetermined("R², because the observed values do not differ"));
     }
     finite("R²", r)
 }

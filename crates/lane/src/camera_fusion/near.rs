@@ -83,8 +83,8 @@ pub fn find_near_lane(
     settings: &NearSettings,
 ) -> Result<NearLane, LaneError> {
     camera.validate()?;
-    positive("the least width of a painted line", settings.stripe_m[0])?;
-    positive("the least width of a lane", settings.lane_m[0])?;
+    positive("the minimum width of a painted line", settings.stripe_m[0])?;
+    positive("the minimum width of a lane", settings.lane_m[0])?;
     if (image.width_px(), image.height_px()) != (camera.width_px, camera.height_px) {
         let value = image.width_px() as f64;
         return Err(LaneError::out_of_range("the image's width", value, "the camera's size"));

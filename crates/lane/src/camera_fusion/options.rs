@@ -240,7 +240,7 @@ impl CameraFusionOptions {
 
 fn made(setup: FusionSetup) -> Result<CameraFusion> {
     CameraFusion::new(setup).map_err(|e| {
-        let remedy = "let camera and seen_m agree, so that the trapezoid lies in the picture";
+        let remedy = "change camera or seen_m so that the trapezoid is in the image";
         BadInput::new(e.to_string()).key("lane.camera_fusion").remedy(remedy).into()
     })
 }

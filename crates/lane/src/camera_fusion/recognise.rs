@@ -61,14 +61,13 @@ pub enum Sources {
 impl fmt::Display for Sources {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Sources::CameraAndRadar => write!(f, "The lane rests on camera and radar."),
+            Sources::CameraAndRadar => write!(f, "The lane was found with camera and radar."),
             Sources::CameraAlone => {
-                write!(f, "The lane rests on the camera alone and ends where the camera's view ends.")
+                write!(f, "The lane was found with the camera alone and ends where the camera's view ends.")
             }
             Sources::RadarAlone(why) => write!(
                 f,
-                "The lane rests on the radar alone, as the camera is blinded by {why}; its lines stand half \
-                 a lane beside the way of the cars ahead."
+                "The lane was found with the radar alone, because the camera is blinded by {why}; its lines are half a lane beside the track of the cars ahead."
             ),
         }
     }
@@ -262,7 +261,7 @@ fn radar_alone(
         if p.x.is_nan() || p.x.abs() >= 2.0 {
             let value = trail.near.point_m.length();
             notes.push(LaneError::out_of_range(
-                "the distance of a way's start",
+                "the distance of the start of a track",
                 value,
                 "within the longest extension",
             ));
@@ -360,7 +359,7 @@ fn fuse(
         .map(|k| a + (b - a) * f64::from(k) / 200.0)
         .find(|u| (far.curve.point(*u) - end.point_m).dot(heading) > 2.0 || wide(&end, &far.curve, *u));
     let Some(start) = beyond else {
-        out.notes.push(LaneError::undetermined("the far part, as it ends within the camera's view"));
+        out.notes.push(LaneError::undetermined("the far part, because it ends within the camera's view"));
         return Ok(out.with_lines());
     };
     let mut curve = far.curve;

@@ -58,7 +58,7 @@ impl EgoPath {
         }
         match poses.iter().all(|p| p.point_m.is_finite() && p.heading_rad.is_finite()) {
             true => Ok(EgoPath { samples, poses }),
-            false => Err(LaneError::not_finite("the car's way")),
+            false => Err(LaneError::not_finite("the car's track")),
         }
     }
 
@@ -190,7 +190,7 @@ impl Trail {
         let least = found.iter().map(|f| f.0).fold(f64::INFINITY, f64::min);
         if !least.is_finite() {
             return Err(LaneError::undetermined(
-                "the distance of two ways, as no normal of one meets the other",
+                "the distance of two tracks, because no normal of one meets the other",
             ));
         }
         let mut near: Vec<f64> = found.iter().filter(|f| f.0 <= least + 1.0).map(|f| f.1).collect();
@@ -235,7 +235,7 @@ pub fn separate_lanes(
 ) -> Result<Vec<Result<LanePlace, LaneError>>, LaneError> {
     positive("the lane's width", lane_width_m)?;
     let Some(first) = trails.first() else {
-        return Err(LaneError::too_few("ways of targets", 0, 1));
+        return Err(LaneError::too_few("tracks of targets", 0, 1));
     };
     let place = |o: LaneOffset| {
         let lane = (o.offset_m / lane_width_m).round();

@@ -110,7 +110,7 @@ impl MapLanes {
 
     fn at(&mut self, input: &SensorInput<'_>) -> Result<(RadarPose, &LocalMap), LaneError> {
         let Some(pose) = input.place else {
-            return Err(LaneError::NotGiven { what: "the radar's place on the earth".into() });
+            return Err(LaneError::NotGiven { what: "the position of the radar on the earth".into() });
         };
         if self.local.as_ref().is_none_or(|(p, _)| *p != pose) {
             let local = LocalMap::new(&self.map, &pose, self.options.settings)?;
@@ -118,7 +118,7 @@ impl MapLanes {
         }
         match &self.local {
             Some((_, local)) => Ok((pose, local)),
-            None => Err(LaneError::refused("the map has no place")),
+            None => Err(LaneError::refused("the map has no position")),
         }
     }
 
@@ -209,7 +209,7 @@ impl MapLanes {
         let (pose, local) = self.at(input)?;
         let place = local.place(&target).map_err(LaneError::refused)?;
         if place.fit != super::Fit::Inside {
-            return Err(LaneError::refused("the vehicle stands beside the lanes of the map"));
+            return Err(LaneError::refused("the vehicle is beside the lanes of the map"));
         }
         let Some(frame) = RadarFrame::new(&pose) else {
             return Err(LaneError::refused("the radar's pose is not finite or not near the earth"));

@@ -30,10 +30,10 @@ pub fn read(path: &Path) -> Result<HdMap> {
     let json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
     let map: HdMap = match json {
         true => serde_json::from_str(&text).map_err(|e| {
-            BadInput::new(format!("is no map of lanes: {}", json_in_words(&e)))
+            BadInput::new(format!("is not a map of lanes: {}", json_in_words(&e)))
                 .file(path)
                 .line(e.line())
-                .remedy("the documentation of lane::hd_map::file shows one")
+                .remedy("see the example in the documentation of lane::hd_map::file")
         })?,
         false => Document::parse(path, &text)?.read_unbounded()?,
     };

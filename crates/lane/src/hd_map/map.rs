@@ -120,14 +120,14 @@ impl HdMap {
     /// a lane, strips in the wrong order, an edge point that is no place on the earth, or an invalid width.
     pub fn check(&self) -> Result<(), LaneError> {
         if self.carriageways.is_empty() {
-            return Err(LaneError::refused("the map holds no carriageway"));
+            return Err(LaneError::refused("the map contains no carriageway"));
         }
         let mut numbers = Vec::new();
         for way in &self.carriageways {
             way.check()?;
             for lane in &way.lanes {
                 if numbers.contains(&lane.number) {
-                    return Err(LaneError::refused(format!("lane number {} is given twice", lane.number)));
+                    return Err(LaneError::refused(format!("two lanes have the number {}", lane.number)));
                 }
                 numbers.push(lane.number);
             }
@@ -141,7 +141,7 @@ impl Carriageway {
         for edge in [&self.inner_edge, &self.outer_edge] {
             if let Some(point) = edge.iter().position(|p| !p.is_valid()) {
                 return Err(LaneError::refused(format!(
-                    "point {point} of an edge of carriageway `{}` is not a place on the earth",
+                    "point {point} of an edge of carriageway `{}` is not a position on the earth",
                     self.name.clone()
                 )));
             }
@@ -165,7 +165,7 @@ impl Carriageway {
             Some(w) => {
                 let bad = if w[1].kind == LaneKind::Median { &w[1] } else { &w[0] };
                 Err(LaneError::refused(format!(
-                    "strip {} lies between lanes; a median stands first and a shoulder last",
+                    "strip {} lies between lanes; list a median first and a shoulder last",
                     bad.number
                 )))
             }
@@ -240,10 +240,10 @@ lanes = [
             map.check().unwrap_err().to_string()
         };
         let none = HdMap::default().check().unwrap_err().to_string();
-        assert_eq!(none, "the map holds no carriageway");
+        assert_eq!(none, "the map contains no carriageway");
         assert_eq!(
             fault(&|w| w.outer_edge[1].height_m = f64::NAN),
-            "point 1 of an edge of carriageway `up` is not a place on the earth"
+            "point 1 of an edge of carriageway `up` is not a position on the earth"
         );
         assert_eq!(fault(&|w| w.lanes.clear()), "carriageway `up` has no lane");
         assert_eq!(fault(&|w| w.lanes.truncate(1)), "carriageway `up` has no lane");

@@ -223,7 +223,7 @@ impl fmt::Display for Dropped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Dropped::NotFinite => write!(f, "the target's position or covariance is not finite"),
-            Dropped::BadCovariance => write!(f, "the target's covariance is not one"),
+            Dropped::BadCovariance => write!(f, "the target's covariance is not positive definite"),
             Dropped::BeyondMap => write!(f, "no carriageway of the map has both edges beside the target"),
             Dropped::NoRoom => write!(f, "the carriageway has no width beside the target"),
             Dropped::Mismatch { gap_m, lanes_m } => {

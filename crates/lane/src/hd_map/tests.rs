@@ -759,7 +759,7 @@ fn hostile_input_has_a_reason() {
     };
     assert_eq!(
         assign(&HdMap::default(), &pose, &[exact(p)])[0].lane,
-        Err(Dropped::Map(LaneError::refused("the map holds no carriageway")))
+        Err(Dropped::Map(LaneError::refused("the map contains no carriageway")))
     );
     let short =
         Dropped::Map(LaneError::refused("an edge of carriageway `plain` has fewer than two distinct points"));

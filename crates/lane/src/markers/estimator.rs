@@ -32,14 +32,14 @@ impl MarkerRcs {
         let rising =
             |v: &[f64]| !v.is_empty() && v.iter().all(|x| x.is_finite()) && v.windows(2).all(|w| w[0] < w[1]);
         if !rising(&azimuth_rad) || !rising(&elevation_rad) {
-            return bad("its angles do not rise");
+            return bad("the angles do not ascend");
         }
         if dbsm.len() != azimuth_rad.len() * elevation_rad.len() {
-            return bad("it needs a level for each azimuth and elevation");
+            return bad("the table needs one cross section for each azimuth and elevation");
         }
         let top = dbsm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         if dbsm.iter().any(|d| d.is_nan()) || !top.is_finite() {
-            return bad("its levels are no numbers");
+            return bad("a cross section is NaN, or none is finite");
         }
         let dbsm = dbsm.into_iter().map(|d| d.max(top - DEEPEST_DB)).collect();
         Ok(MarkerRcs { azimuth_rad, elevation_rad, dbsm })

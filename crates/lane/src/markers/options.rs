@@ -193,7 +193,7 @@ impl MarkersOptions {
         match of_trial.iter().find(|k| k.1) {
             Some((key, _)) => Err(limits::refused(
                 super::METHOD,
-                format!("{key} is only for a scenario's table [lane.{TABLE}]"),
+                format!("{key} is only allowed in the table [lane.{TABLE}] of a scenario"),
             )),
             None => self.check(),
         }
@@ -245,11 +245,13 @@ impl MarkersOptions {
             true => laid(road),
         };
         if spacings_m.is_empty() {
-            return Err(BadInput::new("is not given, and the scene has no rows of markers that tell it")
-                .key("lane.markers.spacing_m")
-                .allowed("metres between neighbours of a row, one number for each kind of row")
-                .remedy("give it, as in spacing_m = [2], or add [[road.markers]] to the scene")
-                .into());
+            return Err(BadInput::new(
+                "is not given, and the scene has no rows of markers from which it follows",
+            )
+            .key("lane.markers.spacing_m")
+            .allowed("metres between neighbours of a row, one number for each kind of row")
+            .remedy("give it, as in spacing_m = [2], or add [[road.markers]] to the scene")
+            .into());
         }
         let of_radar = |p: MarkerPattern| MarkerPattern {
             rate_error_mps: self.rate_error_mps.unwrap_or(0.25 * radar.velocity_bin_mps()),

@@ -53,7 +53,7 @@ pub fn speed_from_edge(cells: &[Cell]) -> Result<Parameter, LaneError> {
 }
 
 pub(super) fn too_slow(speed_mps: f64) -> LaneError {
-    LaneError::refused(format!("at {speed_mps:.3} m/s the range rates do not tell the lane"))
+    LaneError::refused(format!("at {speed_mps:.3} m/s the range rates do not determine the lane"))
 }
 
 pub(super) fn usable(c: &Cell) -> bool {

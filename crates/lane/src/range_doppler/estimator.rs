@@ -165,7 +165,7 @@ impl RangeDopplerLane {
             return Err(LaneError::Empty);
         }
         if !input.time_s.is_finite() {
-            return Err(LaneError::NotGiven { what: "the time of the look".into() });
+            return Err(LaneError::NotGiven { what: "the time of the frame".into() });
         }
         let o = &self.options;
         let is_number =

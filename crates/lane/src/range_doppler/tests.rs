@@ -395,5 +395,5 @@ fn hostile_input() {
         .collect();
     assert!(matches!(lane_from_map(&clutter, KNOWN, &s), Err(LaneError::Unexplained { .. })));
     assert!(matches!(speed_from_edge(&good[..2]), Err(LaneError::Refused { .. })));
-    assert_eq!(too_slow(0.0).to_string(), "at 0.000 m/s the range rates do not tell the lane");
+    assert_eq!(too_slow(0.0).to_string(), "at 0.000 m/s the range rates do not determine the lane");
 }

@@ -187,7 +187,11 @@ impl ClothoidFilter {
         let c12 = p[1][2];
         let c0 = self.state[0] + self.state[1] * ds;
         if ![c0, c00, c01, c02, c11, c22].iter().all(|v| v.is_finite()) {
-            return Err(LaneError::out_of_range("distance driven", ds, "what keeps the state finite"));
+            return Err(LaneError::out_of_range(
+                "distance driven",
+                ds,
+                "a distance that keeps the state finite",
+            ));
         }
         self.state[0] = c0;
         self.covariance = [[c00, c01, c02], [c01, c11, c12], [c02, c12, c22]];

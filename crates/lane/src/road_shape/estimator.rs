@@ -112,11 +112,11 @@ impl RoadShapeEstimator {
         }
         let dt_s = match self.last_s {
             _ if !input.time_s.is_finite() => {
-                return Err(LaneError::not_finite("the time of the look"));
+                return Err(LaneError::not_finite("the time of the frame"));
             }
             Some(last) if input.time_s < last => {
                 return Err(LaneError::refused(format!(
-                    "the look at {} s comes after that at {last} s",
+                    "the frame at {} s follows the frame at {last} s",
                     input.time_s
                 )));
             }
@@ -179,14 +179,14 @@ impl RoadShapeEstimator {
         let s = &self.options.tracker;
         if track.status == EdgeStatus::Tentative {
             return Err(format!(
-                "an edge was seen in {} of {} scans that it takes",
+                "an edge was detected in {} of the {} scans that confirm it",
                 track.hits, s.confirm_scans
             ));
         }
         let [c0, c1, b] = track.filter.state();
         let reach_m = self.reach_m[k];
         if reach_m <= 1.0 {
-            return Err("the edge that was seen lies behind".into());
+            return Err("the detected edge is behind the vehicle".into());
         }
         let heading_rad = match &shape.fits[k] {
             Ok(fit) => fit.heading_rad,

@@ -238,7 +238,7 @@ fn fit(
             *t += d;
         }
         if theta.iter().any(|t| !t.is_finite()) || theta[A].abs() > 0.05 {
-            return Err(LaneError::refused("the fit ran away from the curves that are allowed"));
+            return Err(LaneError::refused("the fit left the range of allowed curves"));
         }
         let reach = s.x_max_m * s.x_max_m;
         settled = step[A].abs() * reach + step[1].abs() + step[2].abs() + step[3].abs() * s.x_max_m < 1e-6;
@@ -262,7 +262,7 @@ fn fit(
         let step =
             inverse(&normal).map(|i| times(&i, &gradient)).ok_or(LaneError::undetermined("the curve"))?;
         if (0..4).any(|i| step[i] * step[i] > 0.01 * inv[i][i]) && quadratic(&normal, &step) > 0.04 {
-            return Err(LaneError::refused("the fit ran away from the curves that are allowed"));
+            return Err(LaneError::refused("the fit left the range of allowed curves"));
         }
     }
     let total = last.used.iter().sum::<usize>();

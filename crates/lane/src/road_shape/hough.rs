@@ -95,7 +95,7 @@ impl HoughSettings {
             return bad("power_cap", self.power_cap, "1 or more");
         }
         if self.a_max_per_m > 1.0 || self.a_max_per_m / self.a_step_per_m > 2000.0 {
-            return bad("a_max_per_m", self.a_max_per_m, "up to 1 and to 2000 steps");
+            return bad("a_max_per_m", self.a_max_per_m, "up to 1, and up to 2000 steps");
         }
         if self.b_max_m / self.b_step_m > 4000.0 {
             return bad("b_max_m", self.b_max_m, "up to 4000 steps");
@@ -460,7 +460,7 @@ impl VoteMap {
             Ok(())
         } else {
             Err(LaneError::refused(format!(
-                "the best curve has {found:.1} points, too few where chance gives {expected:.1}"
+                "the best curve has {found:.1} points, too few, because chance gives {expected:.1}"
             )))
         }
     }
@@ -518,7 +518,7 @@ impl VoteMap {
         let reach = 10.0 * (s.a_step_per_m * s.x_max_m * s.x_max_m * 0.25 + s.b_step_m) + s.clearance_m;
         if !(a.abs() <= 1.1 * s.a_max_per_m && (b - b0).abs() <= reach && side.sign() * b >= 0.5 * s.b_min_m)
         {
-            return Err(LaneError::refused("the fit ran away from the curves that are allowed"));
+            return Err(LaneError::refused("the fit left the range of allowed curves"));
         }
         let (points, x_min_m, x_max_m) = self.support(side, a, b)?;
         // Expected values of curvature and squared slope for Gaussian r of the deviation stated: those

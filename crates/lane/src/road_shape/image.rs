@@ -163,7 +163,7 @@ impl Imager {
     /// allow.
     pub fn new(radar: &Radar, settings: &ImageSettings) -> Result<Imager> {
         let Some(ramps) = two_slopes(radar).filter(|_| suits(radar)) else {
-            return Err(BadInput::new("the radar image needs FM-CW with two slopes, one transmitter and three channels or more in one line")
+            return Err(BadInput::new("the radar image needs FM-CW with two chirp types, one transmitter and three channels or more in one line")
                 .key("radar")
                 .value(&radar.name)
                 .remedy("take fmcw76, or source = \"points\" in [lane.road_shape]")
@@ -206,7 +206,7 @@ impl Imager {
         }
         match <[SlopeImage; 2]>::try_from(made) {
             Ok(two) => Ok(two),
-            Err(_) => Err(catseye::base::error::Error::Failed("two slopes give two images".into())),
+            Err(_) => Err(catseye::base::error::Error::Failed("two chirp types must give two images".into())),
         }
     }
 
@@ -347,9 +347,11 @@ impl Imager {
     pub fn snapshots(&self, cube: &AnyCube, slope: usize) -> Result<Vec<Complex64>> {
         match self.parts.get(slope) {
             Some(part) => part.cells(cube),
-            None => {
-                Err(BadInput::new("there are two slopes").key("slope").value(slope).allowed("0, 1").into())
-            }
+            None => Err(BadInput::new("is out of range: there are two chirp types")
+                .key("slope")
+                .value(slope)
+                .allowed("0, 1")
+                .into()),
         }
     }
 

@@ -130,7 +130,7 @@ pub fn static_points(peaks: &[Peak], mount: &RadarMount, ego: &Ego, gate: &Stati
     not_negative("least range", gate.min_range_m)?;
     positive("greatest range", gate.max_range_m)?;
     if let Some(fold) = gate.fold_mps {
-        positive("fold of the range rate", fold)?;
+        positive("ambiguity interval of the range rate", fold)?;
     }
     let speed = Measured { value: ego.speed_mps, std: ego.speed_std_mps };
     let yaw_rate = Measured { value: ego.yaw_rate_radps, std: ego.yaw_rate_std_radps };

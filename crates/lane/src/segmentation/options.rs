@@ -105,7 +105,9 @@ impl SegmentationOptions {
         ];
         limits::check(METHOD, &all)?;
         if self.weights.is_empty() {
-            let bad = BadInput::new("names no network").key("lane.segmentation.weights").value("\"\"");
+            let bad = BadInput::new("the name of the network is empty")
+                .key("lane.segmentation.weights")
+                .value("\"\"");
             return Err(bad.allowed("a folder or the name of a network").remedy(LEAVE_OUT).into());
         }
         Ok(())
@@ -120,9 +122,9 @@ impl SegmentationOptions {
         let given =
             [("radar_at_m", self.radar_at_m.is_some()), ("radar_yaw_deg", self.radar_yaw_deg.is_some())];
         if let Some((key, _)) = given.into_iter().find(|g| g.1) {
-            let bad = BadInput::new("belongs to points without a scenario");
+            let bad = BadInput::new("applies only to points without a scenario");
             let bad = bad.key(format!("lane.segmentation.{key}"));
-            return Err(bad.remedy("take it out and set the radar's mounting").into());
+            return Err(bad.remedy("remove it and set the radar's mounting").into());
         }
         self.check()
     }

@@ -107,7 +107,7 @@ fn begin(cells: &LaneCells<'_>, probability: f64) -> Result<usize, LaneError> {
         let most = cells.lane.iter().copied().fold(0.0, f32::max);
         if f64::from(most) < probability {
             return LaneError::refused(format!(
-                "no cell before the radar is of a lane: the largest probability is {most:.2}, below {probability}"
+                "no cell in front of the radar belongs to a lane: the largest probability is {most:.2}, below {probability}"
             ));
         }
         LaneError::refused(format!(
@@ -210,7 +210,7 @@ fn region(cells: &LaneCells<'_>, limits: &RegionLimits) -> Result<Region, LaneEr
     out.probability = sum / count.max(1) as f64;
     if out.rows == 0 {
         return Err(LaneError::refused(format!(
-            "what leads ahead from the radar is nowhere wider than {NARROWEST_M} m"
+            "the region ahead of the radar is nowhere wider than {NARROWEST_M} m"
         )));
     }
     Ok(out)
@@ -264,7 +264,7 @@ pub fn estimate(
 ) -> LaneEstimate {
     let none = |why| LaneEstimate::none(METHOD, time_s, given, why);
     if !cells.is_sound() {
-        return none(LaneError::refused("the cells before the radar are not those of one grid"));
+        return none(LaneError::refused("the cells in front of the radar do not belong to one grid"));
     }
     let region = match region(cells, limits) {
         Ok(region) => region,
@@ -276,7 +276,7 @@ pub fn estimate(
     if lines.is_empty() {
         let [right, left] = region.edges.each_ref().map(Vec::len);
         return none(LaneError::refused(format!(
-            "no edge of the lanes is seen over {least_m} m: {right} rows on the right and {left} on the left of {}",
+            "no edge of the lanes is found over {least_m} m: {right} rows on the right and {left} on the left of {}",
             region.rows
         )));
     }

@@ -368,7 +368,7 @@ impl LaneEstimator for Signature {
             // Which of them is right is unknown: the next look searches everywhere again.
             self.last = None;
             let why =
-                format!("{rivals} other places fit about as well, the best with probability {likely:.2}");
+                format!("{rivals} other positions fit about as well, the best with probability {likely:.2}");
             return failed(self, LaneError::refused(why));
         }
         self.failed = 0;
@@ -378,7 +378,7 @@ impl LaneEstimator for Signature {
             None if self.lanes.lines_m.is_empty() => {
                 none(LaneError::NotGiven { what: "lane lines in the map".into() })
             }
-            None => none(LaneError::refused("no lane line of the map lies beside the vehicle")),
+            None => none(LaneError::refused("no lane line of the map is beside the vehicle")),
             Some(mut e) => {
                 e.provenance.given = given;
                 for line in &mut e.lines {

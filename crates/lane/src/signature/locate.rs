@@ -450,7 +450,7 @@ impl Match<'_> {
 }
 
 fn empty_map() -> LaneError {
-    LaneError::refused("the map holds no landmarks that are trusted")
+    LaneError::refused("the map contains no trusted landmarks")
 }
 
 fn unexplained(explained: f64, points: usize) -> LaneError {
@@ -521,7 +521,7 @@ fn grid(search: &Search, route: &[Pose], s: &LocateSettings) -> Result<(Vec<Pose
                 let n = (length / s.step_m).ceil().clamp(1.0, 1e6) as usize;
                 if centres.len() + n > most {
                     return Err(LaneError::refused(format!(
-                        "the search has {} places and one call takes at most {MOST_PLACES}",
+                        "the search has {} positions, and one call allows at most {MOST_PLACES}",
                         (centres.len() + n) * per_pose as usize
                     )));
                 }

@@ -94,7 +94,7 @@ impl UwbSetup {
         if let Some(w) = self.lane_width_m {
             checked("lane width", w, w > 0.0, "above 0 m")?;
         }
-        finite("place of the radar", self.at_m[0] + self.at_m[1]).map(|_| ())
+        finite("position of the radar", self.at_m[0] + self.at_m[1]).map(|_| ())
     }
 
     /// Energy and strongest range of a scan, Kim (6).
@@ -301,16 +301,17 @@ impl PassHistory {
     fn why_not(&self, spacing_m: f64) -> String {
         match (self.left_at_m, self.passes) {
             _ if self.endless > 0 => format!(
-                "no plates at the spacing of {spacing_m} m: energies stay over the threshold for more than that; the gate holds something \
-                 else than plates, or the threshold is of another road"
+                "no plates at the spacing of {spacing_m} m: energies exceed the threshold for a longer distance; the gate contains something other than plates, or the threshold is for another road"
             ),
             (Some(at), _) => {
-                format!("no plates at the spacing of {spacing_m} m: the one due at {at:.1} m did not come")
+                format!("no plates at the spacing of {spacing_m} m: the one expected at {at:.1} m is missing")
             }
-            (None, 0) => format!("no plates at the spacing of {spacing_m} m: no pass over the threshold"),
+            (None, 0) => {
+                format!("no plates at the spacing of {spacing_m} m: no energy exceeds the threshold")
+            }
             (None, n) => {
                 format!(
-                    "no plates at the spacing of {spacing_m} m: {n} passes over metal, none a spacing after another"
+                    "no plates at the spacing of {spacing_m} m: {n} passes over metal, but none at this spacing after another"
                 )
             }
         }
@@ -400,7 +401,10 @@ impl UwbLanes {
             return Err(LaneError::Empty);
         }
         if samples.len() % count != 0 {
-            return Err(LaneError::refused(format!("{} samples are not two scans", samples.len())));
+            return Err(LaneError::refused(format!(
+                "{} samples cannot be divided into two scans",
+                samples.len()
+            )));
         }
         let scans = samples.chunks(samples.len() / count);
         let echoes: Vec<GateEcho> =
@@ -555,7 +559,7 @@ mod tests {
             s.samples[90] = 5.0;
             why.push(uwb.estimate(&one(&s)).no_lane.map(|w| w.to_string()).unwrap_or_default());
         }
-        assert!(why[0].contains("no pass over the threshold"), "{}", why[0]);
+        assert!(why[0].contains("no energy exceeds the threshold"), "{}", why[0]);
         assert!(why[why.len() - 1].contains("something else than plates"), "{}", why[why.len() - 1]);
     }
 

@@ -127,7 +127,7 @@ impl Threshold {
         let spread = a0 - 2.0 * a1;
         let allowed = "above 0: the highest energies must differ";
         if spread.is_nan() || spread <= 0.0 || a0 <= 0.0 {
-            return Err(LaneError::out_of_range("spread of the highest energies", spread, allowed));
+            return Err(LaneError::out_of_range("variation of the highest energies", spread, allowed));
         }
         let shape = 2.0 - a0 / spread;
         let scale = 2.0 * a0 * a1 / spread;

@@ -50,7 +50,7 @@ pub fn run(
         .filter(|w| only.is_empty() || only.iter().any(|n| w.eq_ignore_ascii_case(n)))
         .map(|name| {
             let work = workload(name)
-                .ok_or_else(|| Error::Failed(format!("the workload {name} is listed and not there")))?;
+                .ok_or_else(|| Error::Failed(format!("the workload {name} is listed but not defined")))?;
             work(engine, settings, Sheet::new(name, engine, say))
         })
         .collect()

@@ -250,7 +250,10 @@ impl View {
         let direction = (light.sun_azimuth_rad + light.sun_elevation_rad).is_finite();
         if !(levels && direction) || light.visibility_m.is_some_and(|v| !(v.is_finite() && v > 0.0)) {
             let all = format!("{light:?}");
-            return Err(BadInput::new("is no light").value(all).allowed("finite, not negative").into());
+            return Err(BadInput::new("is not possible for a light")
+                .value(all)
+                .allowed("finite, not negative")
+                .into());
         }
         let luminance: Vec<f64> =
             self.sights.par_iter().with_min_len(4096).map(|s| self.luminance(geometry, light, s)).collect();

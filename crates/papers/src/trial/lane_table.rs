@@ -51,7 +51,7 @@ impl LaneTable {
         })?;
         match table.runs {
             Some(n) if !(1..=10_000).contains(&n) => {
-                let bad = BadInput::new("is no number of drives").file(path).key("lane.runs").value(n);
+                let bad = BadInput::new("is out of range").file(path).key("lane.runs").value(n);
                 Err(bad.allowed("1..=10000").into())
             }
             _ => Ok(table),

@@ -71,7 +71,7 @@ impl Method {
     /// Returns an error for an unknown name.
     pub fn named(name: &str) -> Result<Method> {
         Method::ALL.into_iter().find(|m| m.name() == name).ok_or_else(|| {
-            BadInput::new("is no lane method").key("method").value(name).allowed(NAMES.join(", ")).into()
+            BadInput::new("is not a lane method").key("method").value(name).allowed(NAMES.join(", ")).into()
         })
     }
 }

@@ -110,7 +110,7 @@ pub fn no_radar(radars: &[Radar], method: &str, allowed: &str, remedy: &str) -> 
         n => format!("{} ({}, {n} channels)", r.name, kind(r)),
     };
     let value = radars.iter().map(told).collect::<Vec<_>>().join(", ");
-    let bad = BadInput::new(format!("the method {method} can take no radar of the scenario"));
+    let bad = BadInput::new(format!("the method {method} cannot use any radar of the scenario"));
     bad.key("radar").value(value).allowed(allowed).remedy(remedy)
 }
 

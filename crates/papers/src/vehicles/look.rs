@@ -54,24 +54,35 @@ impl Grid {
             BadInput::new(problem).key(key).value(value).allowed(allowed)
         };
         if self.kinds.is_empty() {
-            return Err(bad("--kinds", "names no kind", "".into(), "kinds of the library, by commas").into());
+            return Err(bad(
+                "--kinds",
+                "the list of kinds is empty",
+                "".into(),
+                "kinds of the library, separated by commas",
+            )
+            .into());
         }
         if self.distances_m.is_empty() || self.distances_m.len() > 8 {
             let count = self.distances_m.len().to_string();
-            return Err(bad("--distances", "is no list of distances", count, "1 to 8 distances").into());
+            return Err(bad(
+                "--distances",
+                "the number of distances is out of range",
+                count,
+                "1 to 8 distances",
+            )
+            .into());
         }
         if let Some(d) = self.distances_m.iter().find(|d| !(3.0..=50.0).contains(*d)) {
-            let bad =
-                bad("--distances", "is no distance that the radar sees a body at", d.to_string(), "3..=50");
-            return Err(bad.remedy("give distances in metres, by commas, such as 7,15,30").into());
+            let bad = bad("--distances", "is out of range", d.to_string(), "3..=50");
+            return Err(bad.remedy("give distances in metres, separated by commas, such as 7,15,30").into());
         }
         if !(4..=360).contains(&self.aspects) {
             let count = self.aspects.to_string();
-            return Err(bad("--aspects", "is no number of directions", count, "4..=360").into());
+            return Err(bad("--aspects", "is out of range", count, "4..=360").into());
         }
         if !(1..=100).contains(&self.bodies) {
             let count = self.bodies.to_string();
-            return Err(bad("--bodies", "is no number of bodies", count, "1..=100").into());
+            return Err(bad("--bodies", "is out of range", count, "1..=100").into());
         }
         Ok(())
     }
@@ -477,7 +488,7 @@ mod tests {
         assert!(good.check().is_ok());
         assert_eq!(good.looks(), good.all().len());
         for (grid, parts) in [
-            (Grid { kinds: vec![], ..good.clone() }, ["--kinds", "names no kind"]),
+            (Grid { kinds: vec![], ..good.clone() }, ["--kinds", "the list of kinds is empty"]),
             (Grid { distances_m: vec![], ..good.clone() }, ["--distances", "1 to 8"]),
             (Grid { distances_m: vec![2.0], ..good.clone() }, ["--distances", "3..=50"]),
             (Grid { distances_m: vec![f64::NAN], ..good.clone() }, ["--distances", "3..=50"]),

@@ -278,7 +278,7 @@ fn maps_are_written_and_read() {
         (text.replace("\"kind\"", "\"kynd\""), "kynd"),
         (text.replacen("\"number\": 1,", "\"number\": 2,", 1), "lane number 2"),
         ("{}".into(), "no carriageway"),
-        ("nothing".into(), "is no map"),
+        ("nothing".into(), "is not a map"),
     ] {
         std::fs::write(&path, wrong).unwrap();
         let e = file::read(&path).unwrap_err().to_string();

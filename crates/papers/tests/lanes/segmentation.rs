@@ -110,6 +110,6 @@ fn a_network_that_is_not_there_is_refused() {
     let e = trial(&path).unwrap_err();
     let text = e.to_string();
     assert_eq!(e.exit_code(), 2);
-    assert!(text.contains("none") && text.contains("no trained network") && text.contains("road"), "{text}");
+    assert!(text.contains("none") && text.contains("a trained network") && text.contains("road"), "{text}");
     assert_eq!(text.lines().count(), 1);
 }

@@ -99,7 +99,7 @@ fn plates_at_the_spacing_are_a_lane_with_its_line_and_their_absence_is_none() {
                 );
                 assert!(e.width_m.is_none() && e.curvature_per_m.is_none());
             }
-            w if w > 38.0 => assert!(why(&e).contains("did not come"), "{w}"),
+            w if w > 38.0 => assert!(why(&e).contains("is missing"), "{w}"),
             _ => {}
         }
         last = Some(e);
@@ -135,7 +135,7 @@ fn hostile_looks_are_refused_with_their_reason_and_leave_the_state() {
         (at(&good[..100]), "do not cover the gate"),
         (at(&nan), "none of 2 points"),
         (at(&huge), "power of range sample"),
-        (with(None), "speed is not known"),
+        (with(None), "speed of the vehicle is unknown"),
         (with(Some(f64::NAN)), "speed is not a finite number"),
         (with(Some(-3.0)), "speed is -3"),
         (with(Some(1e300)), "up to 150 m/s"),
@@ -182,7 +182,7 @@ fn two_radars_give_offset_and_width() {
     assert!((e.width_m.unwrap().value - 3.0).abs() < 0.05 && (e.offset_m.unwrap().value + 0.15).abs() < 0.03);
     // An odd number of samples is not two scans.
     let odd = [0.0; 601];
-    assert!(why(&pair.estimate(&look(200, &odd))).contains("are not two scans"));
+    assert!(why(&pair.estimate(&look(200, &odd))).contains("into two scans"));
     let swapped = UwbLanes::pair(options(Side::Right), options(Side::Left));
     assert!(swapped.is_err(), "the right radar stands left of the left one");
 }
@@ -333,7 +333,7 @@ fn leaving_the_lane_is_told_and_a_bare_road_has_none() {
     assert_eq!(value(&trial, "settings' rule: warnings where a plate was due, a run"), Some(0.0));
     let last = &trial.steps.last().unwrap().estimate;
     assert!(
-        matches!(&last.no_lane, Some(LaneError::Refused { why }) if why.contains("did not come")),
+        matches!(&last.no_lane, Some(LaneError::Refused { why }) if why.contains("is missing")),
         "{last:?}"
     );
 
@@ -445,7 +445,7 @@ fn scenarios_and_settings_that_cannot_be_are_refused_with_a_remedy() {
     let on = |rest: &str| format!("name = \"s\"\nradar = \"uwb9\"\n{rest}\n[scene]\nroad = \"{road}\"\n");
     assert!(
         refusal("name = \"s\"\nradar = \"front77\"\n[scene]\nbuiltin = \"marked-road\"\n", &s)
-            .contains("front77 (fmcw, 12 channels): the method uwb can take no radar of the scenario; allowed: an impulse radar")
+            .contains("front77 (fmcw, 12 channels): the method uwb cannot use any radar of the scenario; allowed: an impulse radar")
     );
     let none =
         refusal("name = \"s\"\nradar = \"uwb9\"\n[[point]]\nposition_m = [3, 0, 0]\nrcs_dbsm = 0\n", &s);
@@ -453,11 +453,11 @@ fn scenarios_and_settings_that_cannot_be_are_refused_with_a_remedy() {
     let standing = on("[ego]\nspeed_mps = 7\n");
     assert!(refusal(&standing, &s).contains("a vehicle on a road"));
     let fast = on("[ego]\non_road = { lane = 2, s_m = 5 }\ndrive = { speed_mps = 90 }\n");
-    assert!(refusal(&fast, &s).contains("farther apart than a plate"));
+    assert!(refusal(&fast, &s).contains("exceeds the length of a plate"));
     let backwards =
         on("[ego]\non_road = { lane = 2, s_m = 50 }\ndrive = { speed_mps = -2 }\n[frames]\ncount = 3\n");
     let few = Settings { quiet_scans: 20, ..s.clone() };
-    assert!(refusal(&backwards, &few).contains("goes forward"));
+    assert!(refusal(&backwards, &few).contains("moves forward"));
     let lane = on("[ego]\non_road = { lane = 2, s_m = 5 }\n");
     let gate = Settings { gate_m: Some([1.0, 20.0]), ..s.clone() };
     assert!(refusal(&lane, &gate).contains("do not cover the gate"));

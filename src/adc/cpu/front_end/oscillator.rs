@@ -58,7 +58,7 @@ impl<'a> Oscillator<'a> {
         let reach = if s.phase_noise.is_some() { reach(timing) } else { 0 };
         if reach > 2 * samples {
             return Err(Error::Failed(format!(
-                "phase noise: {:e} Hz swept while sampling is too little against a sample rate of {:e} Hz",
+                "phase noise: the {:e} Hz swept while sampling are too few for a sample rate of {:e} Hz",
                 timing.slope_hz_per_s.abs() * samples as f64 / timing.sample_rate_hz,
                 timing.sample_rate_hz
             )));

@@ -29,15 +29,15 @@ impl LaneMethod for CameraFusionOptions {
         self.estimator()?;
         let scenario = given.scenario;
         let found = point_radar(&scenario.radars);
-        let allowed = "a radar that tells range rates of cars: fmcw, stepped or coded";
-        let which = needed(found, given, "camera-fusion", allowed, "take radar = \"front77\"")?;
+        let allowed = "a radar that measures range rates of cars: fmcw, stepped or coded";
+        let which = needed(found, given, "camera-fusion", allowed, "use radar = \"front77\"")?;
         let looks = looks(scenario, self);
         let Some(last) = looks.last() else {
             let last = scenario.frames.time_s(scenario.frames.count.saturating_sub(1));
             let why = format!("the drive ends after {last} s, before the first recognition");
             let bad = BadInput::new(why).file(given.path).key("lane.camera_fusion.first_s");
             let bad = bad.value(self.first_s).allowed(format!("0..={last}"));
-            return Err(bad.remedy("raise frames.count, or set first_s and period_s lower").into());
+            return Err(bad.remedy("increase frames.count, or reduce first_s and period_s").into());
         };
         let course = |condition, sensors| Course { condition, sensors, steps: Vec::new() };
         let mut found = DriveResults {
@@ -174,7 +174,7 @@ impl Looks for FusedDrive<'_> {
             return Ok(());
         }
         let truth = judge::own_lines(drive.truth(time_s, settings.range_m)).ok_or_else(|| -> Error {
-            let e = BadInput::new("the vehicle stands in no lane of a road, and nothing can be compared");
+            let e = BadInput::new("the vehicle is not in a lane of a road, so there is nothing to compare");
             let remedy = "give scene.road, and ego.on_road with the number of a lane";
             e.file(self.given.path).key("ego.on_road").remedy(remedy).into()
         })?;

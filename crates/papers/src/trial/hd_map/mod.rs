@@ -129,7 +129,7 @@ impl Looks for GroupDrive<'_, '_> {
         let speed = self.bus.read(level.speed_mps);
         let tracks = self.follower.step(&seen, radar, level, speed.value, self.settings, time_s)?;
         let pose = place(self.settings, level, radar, self.survey)
-            .ok_or_else(|| BadInput::new("is no place on the earth").key("lane.hd_map.origin"))?;
+            .ok_or_else(|| BadInput::new("is not a position on the earth").key("lane.hd_map.origin"))?;
         let (speed_mps, place) = (Some(speed), Some(pose));
         let look = SensorInput { time_s, speed_mps, tracks: &tracks, place, ..SensorInput::default() };
         let ((lanes, estimate), seconds) =

@@ -144,7 +144,7 @@ impl Settings {
         let unknown = self.kinds.iter().find(|k| !VEHICLES.contains(&k.as_str()));
         if self.kinds.is_empty() || unknown.is_some() {
             let value = unknown.map_or("[]", String::as_str);
-            let bad = BadInput::new("is no kind of vehicle").key("lane.hd_map.kinds").value(value);
+            let bad = BadInput::new("is not a kind of vehicle").key("lane.hd_map.kinds").value(value);
             return Err(bad.allowed(VEHICLES.join(", ")).remedy("name one or more of them").into());
         }
         for (i, s) in self.scene.iter().enumerate() {

@@ -42,8 +42,9 @@ pub struct Sight {
 pub fn radar(given: &TrialContext<'_>) -> Result<usize> {
     let radars = &given.scenario.radars;
     let found = point_radar(radars).filter(|i| radars[*i].virtual_channels() > 1);
-    let allowed = "a radar that tells ranges and azimuths: fmcw, stepped or coded, with two channels or more";
-    needed(found, given, "hd-map", allowed, "take radar = \"front77\"")
+    let allowed =
+        "a radar that measures ranges and azimuths: fmcw, stepped or coded, with two channels or more";
+    needed(found, given, "hd-map", allowed, "use radar = \"front77\"")
 }
 
 /// The points of a frame along the ground. Where the array measures no elevation, the echoes are assumed at

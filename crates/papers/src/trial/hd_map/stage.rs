@@ -46,7 +46,7 @@ pub fn stages(given: &TrialContext<'_>, settings: &Settings) -> Result<Vec<Stage
         }
         let SceneSource::Road { path } = &scenario.scene else {
             let bad =
-                BadInput::new("vehicles can be drawn on the roads of a road file only").file(given.path);
+                BadInput::new("vehicles can only be drawn on the roads of a road file").file(given.path);
             return Err(bad
                 .key(format!("lane.hd_map.scene[{i}].road"))
                 .remedy("name a road scene (TOML)")
@@ -97,8 +97,8 @@ pub fn map_of(
         },
     };
     let map = of_road::map(&spaced, &anchor, &mut || settings.map_std_m * draws.normal())
-        .ok_or_else(|| bad("the origin is no place on the earth".into()))?;
-    map.check().map_err(|fault| bad(format!("the scene's roads make no map: {fault}")))?;
+        .ok_or_else(|| bad("the origin is not a position on the earth".into()))?;
+    map.check().map_err(|fault| bad(format!("no map can be made of the roads of the scene: {fault}")))?;
     Ok(map)
 }
 

@@ -118,10 +118,10 @@ fn group(
                 continue;
             }
             let reach = format!("{}..={} m from the radar", settings.near_m, settings.far_m);
-            let bad = BadInput::new("no vehicle finds a place in the radar's view");
+            let bad = BadInput::new("no vehicle fits into the radar's field of view");
             let bad = bad.key("lane.hd_map.scene.lanes").allowed(reach);
             return Err(bad
-                .remedy("let the radar look along these lanes (radar_s_m), or change near_m, far_m, view_deg")
+                .remedy("point the radar along these lanes (radar_s_m), or change near_m, far_m, view_deg")
                 .into());
         };
         let (road, side, index) = at;

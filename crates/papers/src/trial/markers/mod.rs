@@ -22,12 +22,13 @@ impl LaneMethod for MarkersOptions {
         self.check_in_scenario()?;
         let scenario = given.scenario;
         let found = point_radar(&scenario.radars);
-        let allowed = "a radar that gives points: fmcw, stepped or coded, with two channels or more";
-        let which = needed(found, given, "markers", allowed, "take radar = \"feng77\"")?;
+        let allowed = "a radar that measures points: fmcw, stepped or coded, with two channels or more";
+        let which = needed(found, given, "markers", allowed, "use radar = \"feng77\"")?;
         let radar = &scenario.radars[which];
         if radar.virtual_channels() < 2 {
-            let bad =
-                BadInput::new("has one channel, which tells no directions").file(given.path).key("radar");
+            let bad = BadInput::new("has one channel, which cannot measure directions")
+                .file(given.path)
+                .key("radar");
             let bad = bad.value(&radar.name).allowed("two channels or more side by side");
             return Err(bad.remedy("add [[rx]] to the radar").into());
         }

@@ -21,7 +21,7 @@ fn radar_of(scenario: &Scenario) -> Result<usize> {
     let found = scenario.radars.iter().position(|r| suits(&r.waveform));
     let enough = found.filter(|i| scenario.radars[*i].doppler_rows() >= LEAST_ROWS);
     let allowed = format!("an FMCW radar with {LEAST_ROWS} or more rows of Doppler");
-    enough.ok_or_else(|| no_radar(&scenario.radars, METHOD, &allowed, "take radar = \"feng77\"").into())
+    enough.ok_or_else(|| no_radar(&scenario.radars, METHOD, &allowed, "use radar = \"feng77\"").into())
 }
 
 impl LaneMethod for Settings {

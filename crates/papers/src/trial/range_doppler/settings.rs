@@ -156,7 +156,9 @@ impl Settings {
             if self.case[..i].iter().any(|c| c.name == case.name) {
                 let bad = BadInput::new("two cases have the same name");
                 let bad = bad.key(format!("lane.range_doppler.case[{i}].name")).value(&case.name);
-                return Err(bad.remedy("name each case, its files are called so").into());
+                return Err(bad
+                    .remedy("give each case a name of its own, since its files have that name")
+                    .into());
             }
         }
         Ok(())
@@ -219,7 +221,8 @@ impl Case {
     fn check(&self, s: &Settings, i: usize) -> Result<()> {
         let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         if self.name.is_empty() || self.name.len() > 60 || !self.name.chars().all(is_name) {
-            let bad = BadInput::new("is no name of a case").key(format!("lane.range_doppler.case[{i}].name"));
+            let bad = BadInput::new("is not a valid name of a case")
+                .key(format!("lane.range_doppler.case[{i}].name"));
             return Err(bad.value(&self.name).allowed("1 to 60 letters, digits, _ and -").into());
         }
         let mut limits = vec![

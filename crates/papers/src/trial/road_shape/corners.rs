@@ -43,10 +43,10 @@ fn put_up(given: &TrialContext<'_>, run: u32, settings: &RoadShapeOptions) -> Re
     scenario.points.iter_mut().for_each(|p| shift(&mut p.position_m));
     scenario.objects.iter_mut().for_each(|o| shift(&mut o.pose.translation_m));
     if scenario.points.len() + scenario.objects.len() != 2 {
-        let bad = BadInput::new("the comparison of angle methods takes two reflectors").key("object");
+        let bad = BadInput::new("the comparison of angle methods needs two reflectors").key("object");
         let bad = bad.value(scenario.points.len() + scenario.objects.len());
         let bad = bad.allowed("two of [[object]] and [[point]]");
-        return Err(bad.remedy("as in scenes/lane/road_shape_corners.toml, or task = \"edges\"").into());
+        return Err(bad.remedy("follow scenes/lane/road_shape_corners.toml, or set task = \"edges\"").into());
     }
     Site::new(&scenario)
 }
@@ -55,7 +55,8 @@ fn one_run(given: &TrialContext<'_>, run: u32, settings: &RoadShapeOptions, show
     let site = put_up(given, run, settings)?;
     let (which, by_image) = chosen(&site.scenario.radars, settings)?;
     if !by_image {
-        let bad = BadInput::new("the comparison of angle methods needs FM-CW with two slopes").key("radar");
+        let bad =
+            BadInput::new("the comparison of angle methods needs FM-CW with two chirp types").key("radar");
         return Err(bad.remedy("take fmcw76").into());
     }
     let drive = Drive::new(&site, given.engine)?;
@@ -63,7 +64,7 @@ fn one_run(given: &TrialContext<'_>, run: u32, settings: &RoadShapeOptions, show
     let least = settings.sources + 1;
     let subarray = settings.subarray.max(least);
     if subarray > radar.rx.len() {
-        let bad = BadInput::new("no subarray of this line tells so many sources");
+        let bad = BadInput::new("no subarray of this line can separate this number of sources");
         let bad = bad.key("lane.road_shape.subarray").value(subarray);
         return Err(bad.allowed(format!("{least}..={}", radar.rx.len())).into());
     }
@@ -129,7 +130,9 @@ pub fn run(given: &TrialContext<'_>, settings: &RoadShapeOptions) -> Result<Tria
     for run in 0..given.runs {
         runs.push(given.kept(&format!("run{run}"), || one_run(given, run, settings, shown))?);
     }
-    let Some(first) = runs.first() else { return Err(Error::Failed("a trial has one run or more".into())) };
+    let Some(first) = runs.first() else {
+        return Err(Error::Failed("an evaluation needs at least one run".into()));
+    };
     let gap = |t: &[f64; 2]| t[1] - t[0];
     let mut sheet = Sheet::new("directions", "run frame method true_deg found_deg");
     let text = |v: &[f64]| v.iter().map(|a| format!("{:.3}", a.to_degrees())).collect::<Vec<_>>().join(" ");

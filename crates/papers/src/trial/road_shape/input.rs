@@ -46,14 +46,14 @@ pub fn chosen(radars: &[Radar], settings: &RoadShapeOptions) -> Result<(usize, b
     match settings.source {
         Source::Image | Source::Auto if image.is_some() => Ok((image.unwrap_or(0), true)),
         Source::Image => Err(none(
-            "an FMCW radar with two slopes and three channels in one line",
-            "take radar = \"fmcw76\", or source = \"points\"",
+            "an FMCW radar with two chirp types and three channels in one line",
+            "use radar = \"fmcw76\", or source = \"points\"",
         )),
         _ => match points {
             Some(k) => Ok((k, false)),
             None => Err(none(
                 "an fmcw, stepped or coded radar with two channels or more",
-                "take radar = \"fmcw76\" or \"front77\"",
+                "use radar = \"fmcw76\" or \"front77\"",
             )),
         },
     }

@@ -153,11 +153,15 @@ pub const HALF_VIEW_RAD: f64 = 1.4;
 /// Returns an error if the scenario has no road file or no vehicle on the road.
 pub fn on_road(scenario: &Scenario) -> Result<(&Path, &OnRoad)> {
     let SceneSource::Road { path } = &scenario.scene else {
-        return Err(needs("needs a road to map", "scene.road", "give scene.road = \"FILE.toml\""));
+        return Err(needs("the method needs a road to map", "scene.road", "give scene.road = \"FILE.toml\""));
     };
     match scenario.ego.on_road() {
         Some(on) => Ok((path, on)),
-        None => Err(needs("needs a vehicle on the road", "ego.on_road", "give [ego] on_road = { s_m = 10 }")),
+        None => Err(needs(
+            "the method needs a vehicle on the road",
+            "ego.on_road",
+            "give [ego] on_road = { s_m = 10 }",
+        )),
     }
 }
 
@@ -247,7 +251,7 @@ pub fn estimator_on(s: &Settings, drive: &Drive<'_>, which: usize, mapped: &Mapp
         ..base
     };
     Signature::new(mapped.map.clone(), mapped.lanes.clone(), options)
-        .map_err(|e| needs(&e.to_string(), "lane.signature", "change the setting that it names"))
+        .map_err(|e| needs(&e.to_string(), "lane.signature", "change the named setting"))
 }
 
 /// Quality of the test for motion: counts of all points and of those that it removes.

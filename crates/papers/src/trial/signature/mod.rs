@@ -75,8 +75,8 @@ impl LaneMethod for Settings {
         let scenario = given.scenario;
         let (path, _) = on_road(scenario)?;
         let found = point_radar(&scenario.radars);
-        let allowed = "a radar that gives points: fmcw, stepped or coded";
-        let which = needed(found, given, "signature", allowed, "take radar = \"front77\"")?;
+        let allowed = "a radar that measures points: fmcw, stepped or coded";
+        let which = needed(found, given, "signature", allowed, "use radar = \"front77\"")?;
         let plan = scene_toml::load(path)?;
         // The frames of the map come before those of the runs.
         let before = u64::from(self.map_frames);

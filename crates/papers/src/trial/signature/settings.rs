@@ -207,10 +207,10 @@ impl RowTable {
         };
         let Some(options) = self.options(range_m) else {
             let value = format!("{} of the two", usize::from(self.gaps.is_some()) * 2);
-            return bad("gaps", value, "gaps or sides", "give one of gaps and sides");
+            return bad("gaps", value, "one of gaps and sides", "keep one of them");
         };
         if let Err(e) = RowReader::new(options) {
-            return bad("code", e.to_string(), "a code that can be read", "see the message");
+            return bad("code", e.to_string(), "a code that can be read", "change the code of the row");
         }
         let (Some(word), code) = (&self.word, self.code()) else { return Ok(()) };
         let n = code.length();

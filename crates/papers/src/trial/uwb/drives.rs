@@ -78,7 +78,7 @@ pub fn impulse_radars(scenario: &Scenario, settings: &Settings) -> Result<Vec<Im
     found.sort_by_key(|e| e.side == Side::Right);
     if found.is_empty() {
         let allowed = "an impulse radar: one with waveform.kind = \"pulse\"";
-        let remedy = "take radar = \"uwb9\", or a file of your own";
+        let remedy = "use radar = \"uwb9\", or your own file";
         return Err(no_radar(&scenario.radars, "uwb", allowed, remedy).into());
     }
     Ok(found)
@@ -87,12 +87,12 @@ pub fn impulse_radars(scenario: &Scenario, settings: &Settings) -> Result<Vec<Im
 fn impulse_radar(which: usize, radar: &Radar, settings: &Settings) -> Result<ImpulseRadar> {
     let bad = |problem: &str, key: &str| BadInput::new(problem).key(format!("{}: {key}", radar.name));
     if radar.sampling != Sampling::Real {
-        let e = bad("the method takes samples of the wave itself", "receiver.sampling");
+        let e = bad("the method needs real samples of the received wave", "receiver.sampling");
         return Err(e.allowed("real").remedy("sampling = \"real\"").into());
     }
     let at = radar.mounting.translation_m;
     if at.z <= 0.0 {
-        let e = bad("the radar does not stand above the road", "mounting.position_m").value(at.z);
+        let e = bad("the radar is not above the road", "mounting.position_m").value(at.z);
         return Err(e.allowed("a height above 0 m").into());
     }
     let lane = MarkedLane {
@@ -169,10 +169,11 @@ fn check_speed(scenario: &Scenario, settings: &Settings) -> Result<()> {
     };
     let step_m = fastest.max(settings.quiet_speed_kmh / 3.6) * interval_s;
     if step_m.is_nan() || step_m >= settings.plate_length_m {
-        let bad = BadInput::new("two scans are farther apart than a plate is long").key("frames.interval_s");
+        let bad = BadInput::new("the distance between two scans exceeds the length of a plate")
+            .key("frames.interval_s");
         let bad = bad.value(format!("{interval_s} s at {fastest} m/s"));
         let bad = bad.allowed(format!("less than {} m from scan to scan", settings.plate_length_m));
-        return Err(bad.remedy("more scans a second, or a slower drive").into());
+        return Err(bad.remedy("use more scans per second, or a slower drive").into());
     }
     Ok(())
 }
@@ -288,8 +289,8 @@ impl<'a> Drives<'a> {
         if let Some(class) = &settings.plate_class
             && whole.scene.objects.iter().all(|o| o.class != *class)
         {
-            let bad = BadInput::new("nothing of the scene has this class").key("lane.uwb.plate_class");
-            return Err(bad.value(class).remedy("give the class that the road file gives its plates").into());
+            let bad = BadInput::new("no object of the scene has this class").key("lane.uwb.plate_class");
+            return Err(bad.value(class).remedy("give the class of the plates in the road file").into());
         }
         let (drives, against) =
             slow_drives(&whole, &scenario, settings, settings.quiet_scans, LEAST_QUIET_DRIVES)?;
@@ -301,7 +302,7 @@ impl<'a> Drives<'a> {
             let mut site = site(&one, settings)?;
             site.scene.objects.retain(stays);
             if site.scene.objects.is_empty() {
-                let bad = BadInput::new("nothing is left of the road without its objects");
+                let bad = BadInput::new("the road without its objects is empty");
                 return Err(bad.key("lane.uwb.quiet_road").remedy("give a road file without markers").into());
             }
             all.extend(self.scans(&format!("quiet{k}"), &site, &self.radars)?);
@@ -520,7 +521,7 @@ fn slow_drives(
     if each < 1.0 {
         let bad = BadInput::new("the road is too short for a drive without markers").key("scene.road");
         let bad = bad.value(format!("{} m", road.length_m));
-        return Err(bad.allowed(format!("{} m and more", 2.0 * END_M + step_m)).into());
+        return Err(bad.allowed(format!("{} m or more", 2.0 * END_M + step_m)).into());
     }
     let against = goes_against(site, scenario)?;
     let drives = (f64::from(count) / each).ceil().max(f64::from(least)) as u32;

@@ -139,8 +139,8 @@ fn one_run(drives: &Drives<'_>, tuned: &[Vec<Tuned>], number: u32, steps: &mut V
     let times_s: Vec<f64> = (0..drive.frames()).map(|i| drive.time_s(i)).collect();
     let true_mps: Vec<f64> = times_s.iter().map(|t| drive.level(*t).speed_mps).collect();
     if let Some(v) = true_mps.iter().find(|v| **v < 0.0) {
-        let bad = BadInput::new("the method counts plates of a vehicle that goes forward");
-        return Err(bad.key("ego.drive.speed_mps").value(v).allowed("0 m/s and more").into());
+        let bad = BadInput::new("the method needs a vehicle that moves forward");
+        return Err(bad.key("ego.drive.speed_mps").value(v).allowed("0 m/s or more").into());
     }
     let mut sensor = BusSensor::new(scenario.seed, settings.speed_std_mps, settings.speed_step_kmh / 3.6);
     let read = true_mps.iter().map(|v| sensor.read(*v));

@@ -162,11 +162,11 @@ impl Settings {
         let speed = s.speed_range_kmh.unwrap_or([20.0, 30.0]);
         let [near, far] = s.gate_m.unwrap_or([1.0, 2.0]);
         let least_quiet = if s.false_alarm_probability.is_some() { 200.0 } else { 20.0 };
-        let quiet = "the document has about 6000; a tail needs 200 and more";
-        let run_up = "0 for a drive that begins with the first look";
+        let quiet = "the document has about 6000; a tail needs 200 or more";
+        let run_up = "0 for a drive that begins with the first frame";
         let (confirm, warn) = (s.confirm_spacings.into(), s.misses_to_warn.into());
         let probability = s.false_alarm_probability.unwrap_or(1e-3);
-        let leave_out = "leave it out for the largest energy seen";
+        let leave_out = "leave it out to use the largest energy";
         limits::check(
             "uwb",
             &[
@@ -202,13 +202,13 @@ impl Settings {
                     100.0,
                     "4.83 by ITU-R P.2040-3",
                 ),
-                ("asphalt.roughness_mm", roughness_mm, 0.0, 10.0, "give millimetres, 0 for a mirror"),
+                ("asphalt.roughness_mm", roughness_mm, 0.0, 10.0, "give millimetres, 0 for a smooth surface"),
             ],
         )?;
         match (&s.plate_class, &s.quiet_road) {
-            (Some(_), Some(_)) => Err(BadInput::new("the road without markers is given twice")
+            (Some(_), Some(_)) => Err(BadInput::new("quiet_road and plate_class exclude each other")
                 .key("lane.uwb.plate_class")
-                .remedy("keep quiet_road or plate_class")
+                .remedy("keep one of them")
                 .into()),
             _ => Ok(()),
         }

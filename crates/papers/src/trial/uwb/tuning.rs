@@ -79,7 +79,7 @@ fn tuning(settings: &Settings, rule: &Rule, radar: &ImpulseRadar) -> Tuning {
 /// Returns an error if there is no radar, or if options do not go together.
 pub fn estimator(tuned: &[Tuned]) -> Result<UwbLanes> {
     match tuned {
-        [] => return Err(Error::Failed("no impulse radar".into())),
+        [] => return Err(Error::Failed("there is no impulse radar".into())),
         [one] => UwbLanes::new(one.options.clone()),
         [left, right, ..] => UwbLanes::pair(left.options.clone(), right.options.clone()),
     }
