@@ -3,7 +3,7 @@
 
 use super::bounds;
 use super::toml_value::{SPANNED, Value, Wrong, take_span};
-use crate::base::error::{BadInput, Result, in_words, nearest, one_line};
+use crate::base::error::{BadInput, Error, Result, in_words, nearest, one_line};
 use crate::formats::text::number_hint;
 pub use crate::formats::text::read as read_text_of;
 use schemars::JsonSchema;
@@ -209,6 +209,36 @@ impl<'a> Document<'a> {
     pub fn read_unbounded<T: DeserializeOwned>(&self) -> Result<T> {
         T::deserialize(Value(&self.tree))
             .map_err(|Wrong { message, span }| self.complaint(&message, span).into())
+    }
+
+    /// Compares settings that were not read from a file with the bounds that their type states, as [`Document::read`] does; `key` is
+    /// that of their table, as in `lane.markers`.
+    ///
+    /// # Errors
+    /// Returns an error for the first value outside its bounds, with its key and what that means.
+    pub fn check_bounds<T: Serialize + JsonSchema + 'static>(key: &str, settings: &T) -> Result<()> {
+        let failed = |e: toml::ser::Error| Error::Failed(format!("{key} as TOML: {e}"));
+        let own = toml::Value::try_from(settings).map_err(failed)?;
+        let nested = key
+            .rsplit('.')
+            .fold(own, |inner, name| toml::Value::Table(toml::Table::from_iter([(name.to_string(), inner)])));
+        let text = toml::to_string(&nested).map_err(failed)?;
+        // The name says that values may be repeated in errors.
+        let doc = Document::parse("settings.toml", &text)?;
+        let mut table = &doc.tree;
+        for name in key.split('.') {
+            match table.get_ref() {
+                DeValue::Table(outer) if outer.contains_key(name) => table = &outer[name],
+                _ => return Ok(()),
+            }
+        }
+        match bounds::first_violation(table, &bounds::schema::<T>()) {
+            None => Ok(()),
+            Some(v) => {
+                let bad = doc.bad(&v.span, v.problem).allowed(v.allowed).remedy(v.meaning);
+                Err(BadInput { file: None, line: None, ..bad }.into())
+            }
+        }
     }
 
     /// A complaint about the value at `span`: file, line, key and value are filled in.

@@ -1,6 +1,10 @@
-//! Options of the lane methods as text: reading them from JSON, and the ranges of their numbers.
+//! Options of the lane methods as text: reading them from JSON, and the ranges of their numbers. A range that does not depend on other
+//! options is stated beside its field and checked by [`check_bounds`].
 
 use catseye::base::error::{BadInput, Error, Result, json_in_words};
+use catseye::scene::toml_file::Document;
+use schemars::JsonSchema;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt;
 
@@ -22,6 +26,14 @@ pub fn check(method: &str, limits: &[Limit<'_>]) -> Result<()> {
             Err(wrong(method, key, *value).allowed(format!("{low}..={high}")).remedy(*remedy).into())
         }
     }
+}
+
+/// Compares the settings of a method with the bounds that their type states (`#[schemars(range(…))]`).
+///
+/// # Errors
+/// Returns an error for the first value outside its bounds, with its key in `lane.METHOD` and what that means.
+pub fn check_bounds<T: Serialize + JsonSchema + 'static>(method: &str, settings: &T) -> Result<()> {
+    Document::check_bounds(&format!("lane.{method}"), settings)
 }
 
 /// Makes the error for a value of `lane.METHOD` outside its range.

@@ -39,18 +39,24 @@ impl Condition {
 #[serde(deny_unknown_fields, default)]
 pub struct CameraTable {
     /// Width of the image, pixels.
+    #[schemars(range(min = 64, max = 4096))]
     pub width_px: u32,
     /// Height of the image, pixels.
+    #[schemars(range(min = 64, max = 4096))]
     pub height_px: u32,
     /// Focal length, pixels.
+    #[schemars(range(min = 20.0, max = 2e4))]
     pub focal_px: f64,
     /// Position in the vehicle frame, m; z is the height above the road.
     pub position_m: [f64; 3],
     /// Yaw angle, degrees, positive to the left.
+    #[schemars(range(min = -60.0, max = 60.0))]
     pub yaw_deg: f64,
     /// Pitch angle, degrees, positive nose down.
+    #[schemars(range(min = -30.0, max = 60.0))]
     pub pitch_deg: f64,
     /// Roll angle, degrees, positive left side up.
+    #[schemars(range(min = -30.0, max = 30.0))]
     pub roll_deg: f64,
 }
 
@@ -102,33 +108,45 @@ pub struct CameraFusionOptions {
     /// vehicle's origin, m.
     pub seen_m: [f64; 2],
     /// Half width of that trapezoid, m.
+    #[schemars(range(min = 1.0, max = 50.0))]
     pub half_width_m: f64,
     /// Lane width where the camera does not detect both lines, m.
+    #[schemars(range(min = 1.5, max = 10.0))]
     pub lane_width_m: f64,
     /// Time window of tracks in one recognition, s (t of Sangeetha Lakshmi). The next window begins half of
     /// it later.
+    #[schemars(range(min = 0.1, max = 20.0))]
     pub period_s: f64,
     /// true: tracks are moved from the side of the car that the radar detects to its centre.
     pub to_middle: bool,
     /// Time of the first recognition, s.
+    #[schemars(range(min = 0.0, max = 1e4))]
     pub first_s: f64,
     /// Number of units in the network's second layer, which equals the number of training bends.
+    #[schemars(range(min = 10, max = 1000))]
     pub network_units: u32,
     /// Minimum and maximum distance from the vehicle at which lines are scored, m.
     pub range_m: [f64; 2],
     /// Standard deviation of the speed on the vehicle bus, m/s.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub speed_std_mps: f64,
     /// Quantisation step of the speed on the vehicle bus, m/s.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub speed_step_mps: f64,
     /// Standard deviation of the yaw rate on the vehicle bus, degrees/s.
+    #[schemars(range(min = 0.0, max = 30.0))]
     pub yaw_rate_std_deg_per_s: f64,
     /// Standard deviation of the camera's pitch from image to image, degrees; unknown to the estimator.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub pitch_std_deg: f64,
     /// Meteorological visibility in the condition `fog`, m.
+    #[schemars(range(min = 1.0, max = 1e5))]
     pub fog_visibility_m: f64,
     /// Elevation of the sun in the condition `glare`, degrees.
+    #[schemars(range(min = 1.0, max = 60.0))]
     pub glare_elevation_deg: f64,
     /// Stray light of the windscreen in the condition `glare`, relative to that of a healthy eye.
+    #[schemars(range(min = 0.0, max = 1e4))]
     pub glare_stray: f64,
 }
 
@@ -162,33 +180,14 @@ impl CameraFusionOptions {
     /// # Errors
     /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
-        let (c, per_second) = (&self.camera, "give metres per second, as in 0.05");
-        let [width, height] = [c.width_px, c.height_px].map(f64::from);
-        let [x, y, z] = c.position_m;
+        limits::check_bounds(TABLE, self)?;
+        let [x, y, z] = self.camera.position_m;
         limits::check(
             TABLE,
             &[
-                ("camera.width_px", width, 64.0, 4096.0, "as in 640"),
-                ("camera.height_px", height, 64.0, 4096.0, "as in 640"),
                 ("camera.position_m[0]", x, -10.0, 10.0, "as in [1.5, 0, 1.4]"),
                 ("camera.position_m[1]", y, -5.0, 5.0, "as in [1.5, 0, 1.4]"),
                 ("camera.position_m[2]", z, 0.2, 10.0, "as in [1.5, 0, 1.4]"),
-                ("camera.focal_px", c.focal_px, 20.0, 2e4, "give pixels, as in 700"),
-                ("camera.yaw_deg", c.yaw_deg, -60.0, 60.0, "give degrees, positive to the left"),
-                ("camera.pitch_deg", c.pitch_deg, -30.0, 60.0, "give degrees, positive nose down"),
-                ("camera.roll_deg", c.roll_deg, -30.0, 30.0, "give degrees"),
-                ("half_width_m", self.half_width_m, 1.0, 50.0, "give metres, as in 6"),
-                ("lane_width_m", self.lane_width_m, 1.5, 10.0, "give metres, as in 3.5"),
-                ("period_s", self.period_s, 0.1, 20.0, "give seconds, as in 2"),
-                ("first_s", self.first_s, 0.0, 1e4, "give seconds, as in 2"),
-                ("network_units", f64::from(self.network_units), 10.0, 1000.0, "as in 15"),
-                ("speed_std_mps", self.speed_std_mps, 0.0, 10.0, per_second),
-                ("speed_step_mps", self.speed_step_mps, 0.0, 10.0, per_second),
-                ("yaw_rate_std_deg_per_s", self.yaw_rate_std_deg_per_s, 0.0, 30.0, "as in 0.2"),
-                ("pitch_std_deg", self.pitch_std_deg, 0.0, 5.0, "give degrees, as in 0.1"),
-                ("fog_visibility_m", self.fog_visibility_m, 1.0, 1e5, "give metres, as in 25"),
-                ("glare_elevation_deg", self.glare_elevation_deg, 1.0, 60.0, "give degrees, as in 12"),
-                ("glare_stray", self.glare_stray, 0.0, 1e4, "as in 10"),
             ],
         )?;
         for (key, [a, b]) in [("seen_m", self.seen_m), ("range_m", self.range_m)] {

@@ -3,39 +3,35 @@
 use super::estimator::{MapLanes, Options};
 use super::file;
 use crate::LaneEstimator;
-use crate::limits::{self, LEAVE_OUT, Limit};
+use crate::limits;
 use catseye::base::error::Result;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// Options of the method hd-map (Li 2022). A scenario's table `[lane.hd_map]` has other defaults for the two
 /// standard deviations: the radar of a trial is surveyed, and this one is exact unless it is said otherwise.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HdMapOptions {
     /// Path of a map file (`crates/lane/src/hd_map/file.rs`).
     pub map: PathBuf,
     /// Position of the radar on the vehicle: forward, left, m. Default 0, 0.
     #[serde(default)]
+    #[schemars(inner(range(min = -1000.0, max = 1000.0)))]
     pub radar_at_m: [f64; 2],
     /// Yaw of the radar on the vehicle, degrees. Default 0.
     #[serde(default)]
+    #[schemars(range(min = -3600.0, max = 3600.0))]
     pub radar_yaw_deg: f64,
     /// Standard deviation of the radar's position on the earth on each axis, m. Default 0.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub place_std_m: f64,
     /// Standard deviation of the radar's azimuth on the earth, degrees. Default 0.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = 90.0))]
     pub azimuth_std_deg: f64,
-}
-
-/// Ranges of the standard deviations of the radar's position (m) and azimuth (degrees) in a scenario's table
-/// and in these options.
-pub fn pose_limits(place_std_m: f64, azimuth_std_deg: f64) -> [Limit<'static>; 2] {
-    [
-        ("place_std_m", place_std_m, 0.0, 100.0, LEAVE_OUT),
-        ("azimuth_std_deg", azimuth_std_deg, 0.0, 90.0, LEAVE_OUT),
-    ]
 }
 
 impl HdMapOptions {
@@ -44,16 +40,7 @@ impl HdMapOptions {
     /// # Errors
     /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
-        let [x, y] = self.radar_at_m;
-        limits::check("hd_map", &pose_limits(self.place_std_m, self.azimuth_std_deg))?;
-        limits::check(
-            "hd_map",
-            &[
-                ("radar_at_m[0]", x, -1000.0, 1000.0, "give metres forward"),
-                ("radar_at_m[1]", y, -1000.0, 1000.0, "give metres to the left"),
-                ("radar_yaw_deg", self.radar_yaw_deg, -3600.0, 3600.0, "give degrees, positive to the left"),
-            ],
-        )
+        limits::check_bounds("hd_map", self)
     }
 
     /// What the estimator works with besides the map.

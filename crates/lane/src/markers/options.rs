@@ -24,22 +24,30 @@ const SPACING_M: f64 = 2.0;
 pub struct MarkersOptions {
     /// Spacings of the markers along their rows, m, one for each kind of row. Default: the spacings of the
     /// scene's rows.
+    #[schemars(inner(range(min = 0.3, max = 50.0)))]
     pub spacing_m: Vec<f64>,
     /// Maximum deviation of the distance between neighbours from the spacing, m.
+    #[schemars(range(min = 1e-3, max = 20.0))]
     pub tolerance_m: f64,
     /// Minimum number of points of a group.
+    #[schemars(range(min = 2, max = 1000))]
     pub least_of_group: u32,
     /// Minimum number of points of a path.
+    #[schemars(range(min = 3, max = 1000))]
     pub least_of_path: u32,
     /// Maximum turn of a path from one step to the next, and maximum change of that turn, degrees.
+    #[schemars(inner(range(min = 0.1, max = 60.0)))]
     pub turn_deg: [f64; 2],
     /// Range of the ground clutter, m; points at shorter range start no row, but may belong to one.
+    #[schemars(range(min = 0.0, max = 1000.0))]
     pub nearest_m: f64,
     /// Maximum gap in a row, in spacings.
+    #[schemars(range(min = 1, max = 50))]
     pub gap: u32,
     /// true: points without a path are searched for lines, circles and parabolas by a Hough transform.
     pub hough: bool,
     /// Error of range rates in addition to their noise, m/s. Default: a quarter of the radar's Doppler cell.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub rate_error_mps: Option<f64>,
     /// true: powers along a row must agree with the cross section of its markers, which is computed in free
     /// space. This removes stones, and also true markers where two rows share cells and their powers are not
@@ -49,16 +57,22 @@ pub struct MarkersOptions {
     pub track: bool,
     /// Standard deviation of the speed on the vehicle bus, m/s. Default: the speed is estimated from the
     /// points alone.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub bus_speed_std_mps: Option<f64>,
     /// Standard deviation of the yaw rate on the vehicle bus, degrees/s. Default: the yaw rate is estimated from the points.
+    #[schemars(range(min = 0.0, max = 90.0))]
     pub bus_yaw_rate_std_deg_per_s: Option<f64>,
     /// Minimum and maximum distance from the vehicle at which lines and markers are scored, m.
+    #[schemars(inner(range(min = 0.0, max = 1000.0)))]
     pub reach_m: [f64; 2],
     /// Maximum distance between a point of a line and a marker at which the marker counts as found, m.
+    #[schemars(range(min = 0.01, max = 10.0))]
     pub within_m: f64,
     /// Shares of points that are removed after the signal chain, for the robustness table.
+    #[schemars(inner(range(min = 0.0, max = 1.0)))]
     pub missing_share: Vec<f64>,
     /// Numbers of stationary points that are added on the road after the signal chain, for the robustness table.
+    #[schemars(inner(range(max = 10_000)))]
     pub extra_points: Vec<u32>,
     /// Frame of the first run that the plots show. Default: the frame with the most points in rows.
     pub picture_frame: Option<u32>,
@@ -109,49 +123,27 @@ impl MarkersOptions {
     /// # Errors
     /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
-        let mut limits: Vec<Limit<'_>> = Vec::new();
+        limits::check_bounds(TABLE, self)?;
         // The default tolerance gives way to a small spacing.
         let is_given = self.tolerance_m != MarkerPattern::default().tolerance_m;
-        for d in &self.spacing_m {
-            limits.push(("spacing_m", *d, 0.3, 50.0, "give the metres between neighbours of a row"));
-            if is_given {
-                let half = "give less than half of the spacing, as in 0.2";
-                limits.push(("tolerance_m", self.tolerance_m, 1e-3, 0.45 * d, half));
-            }
-        }
-        limits.extend([
-            ("tolerance_m", self.tolerance_m, 1e-3, 20.0, "give metres, as in 0.2"),
-            ("least_of_group", f64::from(self.least_of_group), 2.0, 1000.0, "the document has 4"),
-            ("least_of_path", f64::from(self.least_of_path), 3.0, 1000.0, "the document has 5"),
-        ]);
-        limits.extend(self.turn_deg.map(|t| ("turn_deg", t, 0.1, 60.0, "give degrees, as in [20, 10]")));
-        limits.extend([
-            ("nearest_m", self.nearest_m, 0.0, 1000.0, "give metres, as in 5"),
-            ("gap", f64::from(self.gap), 1.0, 50.0, "give a number of spacings, as in 5"),
-        ]);
-        let per_second = "give metres per second, as in 0.05";
-        let of_bus = "give degrees per second, as in 0.2";
-        let given = [
-            ("rate_error_mps", self.rate_error_mps, 0.0, 10.0, "give metres per second, as in 0.005"),
-            ("bus_speed_std_mps", self.bus_speed_std_mps, 0.0, 10.0, per_second),
-            ("bus_yaw_rate_std_deg_per_s", self.bus_yaw_rate_std_deg_per_s, 0.0, 90.0, of_bus),
+        let half = "give less than half of the spacing, as in 0.2";
+        let spacings = self.spacing_m.iter().filter(|_| is_given);
+        let mut limits: Vec<Limit<'_>> =
+            spacings.map(|d| ("tolerance_m", self.tolerance_m, 1e-3, 0.45 * d, half)).collect();
+        let [near, far] = self.reach_m;
+        limits.push((
+            "reach_m",
+            far,
+            near + 1.0,
+            1000.0,
+            "give [nearest, farthest] in metres, as in [5, 35]",
+        ));
+        let radar = [
             ("radar_height_m", self.radar_height_m, 0.0, 100.0, "give metres, as in 0.15"),
             ("radar_ahead_m", self.radar_ahead_m, -100.0, 100.0, "give metres, as in 3.6"),
         ];
-        let given =
-            given.into_iter().filter_map(|(key, v, least, most, how)| Some((key, v?, least, most, how)));
-        limits.extend(given);
-        let ([near, far], how) = (self.reach_m, "give [nearest, farthest] in metres, as in [5, 35]");
-        limits.extend([
-            ("reach_m", near, 0.0, 1000.0, how),
-            ("reach_m", far, near + 1.0, 1000.0, how),
-            ("within_m", self.within_m, 0.01, 10.0, "give metres, as in 0.3"),
-        ]);
-        let shares = self.missing_share.iter();
-        limits.extend(shares.map(|s| ("missing_share", *s, 0.0, 1.0, "give shares, as in [0, 0.2]")));
-        let points = self.extra_points.iter();
         limits
-            .extend(points.map(|n| ("extra_points", f64::from(*n), 0.0, 1e4, "give numbers, as in [0, 10]")));
+            .extend(radar.into_iter().filter_map(|(key, v, low, high, how)| Some((key, v?, low, high, how))));
         limits::check(TABLE, &limits)
     }
 

@@ -47,49 +47,66 @@ pub struct RoadShapeOptions {
     /// Angle estimation method for a row of the image: bi-svd, music, esprit, bartlett. Default bi-svd.
     pub angles: Angles,
     /// Maximum number of sources in a row of the image. Default 2, as in Miyake.
+    #[schemars(range(min = 1, max = 16))]
     pub sources: usize,
     /// Forgetting factor alpha of the subspace tracker, for each snapshot. Default 0.9.
+    #[schemars(range(min = 1e-3, max = 0.9999))]
     pub forgetting: f64,
     /// Number of elements of the subarrays for spatial smoothing, which two coherent echoes need; 0: the
     /// whole array. Default 0.
+    #[schemars(range(max = 1024))]
     pub subarray: usize,
     /// Minimum mean power of a row above the noise, dB. Default 3.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub row_db: f64,
     /// Minimum power of a source above the noise after all channels and chirps, dB. Default 13.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub source_db: f64,
     /// Maximum range of points, m. Default 100.
+    #[schemars(range(min = 5.0, max = 1000.0))]
     pub max_range_m: f64,
     /// Standard deviation of the speed on the vehicle bus, m/s. Default 0.1.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub speed_std_mps: f64,
     /// Standard deviation of the yaw rate on the vehicle bus, deg/s. Default 0.2.
+    #[schemars(range(min = 0.0, max = 90.0))]
     pub yaw_rate_std_deg_per_s: f64,
     /// Half width of the range-rate gate of stationary points, in standard deviations. Default 3.
+    #[schemars(range(min = 0.1, max = 20.0))]
     pub gate_sigmas: f64,
     /// Error of a range rate in addition to its standard deviation, m/s. Default 0.2.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub gate_floor_mps: f64,
     /// Curve of the refinement after the vote: arc, or parabola as in Miyake. Default arc.
     pub curve: Curve,
     /// Standard deviation of the vehicle's heading relative to the road, degrees; 0: the road begins straight
     /// ahead, as in Miyake. Default 0.
+    #[schemars(range(min = 0.0, max = 20.0))]
     pub heading_std_deg: f64,
     /// true: both edges have the same curvature. Default false.
     pub parallel: bool,
     /// Process noise of the curvature rate (random walk), 1/m² per √m. Default 6e-6.
+    #[schemars(range(min = 0.0, max = 1e-2))]
     pub c1_walk: f64,
     /// Process noise of an edge's distance (random walk), m per √m. Default 0.05.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub b_walk: f64,
     /// Number of scans with an edge before it is reported. Default 3.
+    #[schemars(range(min = 1, max = 100))]
     pub confirm_scans: usize,
     /// Minimum distance from the vehicle at which edges are scored, m. Default 10.
+    #[schemars(range(min = 0.0, max = 500.0))]
     pub from_m: f64,
     /// Maximum distance from the vehicle at which edges are scored, m. Default 60.
     pub to_m: f64,
     /// Frame that the plots show. Default the middle one.
     pub picture_frame: Option<u32>,
     /// Largest curvature that the publication states for this drive, 1/m, printed beside the result.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub document_curvature_per_m: Option<f64>,
     /// "corners": standard deviation of the reflectors' positions along the line of sight, m, drawn anew in
     /// each run. Default 0.002, half a wavelength, so that their phases are arbitrary.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub placement_std_m: f64,
 }
 
@@ -130,30 +147,8 @@ impl RoadShapeOptions {
     /// # Errors
     /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
-        let curvature = self.document_curvature_per_m.unwrap_or(0.0);
-        limits::check(
-            "road_shape",
-            &[
-                ("sources", self.sources as f64, 1.0, 16.0, LEAVE_OUT),
-                ("forgetting", self.forgetting, 1e-3, 0.9999, LEAVE_OUT),
-                ("subarray", self.subarray as f64, 0.0, 1024.0, LEAVE_OUT),
-                ("row_db", self.row_db, 0.0, 100.0, LEAVE_OUT),
-                ("source_db", self.source_db, 0.0, 100.0, LEAVE_OUT),
-                ("max_range_m", self.max_range_m, 5.0, 1000.0, LEAVE_OUT),
-                ("speed_std_mps", self.speed_std_mps, 0.0, 10.0, LEAVE_OUT),
-                ("yaw_rate_std_deg_per_s", self.yaw_rate_std_deg_per_s, 0.0, 90.0, LEAVE_OUT),
-                ("gate_sigmas", self.gate_sigmas, 0.1, 20.0, LEAVE_OUT),
-                ("gate_floor_mps", self.gate_floor_mps, 0.0, 10.0, LEAVE_OUT),
-                ("heading_std_deg", self.heading_std_deg, 0.0, 20.0, LEAVE_OUT),
-                ("c1_walk", self.c1_walk, 0.0, 1e-2, LEAVE_OUT),
-                ("b_walk", self.b_walk, 0.0, 5.0, LEAVE_OUT),
-                ("confirm_scans", self.confirm_scans as f64, 1.0, 100.0, LEAVE_OUT),
-                ("from_m", self.from_m, 0.0, 500.0, LEAVE_OUT),
-                ("to_m", self.to_m, self.from_m + 1.0, 500.0, LEAVE_OUT),
-                ("placement_std_m", self.placement_std_m, 0.0, 1.0, LEAVE_OUT),
-                ("document_curvature_per_m", curvature, 0.0, 1.0, LEAVE_OUT),
-            ],
-        )
+        limits::check_bounds("road_shape", self)?;
+        limits::check("road_shape", &[("to_m", self.to_m, self.from_m + 1.0, 500.0, LEAVE_OUT)])
     }
 
     /// Makes the estimator for a radar's points, or for those of its image.

@@ -18,16 +18,22 @@ pub struct SegmentationOptions {
     /// name of a built-in network.
     pub weights: String,
     /// Number of radar scans that are accumulated, motion-compensated by the speed and the yaw rate on the vehicle bus.
+    #[schemars(range(min = 1, max = 100))]
     pub scans: u32,
     /// Minimum lane probability at which a cell counts as lane.
+    #[schemars(range(min = 0.05, max = 0.95))]
     pub probability: f64,
     /// Minimum visible length of an edge, m.
+    #[schemars(range(min = 2.0, max = 100.0))]
     pub least_length_m: f64,
     /// Minimum and maximum distance from the vehicle at which edges are scored, m.
+    #[schemars(inner(range(min = 0.0, max = 1000.0)))]
     pub reach_m: [f64; 2],
     /// Standard deviation of the speed on the vehicle bus, m/s.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub bus_speed_std_mps: f64,
     /// Standard deviation of the yaw rate on the vehicle bus, degrees/s.
+    #[schemars(range(min = 0.0, max = 90.0))]
     pub bus_yaw_rate_std_deg_per_s: f64,
     /// Frame of the first run that the plot shows. Default: the middle one.
     pub picture_frame: Option<u32>,
@@ -91,14 +97,9 @@ impl SegmentationOptions {
         let ([near, far], reach) = (self.reach_m, "give [nearest, farthest] in metres, as in [5, 40]");
         let [ahead, left] = self.radar_at_m.unwrap_or_default();
         let place = "give [ahead, left] in metres, as in [3.6, 0]";
-        let all: [Limit<'_>; 10] = [
-            ("scans", f64::from(self.scans), 1.0, 100.0, "give a number of scans, as in 3"),
-            ("probability", self.probability, 0.05, 0.95, LEAVE_OUT),
-            ("least_length_m", self.least_length_m, 2.0, 100.0, "give metres, as in 8"),
-            ("reach_m", near, 0.0, 1000.0, reach),
+        limits::check_bounds(METHOD, self)?;
+        let all: [Limit<'_>; 4] = [
             ("reach_m", far, near + 1.0, 1000.0, reach),
-            ("bus_speed_std_mps", self.bus_speed_std_mps, 0.0, 10.0, LEAVE_OUT),
-            ("bus_yaw_rate_std_deg_per_s", self.bus_yaw_rate_std_deg_per_s, 0.0, 90.0, LEAVE_OUT),
             ("radar_at_m", ahead, -100.0, 100.0, place),
             ("radar_at_m", left, -100.0, 100.0, place),
             ("radar_yaw_deg", self.radar_yaw_deg.unwrap_or(0.0), -180.0, 180.0, "give degrees, as in 0"),

@@ -4,7 +4,6 @@ use crate::trial::kit::*;
 use catseye::road::traffic::VEHICLES;
 use catseye::scene::toml_file::At;
 pub use catseye_lane::hd_map::accuracy::SceneKind as Kind;
-use catseye_lane::hd_map::options::pose_limits;
 use catseye_lane::hd_map::{Across, RadarPose, Wgs84};
 
 const METHOD: &str = "hd_map";
@@ -19,12 +18,15 @@ pub struct SceneTable {
     /// replaced.
     pub road: Option<At<String>>,
     /// Position of the radar along the ego vehicle's road, m; default that of the scenario.
+    #[schemars(range(min = 0.0, max = 1e6))]
     pub radar_s_m: Option<f64>,
     /// Number of vehicles that are scored.
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub vehicles: u32,
     /// Numbers of the lanes in which the scored vehicles drive; default all driving lanes.
     pub lanes: Vec<i32>,
     /// Number of other vehicles that accompany each group in the driving lanes and are not scored.
+    #[schemars(range(max = 100))]
     pub others: u32,
 }
 
@@ -45,40 +47,53 @@ pub struct Settings {
     /// the ellipsoid in m.
     pub origin: [f64; 3],
     /// Heading of the world's x axis, degrees clockwise from true north.
+    #[schemars(range(min = -360.0, max = 360.0))]
     pub north_deg: f64,
     /// Standard deviation of each point of the map across the road, m. Li has maps of 0.1 m.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub map_std_m: f64,
     /// Maximum spacing of the points of an edge, m.
+    #[schemars(range(min = 0.5, max = 1000.0))]
     pub map_spacing_m: f64,
     /// Standard deviation of the radar's position along each axis, m, as surveyed or as known to the vehicle.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub place_std_m: f64,
     /// Standard deviation of the radar's azimuth, degrees.
+    #[schemars(range(min = 0.0, max = 90.0))]
     pub azimuth_std_deg: f64,
     /// Line across the road that is divided into lanes.
     pub across: Across,
     /// true: tracks are moved from the side of the car that the radar detects to its centre.
     pub to_middle: bool,
     /// Height of the echoes above the road, m, for the ground range of radars that do not measure elevation.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub echo_height_m: f64,
     /// Maximum speed of a vehicle, m/s. Range rates of a radar that are unambiguous up to this speed are used
     /// as they are.
+    #[schemars(range(min = 1.0, max = 200.0))]
     pub fastest_mps: f64,
     /// Speed below which an object counts as stationary and not as a vehicle, m/s.
+    #[schemars(range(min = 0.1, max = 20.0))]
     pub slowest_mps: f64,
     /// Standard deviation of the speed on the ego vehicle's bus, m/s. The speed of a stationary radar is
     /// known.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub speed_std_mps: f64,
     /// Standard deviation of the lateral position of vehicles from their lane centres, m.
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub wander_m: f64,
     /// Kinds of the randomly drawn vehicles, with equal probability; a kind may be listed more than once.
     pub kinds: Vec<String>,
     /// Number of scored vehicles that are in view together.
+    #[schemars(range(min = 1, max = 100))]
     pub together: u32,
     /// Minimum distance from the radar at which vehicles are at the middle of their time, m.
+    #[schemars(range(min = 0.0, max = 1e4))]
     pub near_m: f64,
     /// Maximum distance from the radar at which vehicles are at the middle of their time, m.
     pub far_m: f64,
     /// Maximum azimuth to each side of boresight at the middle of their time, degrees.
+    #[schemars(range(min = 1.0, max = 180.0))]
     pub view_deg: f64,
     /// Scenes with randomly drawn vehicles. Without any, the scenario's own drive and vehicles are used.
     pub scene: Vec<SceneTable>,
@@ -118,27 +133,14 @@ impl Settings {
     /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
         let ([latitude, longitude, height], nearest) = (self.origin, self.near_m + 10.0);
-        let [place, azimuth] = pose_limits(self.place_std_m, self.azimuth_std_deg);
+        limits::check_bounds(METHOD, self)?;
         limits::check(
             METHOD,
             &[
                 ("origin[0]", latitude, -89.9, 89.9, LEAVE_OUT),
                 ("origin[1]", longitude, -180.0, 180.0, LEAVE_OUT),
                 ("origin[2]", height, -1e4, 1e4, LEAVE_OUT),
-                ("north_deg", self.north_deg, -360.0, 360.0, LEAVE_OUT),
-                ("map_std_m", self.map_std_m, 0.0, 5.0, LEAVE_OUT),
-                ("map_spacing_m", self.map_spacing_m, 0.5, 1000.0, LEAVE_OUT),
-                place,
-                azimuth,
-                ("echo_height_m", self.echo_height_m, 0.0, 10.0, LEAVE_OUT),
-                ("fastest_mps", self.fastest_mps, 1.0, 200.0, LEAVE_OUT),
-                ("slowest_mps", self.slowest_mps, 0.1, 20.0, LEAVE_OUT),
-                ("speed_std_mps", self.speed_std_mps, 0.0, 10.0, LEAVE_OUT),
-                ("wander_m", self.wander_m, 0.0, 2.0, LEAVE_OUT),
-                ("together", f64::from(self.together), 1.0, 100.0, LEAVE_OUT),
-                ("near_m", self.near_m, 0.0, 1e4, LEAVE_OUT),
                 ("far_m", self.far_m, nearest, 1e5, LEAVE_OUT),
-                ("view_deg", self.view_deg, 1.0, 180.0, LEAVE_OUT),
             ],
         )?;
         let unknown = self.kinds.iter().find(|k| !VEHICLES.contains(&k.as_str()));
@@ -146,16 +148,6 @@ impl Settings {
             let value = unknown.map_or("[]", String::as_str);
             let bad = BadInput::new("is not a kind of vehicle").key("lane.hd_map.kinds").value(value);
             return Err(bad.allowed(VEHICLES.join(", ")).remedy("name one or more of them").into());
-        }
-        for (i, s) in self.scene.iter().enumerate() {
-            let values = [
-                ("vehicles", f64::from(s.vehicles), 1.0, 1e6),
-                ("others", f64::from(s.others), 0.0, 100.0),
-                ("radar_s_m", s.radar_s_m.unwrap_or(0.0), 0.0, 1e6),
-            ];
-            for (key, value, low, high) in values {
-                limits::check(METHOD, &[(&format!("scene[{i}].{key}"), value, low, high, LEAVE_OUT)])?;
-            }
         }
         Ok(())
     }

@@ -11,43 +11,59 @@ const METHOD: &str = "range_doppler";
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
     /// Distance between the two rows of markers, m. Default 2.8.
+    #[schemars(range(min = 0.5, max = 10.0))]
     pub row_distance_m: f64,
     /// Spacing of the markers of the left row, m. Default 1.5.
+    #[schemars(range(min = 0.1, max = 50.0))]
     pub left_spacing_m: f64,
     /// Spacing of the markers of the right row, m; if it equals that of the left row, the side is ambiguous. Default 2.
+    #[schemars(range(min = 0.1, max = 50.0))]
     pub right_spacing_m: f64,
     /// Minimum range of markers, m. Default 1.5.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub near_m: f64,
     /// Maximum range of markers, m. Default 40.
     pub far_m: f64,
     /// Half the field of view, about the direction of motion, degrees. Default 70.
+    #[schemars(range(min = 5.0, max = 180.0))]
     pub half_view_deg: f64,
     /// Maximum offset in the search, m. Default 1.5.
+    #[schemars(range(min = 0.05, max = 10.0))]
     pub max_offset_m: f64,
     /// Maximum heading in the search, degrees. Default 60.
+    #[schemars(range(min = 0.5, max = 90.0))]
     pub max_heading_deg: f64,
     /// Minimum radius of a bend in the search, m. Default 5.
     pub min_radius_m: f64,
     /// Maximum distance to the start of a bend in the search, m. Default 30.
+    #[schemars(range(min = 0.0, max = 300.0))]
     pub bend_within_m: f64,
     /// Minimum signal-to-noise ratio of a point, dB. Default 6.
+    #[schemars(range(min = -50.0, max = 100.0))]
     pub min_snr_db: f64,
     /// Lower bound of the standard deviation of a marker's range, m. Default 0.05.
+    #[schemars(range(min = 1e-3, max = 5.0))]
     pub least_range_std_m: f64,
     /// Lower bound of the standard deviation of a marker's range rate, m/s. Default 0.02.
+    #[schemars(range(min = 1e-3, max = 5.0))]
     pub least_range_rate_std_mps: f64,
     /// true (default): the vehicle bus reports the speed; false: the speed is estimated from the range-Doppler map.
     pub bus_speed: bool,
     /// Standard deviation of the speed on the vehicle bus, m/s. Default 0.05.
+    #[schemars(range(min = 1e-4, max = 10.0))]
     pub bus_speed_std_mps: f64,
     /// Quantisation step of the speed on the vehicle bus, m/s; 0: not quantised. Default 0.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub bus_speed_step_mps: f64,
     /// Standard deviation of the yaw rate on the vehicle bus, degrees/s. Default 0.1.
+    #[schemars(range(min = 0.0, max = 90.0))]
     pub bus_yaw_rate_std_deg_per_s: f64,
     /// Number of frames between full searches; in the frames between them only the neighbourhood of the last
     /// lane is searched. Default 20.
+    #[schemars(range(min = 1, max = 1_000_000_000))]
     pub search_every: u32,
     /// Maximum number of frames that are plotted. Default 12.
+    #[schemars(range(max = 1000))]
     pub pictures: u32,
     /// Lane width of the roads of `case`, m; their rows of markers are inside the lane, `row_distance_m` from each other. Default 3.
     pub lane_width_m: f64,
@@ -123,28 +139,13 @@ impl Settings {
     /// # Errors
     /// Returns an error for the first value outside its range.
     pub fn check(&self) -> Result<()> {
+        limits::check_bounds(METHOD, self)?;
         let half = 0.5 * self.row_distance_m;
         limits::check(
             METHOD,
             &[
-                ("row_distance_m", self.row_distance_m, 0.5, 10.0, LEAVE_OUT),
-                ("left_spacing_m", self.left_spacing_m, 0.1, 50.0, LEAVE_OUT),
-                ("right_spacing_m", self.right_spacing_m, 0.1, 50.0, LEAVE_OUT),
-                ("near_m", self.near_m, 0.0, 100.0, LEAVE_OUT),
                 ("far_m", self.far_m, self.near_m + 1.0, 300.0, LEAVE_OUT),
-                ("half_view_deg", self.half_view_deg, 5.0, 180.0, LEAVE_OUT),
-                ("max_offset_m", self.max_offset_m, 0.05, 10.0, LEAVE_OUT),
-                ("max_heading_deg", self.max_heading_deg, 0.5, 90.0, LEAVE_OUT),
                 ("min_radius_m", self.min_radius_m, half + 0.1, 1e4, LEAVE_OUT),
-                ("bend_within_m", self.bend_within_m, 0.0, 300.0, LEAVE_OUT),
-                ("min_snr_db", self.min_snr_db, -50.0, 100.0, LEAVE_OUT),
-                ("least_range_std_m", self.least_range_std_m, 1e-3, 5.0, LEAVE_OUT),
-                ("least_range_rate_std_mps", self.least_range_rate_std_mps, 1e-3, 5.0, LEAVE_OUT),
-                ("bus_speed_std_mps", self.bus_speed_std_mps, 1e-4, 10.0, LEAVE_OUT),
-                ("bus_speed_step_mps", self.bus_speed_step_mps, 0.0, 10.0, LEAVE_OUT),
-                ("bus_yaw_rate_std_deg_per_s", self.bus_yaw_rate_std_deg_per_s, 0.0, 90.0, LEAVE_OUT),
-                ("search_every", f64::from(self.search_every), 1.0, 1e9, LEAVE_OUT),
-                ("pictures", f64::from(self.pictures), 0.0, 1000.0, LEAVE_OUT),
             ],
         )?;
         if !self.case.is_empty() {

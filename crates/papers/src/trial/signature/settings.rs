@@ -63,40 +63,56 @@ pub struct RowTable {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Number of frames of the mapping drive, 1 to 10 000.
+    /// Number of frames of the mapping drive.
+    #[schemars(range(min = 1, max = 10000))]
     pub map_frames: u32,
     /// Time between frames of the mapping drive, s.
+    #[schemars(range(min = 1e-3, max = 100.0))]
     pub map_interval_s: f64,
     /// Start of the mapping drive along the ego vehicle's road, m; default the start of the ego vehicle.
+    #[schemars(range(min = 0.0, max = 1e6))]
     pub map_s_m: Option<f64>,
     /// Lateral position of the mapping drive in the ego vehicle's lane, m, positive to the left.
+    #[schemars(range(min = -20.0, max = 20.0))]
     pub map_offset_m: f64,
     /// Distance by which other vehicles are farther along their roads on the mapping drive, m: different traffic.
+    #[schemars(range(min = -1e5, max = 1e5))]
     pub map_traffic_m: f64,
     /// Standard deviation of the mapping drive's position along each axis, m.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub ins_std_m: f64,
     /// Standard deviation of the mapping drive's heading, degrees.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub ins_heading_std_deg: f64,
     /// Correlation time of the mapping drive's errors, s.
+    #[schemars(range(min = 1e-3, max = 1e6))]
     pub ins_lasting_s: f64,
     /// Standard deviation of the speed on the vehicle bus, m/s.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub speed_std_mps: f64,
     /// Standard deviation of the yaw rate on the vehicle bus, degrees/s.
+    #[schemars(range(min = 0.0, max = 20.0))]
     pub yaw_rate_std_deg_per_s: f64,
     /// Maximum random displacement of the start of a run along the road, m.
+    #[schemars(range(min = 0.0, max = 1e5))]
     pub vary_start_m: f64,
     /// Maximum random displacement of the start of a run to either side of the ego vehicle's offset, m.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub vary_offset_m: f64,
     /// Standard deviation of the surveyed lane lines, perpendicular to them, m.
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub lines_std_m: f64,
     /// Minimum and maximum range of points, m.
     pub range_m: [f64; 2],
     /// Minimum number of scans in which a landmark of the map was detected.
+    #[schemars(range(min = 1, max = 1000))]
     pub least_hits: u32,
     /// Maximum distance from the vehicle at which lines are scored, m.
+    #[schemars(range(min = 5.0, max = 200.0))]
     pub reach_m: f64,
     /// Share of a row's points that is removed, and share of other points that is added, in readings with
     /// degraded data.
+    #[schemars(range(min = 0.0, max = 0.5))]
     pub worse: f64,
     /// Rows of markers whose code words are decoded.
     pub row: Vec<RowTable>,
@@ -171,26 +187,10 @@ impl Settings {
     /// Returns an error for a value outside its range, or a row that cannot be read.
     pub fn check(&self) -> Result<()> {
         let s = self;
-        let map_s_m = s.map_s_m.unwrap_or(0.0);
+        limits::check_bounds("signature", s)?;
         limits::check(
             "signature",
             &[
-                ("map_frames", f64::from(s.map_frames), 1.0, 10_000.0, "as in 60"),
-                ("least_hits", f64::from(s.least_hits), 1.0, 1000.0, "as in 3"),
-                ("map_interval_s", s.map_interval_s, 1e-3, 100.0, "seconds, as in 0.3"),
-                ("map_s_m", map_s_m, 0.0, 1e6, "metres along the road"),
-                ("map_offset_m", s.map_offset_m, -20.0, 20.0, "metres, positive left"),
-                ("map_traffic_m", s.map_traffic_m, -1e5, 1e5, "metres along the road"),
-                ("ins_std_m", s.ins_std_m, 0.0, 5.0, "metres, as in 0.03"),
-                ("ins_heading_std_deg", s.ins_heading_std_deg, 0.0, 10.0, "degrees, as in 0.05"),
-                ("ins_lasting_s", s.ins_lasting_s, 1e-3, 1e6, "seconds, as in 3"),
-                ("speed_std_mps", s.speed_std_mps, 0.0, 10.0, "m/s, as in 0.05"),
-                ("yaw_rate_std_deg_per_s", s.yaw_rate_std_deg_per_s, 0.0, 20.0, "deg/s, as in 0.2"),
-                ("vary_start_m", s.vary_start_m, 0.0, 1e5, "metres along the road"),
-                ("vary_offset_m", s.vary_offset_m, 0.0, 10.0, "metres"),
-                ("lines_std_m", s.lines_std_m, 0.0, 2.0, "metres, as in 0.03"),
-                ("reach_m", s.reach_m, 5.0, 200.0, "metres, as in 30"),
-                ("worse", s.worse, 0.0, 0.5, "a share, as in 0.1"),
                 ("range_m[0]", s.range_m[0], 0.0, 100.0, "as in [3, 40]"),
                 ("range_m[1]", s.range_m[1], s.range_m[0] + 1.0, 300.0, "as in [3, 40]"),
             ],

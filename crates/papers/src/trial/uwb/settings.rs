@@ -38,6 +38,7 @@ pub struct Settings {
     /// lengths above.
     pub gate_m: Option<[f64; 2]>,
     /// Margin for the pulse length at both ends of the range gate, m.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub gate_margin_m: f64,
     /// true: the mean scan of the road without markers is subtracted from each scan first. Kim's rule, which
     /// does not subtract it, is reported in any case.
@@ -47,15 +48,19 @@ pub struct Settings {
     /// Maximum error of a spacing that counts as correct, m; default a third of a plate.
     pub largest_error_m: Option<f64>,
     /// Number of successive correct spacings that confirm a lane.
+    #[schemars(range(min = 1, max = 1000))]
     pub confirm_spacings: u32,
     /// Number of successive missing plates that trigger the departure warning.
+    #[schemars(range(min = 1, max = 1000))]
     pub misses_to_warn: u32,
     /// Probability of false alarm: share of scans without markers that may exceed the threshold; default none
     /// of the simulated scans, as in Kim.
+    #[schemars(range(min = 1e-9, max = 0.05))]
     pub false_alarm_probability: Option<f64>,
     /// Number of scans of the road without markers from which the threshold is computed.
     pub quiet_scans: u32,
     /// Speed of that drive and of the drive for the histogram, km/h. Both are without sway.
+    #[schemars(range(min = 0.1, max = 200.0))]
     pub quiet_speed_kmh: f64,
     /// Maximum lateral offset of that drive to either side of the lane centre, m; default as far as the
     /// vehicle fits into the lane.
@@ -66,6 +71,7 @@ pub struct Settings {
     /// class and without moving objects.
     pub plate_class: Option<String>,
     /// Number of scans of the slow drive past the plates for the histogram; 0: no histogram.
+    #[schemars(range(max = 1_000_000))]
     pub histogram_scans: u32,
     /// true: the energy at the centre of a plate is also reported as a function of the lateral distance.
     pub offset_sweep: bool,
@@ -73,17 +79,22 @@ pub struct Settings {
     /// default the scenario's speed.
     pub speed_range_kmh: Option<[f64; 2]>,
     /// Standard deviation of the speed on the vehicle bus, m/s.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub speed_std_mps: f64,
     /// Quantisation step of the speed on the vehicle bus, km/h; 0: not quantised.
+    #[schemars(range(min = 0.0, max = 20.0))]
     pub speed_step_kmh: f64,
     /// Assumed standard deviation of the lateral distance to a line, m.
+    #[schemars(range(min = 1e-3, max = 5.0))]
     pub offset_std_m: f64,
     /// Asphalt between the plates.
     pub asphalt: Asphalt,
     /// In a comparison of methods: time between scans, s; default the frame time of the radar file.
+    #[schemars(range(min = 1e-4, max = 10.0))]
     pub scan_interval_s: Option<f64>,
     /// In a comparison of methods: distance driven with the radar on before the first frame, m, limited by
     /// the start of the road; default three spacings.
+    #[schemars(range(min = 0.0, max = 1e4))]
     pub run_up_m: Option<f64>,
 }
 
@@ -93,9 +104,11 @@ pub struct Settings {
 #[serde(deny_unknown_fields, default)]
 pub struct Asphalt {
     /// Relative permittivity; default that of ITU-R P.2040-3 for 1 to 40 GHz.
+    #[schemars(range(min = 1.0, max = 100.0))]
     pub relative_permittivity: f64,
     /// RMS roughness (standard deviation of the surface height), mm; 0 for a smooth surface. The default is
     /// an assumption for a fine dense surface: no verifiable value for this band was found.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub roughness_mm: f64,
 }
 
@@ -156,6 +169,7 @@ impl Settings {
     /// Returns an error for the first value outside its range, or if the road without markers is given twice.
     pub fn check(&self) -> Result<()> {
         let s = self;
+        limits::check_bounds("uwb", s)?;
         let lane = options::lane_limits(s.spacing_m, s.plate_length_m, s.lane_width_m, s.car_width_m);
         limits::check("uwb", &lane)?;
         let half = 0.5 * s.spacing_m;
@@ -163,46 +177,17 @@ impl Settings {
         let [near, far] = s.gate_m.unwrap_or([1.0, 2.0]);
         let least_quiet = if s.false_alarm_probability.is_some() { 200.0 } else { 20.0 };
         let quiet = "the document has about 6000; a tail needs 200 or more";
-        let run_up = "0 for a drive that begins with the first frame";
-        let (confirm, warn) = (s.confirm_spacings.into(), s.misses_to_warn.into());
-        let probability = s.false_alarm_probability.unwrap_or(1e-3);
-        let leave_out = "leave it out to use the largest energy";
+        let aside = s.quiet_aside_m.unwrap_or(0.0);
         limits::check(
             "uwb",
             &[
-                ("gate_margin_m", s.gate_margin_m, 0.0, 5.0, "give metres; c / 2B is the length of a pulse"),
                 ("gate_m[0]", near, 0.0, 100.0, "give metres from the radar"),
                 ("gate_m[1]", far, near + 0.01, 100.0, "the gate ends behind its beginning"),
                 ("largest_error_m", s.largest_error_m(), 1e-3, half, "at most half the spacing"),
-                ("confirm_spacings", confirm, 1.0, 1000.0, "1 as in the document"),
-                ("misses_to_warn", warn, 1.0, 1000.0, "1 as in the document"),
-                ("false_alarm_probability", probability, 1e-9, 0.05, leave_out),
                 ("quiet_scans", s.quiet_scans.into(), least_quiet, 1e6, quiet),
-                ("quiet_speed_kmh", s.quiet_speed_kmh, 0.1, 200.0, "the document has 10"),
-                ("histogram_scans", s.histogram_scans.into(), 0.0, 1e6, "0 for no histogram"),
                 ("speed_range_kmh[0]", speed[0], 0.5, 300.0, "the document has [20, 30]"),
                 ("speed_range_kmh[1]", speed[1], speed[0], 300.0, "the higher speed comes second"),
-                ("speed_std_mps", s.speed_std_mps, 0.0, 10.0, "give metres per second"),
-                ("speed_step_kmh", s.speed_step_kmh, 0.0, 20.0, "0 for a speed that is not rounded"),
-                ("offset_std_m", s.offset_std_m, 1e-3, 5.0, "give metres"),
-            ],
-        )?;
-        let (aside, interval) = (s.quiet_aside_m.unwrap_or(0.0), s.scan_interval_s.unwrap_or(0.05));
-        let Asphalt { relative_permittivity, roughness_mm } = s.asphalt;
-        limits::check(
-            "uwb",
-            &[
                 ("quiet_aside_m", aside, 0.0, s.lane_width_m, "0 for a drive along the middle"),
-                ("scan_interval_s", interval, 1e-4, 10.0, "the document has 0.05"),
-                ("run_up_m", s.run_up_m(), 0.0, 1e4, run_up),
-                (
-                    "asphalt.relative_permittivity",
-                    relative_permittivity,
-                    1.0,
-                    100.0,
-                    "4.83 by ITU-R P.2040-3",
-                ),
-                ("asphalt.roughness_mm", roughness_mm, 0.0, 10.0, "give millimetres, 0 for a smooth surface"),
             ],
         )?;
         match (&s.plate_class, &s.quiet_road) {
