@@ -235,9 +235,9 @@ fn a_file_name_is_no_kind_of_reflector() {
     refused(
         d,
         &["rcs", "part.step"],
-        &["part.step: is no file of a mesh that is read", ".glb, .gltf, .stl, .obj"],
+        &["part.step: meshes of this file type cannot be read", ".glb, .gltf, .stl, .obj"],
     );
-    refused(d, &["rcs", "bare"], &["bare: is no file of a mesh that is read"]);
+    refused(d, &["rcs", "bare"], &["bare: meshes of this file type cannot be read"]);
     for name in ["nosuch.glb", "nosuch.stl", "nosuch.step", "folder/nosuch"] {
         refused(d, &["rcs", name], &[&format!("{name}: no such file")]);
     }
