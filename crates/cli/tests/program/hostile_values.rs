@@ -228,7 +228,7 @@ fn opendrive_lengths_agree() {
     for (text, expect) in [
         (
             file("500", &whole, "0"),
-            "a.xodr:1: road = length 500 m: the road is to be that long, and its geometry ends at 100 m",
+            "a.xodr:1: road = length 500 m: the stated length differs from the end of the geometry, 100 m",
         ),
         (file("-100", &whole, "0"), "road = length -100 m"),
         (file("100", &whole, "250"), "laneSection = 250: begins outside the road"),
