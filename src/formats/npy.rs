@@ -137,7 +137,7 @@ impl<T: Element> Writer<T> {
     pub fn finish(mut self) -> Result<()> {
         if self.missing != 0 {
             return Err(Error::Failed(format!(
-                "{}: {} elements fewer than the shape holds",
+                "{}: {} elements are missing from the shape",
                 self.path.display(),
                 self.missing
             )));
@@ -183,15 +183,15 @@ fn open(path: &Path) -> Result<BufReader<File>> {
 fn header_from(file: &mut impl Read, path: &Path) -> Result<Header> {
     let bad = |problem: &str| Error::from(BadInput::new(problem).file(path));
     let mut fixed = [0u8; 8];
-    file.read_exact(&mut fixed).map_err(|_| bad("too short for a .npy file"))?;
+    file.read_exact(&mut fixed).map_err(|_| bad("is too short for a .npy file"))?;
     if &fixed[..6] != MAGIC {
-        return Err(bad("not a .npy file (its first bytes are not \\x93NUMPY)"));
+        return Err(bad("is not a .npy file (its first bytes are not \\x93NUMPY)"));
     }
     let length_bytes = match fixed[6] {
         1 => 2,
         2 | 3 => 4,
         v => {
-            return Err(BadInput::new("unknown .npy version")
+            return Err(BadInput::new("the version of the .npy file is unknown")
                 .file(path)
                 .value(v)
                 .allowed("1, 2, 3")
@@ -200,7 +200,7 @@ fn header_from(file: &mut impl Read, path: &Path) -> Result<Header> {
         }
     };
     let mut length = [0u8; 4];
-    file.read_exact(&mut length[..length_bytes]).map_err(|_| bad("the header is cut off"))?;
+    file.read_exact(&mut length[..length_bytes]).map_err(|_| bad("the header is truncated"))?;
     let length = u32::from_le_bytes(length) as usize;
     if length > MAX_HEADER_BYTES {
         return Err(BadInput::new("the header is too long for a plain array")
@@ -210,9 +210,10 @@ fn header_from(file: &mut impl Read, path: &Path) -> Result<Header> {
             .into());
     }
     let mut text = vec![0u8; length];
-    file.read_exact(&mut text).map_err(|_| bad("the header is cut off"))?;
+    file.read_exact(&mut text).map_err(|_| bad("the header is truncated"))?;
     let text = String::from_utf8(text).map_err(|_| bad("the header is not text"))?;
-    let mut header = parse_header(&text).map_err(|problem| bad(&format!("damaged header: {problem}")))?;
+    let mut header =
+        parse_header(&text).map_err(|problem| bad(&format!("the header is damaged: {problem}")))?;
     header.data_at = 8 + length_bytes + length;
     Ok(header)
 }
@@ -379,7 +380,7 @@ fn body<T: Element>(file: &mut BufReader<File>, path: &Path, header: Header) -> 
     match wanted {
         Some(n) if n == there => {}
         Some(n) if n < there => {
-            return Err(bad(format!("the file holds {} bytes more than the array", there - n)));
+            return Err(bad(format!("the file has {} bytes more than the array", there - n)));
         }
         _ => {
             let n = wanted.map_or("far more".to_string(), |n| n.to_string());

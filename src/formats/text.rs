@@ -125,7 +125,7 @@ pub fn number_hint(word: &str) -> Option<&'static str> {
         }
         w if w.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) && digits(w) => {
             let number = w.trim_end_matches(|c: char| !c.is_ascii_digit());
-            number.parse::<f64>().is_ok().then_some("leave the unit out")
+            number.parse::<f64>().is_ok().then_some("leave out the unit")
         }
         _ => None,
     }

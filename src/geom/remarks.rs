@@ -102,7 +102,7 @@ fn curved_dielectrics(scene: &Scene, freq_hz: f64) -> Result<Vec<String>> {
     let is_curved = |d: &&Doubt| matches!(d.obstacle, Obstacle::Curved { .. });
     let line = |d: &Doubt| {
         format!(
-            "object '{}': {}; frames have what its front reflects, and nothing of what it focuses",
+            "object '{}': {}; frames contain the reflection of its front surface, but nothing that it focuses",
             some.objects[d.object].name,
             d.line(&some)
         )

@@ -1169,8 +1169,8 @@ mod tests {
         assert!(
             complaint("length=\"100\"><line", "length=\"-1\"><line").contains("its length is not positive")
         );
-        assert!(complaint("<line/>", "<wave/>").contains("a shape 'wave'"));
-        assert!(complaint("id=\"-2\"", "id=\"2\"").contains("is no number of a lane on the right"));
+        assert!(complaint("<line/>", "<wave/>").contains("unknown shape 'wave'"));
+        assert!(complaint("id=\"-2\"", "id=\"2\"").contains("is not a number of a lane on the right"));
         assert!(complaint("a=\"2.7\"", "a=\"-2.7\"").contains("is no width of a lane"));
         // Bends without measure took memory without measure.
         assert!(complaint("d=\"1e-6\"", "d=\"1e66\"").contains("height of road '7'"));

@@ -656,7 +656,7 @@ mod tests {
             (row(1, "77000000000", "77"), "frequency_hz = 77: out of range"),
             (row(1, ",0,0,", ",0,91,"), "elevation_deg = 91: out of range"),
             (row(1, ",0,0,", ",361,0,"), "azimuth_deg = 361: out of range"),
-            (row(1, ",0,0,", ",-360,0,"), "go round more than once"),
+            (row(1, ",0,0,", ",-360,0,"), "cover more than a full turn"),
         ] {
             assert!(e.contains(expect), "{e}\n not {expect}");
         }

@@ -861,7 +861,7 @@ mod tests {
         for (text, says) in [
             ("outside = \"stay\"", "s.toml: ego.trajectory: has no waypoints"),
             ("waypoint = [{ time_s = 0, position_m = [0, 0, 0] }]", "has one waypoint; allowed: two or more"),
-            (&format!("waypoint = [{two}, {{ time_s = 1, position_m = [1, 0, 0] }}]"), "do not rise"),
+            (&format!("waypoint = [{two}, {{ time_s = 1, position_m = [1, 0, 0] }}]"), "do not ascend"),
             (
                 &format!("waypoint = [{two}, {{ time_s = 2, position_m = [1, 0, 0], yaw_deg = 1 }}]"),
                 "a yaw_deg, and",

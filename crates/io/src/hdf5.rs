@@ -341,10 +341,10 @@ mod tests {
         let real = open(p, Some("i_data"), None).unwrap();
         assert_eq!((real.is_complex(), real.shape()), (false, [2, 3, 4]));
         for (dataset, expect) in [
-            (None, "which of its 7 datasets is the cube?"),
+            (None, "the file has 7 datasets, and none is known to be the cube"),
             (Some("gone"), "no such dataset"),
             (Some("flat"), "the array has 2 axes, not 3"),
-            (Some("bytes"), "integer type that is not read"),
+            (Some("bytes"), "integer type is not supported"),
             (Some("xy"), "a compound of x and y"),
             (Some("matlab,q_data"), "the dataset is complex already"),
             (Some("a,b,c"), "more than two"),
@@ -376,7 +376,7 @@ mod tests {
         }
         for bytes in [&b"not HDF5 at all, but long enough for a superblock"[..], &[]] {
             std::fs::write(file.path(), bytes).unwrap();
-            assert!(message(file.path(), None).contains("is not an HDF5 file"));
+            assert!(message(file.path(), None).contains("cannot be read as HDF5"));
         }
         let mut nan = data.clone();
         nan[17].im = f32::NAN;

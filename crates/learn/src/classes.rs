@@ -102,7 +102,7 @@ mod tests {
         for (names, words) in [
             (&["undefined", "lanes"][..], "\"lanes\": is not a class"),
             (&["lane", "undefined"], "begin with \"undefined\""),
-            (&["undefined"], "add one class"),
+            (&["undefined"], "add at least one class"),
             (&["undefined", "lane", "lane"], "given twice"),
         ] {
             let text = classes(names).unwrap_err().to_string();

@@ -380,12 +380,12 @@ mod tests {
             (run(Some((whole, 0.0)), None), "the run has no masks"),
             (
                 run(Some((&[4, 10, 300], 0.0)), None),
-                "shape = [4, 10, 300]: is a grid of another size; allowed: [4, 450, 300]",
+                "shape = [4, 10, 300]: the grid has another size; allowed: [4, 450, 300]",
             ),
             (run(Some((whole, f32::NAN)), None), "NaN or infinite value"),
             (
                 run(Some((whole, 0.0)), Some((&[300, 450], 0))),
-                "shape = [300, 450]: is a grid of another size",
+                "shape = [300, 450]: the grid has another size",
             ),
             (
                 run(Some((whole, 0.0)), Some((cells, 9))),
@@ -399,7 +399,7 @@ mod tests {
             assert!(text.contains(made.path().file_name().unwrap().to_str().unwrap()), "{text}");
         }
         let gone = load(&["nowhere".into()], GridKind::Road).unwrap_err().to_string();
-        assert!(gone.contains("nowhere: is no folder of a run or a dataset"), "{gone}");
+        assert!(gone.contains("nowhere: is not the folder of a run or a dataset"), "{gone}");
     }
 
     #[test]

@@ -462,7 +462,7 @@ mod tests {
             (
                 "a unit",
                 with("5.5", "5.5mm"),
-                Refused("v = 5.5mm: is not three finite numbers; leave the unit out"),
+                Refused("v = 5.5mm: is not three finite numbers; leave out the unit"),
             ),
             ("a word behind", with("5.5", "5.5 top"), Refused("v = top: is not three finite")),
             (
@@ -483,7 +483,7 @@ mod tests {
             (
                 "huge index",
                 with("f 1 ", "f 4294967297 "),
-                Refused("f = 4294967297: is no index of a vertex; allowed: 1..=4"),
+                Refused("f = 4294967297: is not the index of a vertex; allowed: 1..=4"),
             ),
             ("upper case", PLAIN.to_uppercase().into(), Refused("a.obj:2: O: is not a line of an OBJ file")),
             ("another file", with("o wall", "call b.obj"), Refused("a.obj:2: call: brings in another file")),

@@ -563,7 +563,7 @@ mod tests {
                 whole[..150].to_vec(),
                 Refused("2 triangles are 184 bytes, and the file has 150, those of 1"),
             ),
-            ("a header", whole[..83].to_vec(), Refused("is no STL")),
+            ("a header", whole[..83].to_vec(), Refused("is not STL")),
             ("not finite", binary_of("", 2, &[two[0], [f32::NAN; 12]]), Refused("facet 1 has a vertex")),
             ("turned normals", binary_of("", 2, &[facet(-1.0); 2]), Noted("2 of 2 facets")),
             ("normals of no number", binary_of("", 2, &[facet(f32::NAN); 2]), Same),

@@ -727,7 +727,7 @@ fn ground_and_polarisations_on_the_command_line() {
         &["rcs", "point", "--ground", "pec", "--elevation-deg", "-1"],
         &["elevation", "below the ground"],
     );
-    refused(dir, &["rcs", "point", "--height-m", "-1", "--ground", "pec"], &["lies partly below the ground"]);
+    refused(dir, &["rcs", "point", "--height-m", "-1", "--ground", "pec"], &["is partly below the ground"]);
     refused(dir, &["rcs", "point", "--polarisation", "circular,circular"], &["--polarisation", "twice"]);
 }
 
@@ -901,7 +901,7 @@ fn a_study_says_where_physical_optics_ends_and_where_its_range_did() {
         (
             "t",
             &[
-                "size: the narrowest surfaces that make the echo measure 2.00 mm",
+                "size: the narrowest surfaces that contribute to the echo measure 2.00 mm",
                 "ground: at elevation 1.000 deg",
             ][..],
         ),

@@ -443,8 +443,8 @@ fn foreign_folders_and_recipes_are_left_alone() {
 
     fs::create_dir(dir.path().join("thesis")).unwrap();
     fs::write(dir.path().join("thesis/chapter.tex"), "years").unwrap();
-    refused(dir.path(), &run(&["-o", "thesis"]), &["holds something else", "another name"]);
-    refused(dir.path(), &run(&["-o", "thesis", "--force"]), &["holds something else"]);
+    refused(dir.path(), &run(&["-o", "thesis"]), &["holds something other than a dataset", "another name"]);
+    refused(dir.path(), &run(&["-o", "thesis", "--force"]), &["holds something other than a dataset"]);
     refused(dir.path(), &run(&["-o", "r.toml"]), &["is a file"]);
     refused(dir.path(), &["verify", "thesis"], &["no dataset.json"]);
     refused(dir.path(), &["verify", "nowhere"], &["no dataset.json"]);
