@@ -245,8 +245,8 @@ pub(crate) fn curved_dielectric(
 fn impassable(why: Impassable, material: &str, distance: Distance) -> Error {
     match why {
         Impassable::NoBody => {
-            BadInput::new("waves inside it cannot be traced: the body is not closed, it touches or contains another, or a sheet lies on or in it")
-                .key(format!("objects of '{material}'"))
+            BadInput::new("waves inside cannot be traced: a body is not closed, it touches or contains another, or a sheet lies on or in it")
+                .key(format!("bodies of '{material}'"))
                 .remedy("weld its vertices, leave a gap to the other body, or give one of the two a metal")
                 .into()
         }

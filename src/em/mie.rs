@@ -128,7 +128,7 @@ impl SphereSeries {
             return Err(BadInput::new("the radii of the shells do not increase outwards")
                 .key("radius_m")
                 .value(format!("{radii:?}"))
-                .remedy("list core and shells from inside outwards")
+                .remedy("list core and shells from the inside to the outside")
                 .into());
         }
         let terms = terms(x);

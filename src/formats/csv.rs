@@ -106,8 +106,8 @@ impl Table {
                     .value(row.len())
                     .allowed(format!("{}, as in the header", table.header.len()))
                     .remedy(match row.len() > table.header.len() {
-                        true => "a comma separates columns: write decimals with a point, and text with commas in quotes",
-                        false => "complete the row: an empty value keeps its comma",
+                        true => "write decimals with a point, and put text with commas in quotes, because a comma separates columns",
+                        false => "complete the row; an empty value keeps its comma",
                     })
                     .into());
             }

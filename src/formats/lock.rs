@@ -140,7 +140,9 @@ mod tests {
             let e = Lock::take(&of, parent.join(".out.lock")).unwrap_err();
             let text = e.to_string();
             assert!(
-                e.exit_code() == 2 && text.contains(of.to_str().unwrap()) && text.contains("may write to"),
+                e.exit_code() == 2
+                    && text.contains(of.to_str().unwrap())
+                    && text.contains("write permission"),
                 "{text}"
             );
             assert!(!text.contains(".lock"), "{text}");

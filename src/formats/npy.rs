@@ -235,7 +235,7 @@ fn parse_header(text: &str) -> Result<Header, &'static str> {
         rest = match key {
             "descr" => {
                 let (d, after) =
-                    quoted(value).map_err(|_| "a structured dtype; only plain arrays are read")?;
+                    quoted(value).map_err(|_| "a structured dtype; only plain arrays are supported")?;
                 descr = Some(d.to_string());
                 after
             }
@@ -254,7 +254,9 @@ fn parse_header(text: &str) -> Result<Header, &'static str> {
                 for part in inner.split(',').map(str::trim).filter(|p| !p.is_empty()) {
                     // Python 2 wrote long integers with an L.
                     let n = part.strip_suffix('L').unwrap_or(part);
-                    dims.push(n.parse::<usize>().map_err(|_| "shape holds something that is not a count")?);
+                    dims.push(
+                        n.parse::<usize>().map_err(|_| "shape contains something that is not a count")?,
+                    );
                 }
                 if dims.len() > MAX_RANK {
                     return Err("more than 64 dimensions");

@@ -360,7 +360,7 @@ fn check_dir(path: &Path, force: bool, kind: &str) -> Result<()> {
     }
     let foreign = files_of(path)?.into_iter().find(|name| name != MANIFEST && !listed.contains_key(name));
     if let Some(foreign) = foreign {
-        return refuse(format!("holds '{foreign}', which catseye did not write, so it is not replaced"));
+        return refuse(format!("contains '{foreign}', which catseye did not write, so it is not replaced"));
     }
     if !force {
         return Err(exists_without_force(path));
@@ -401,7 +401,7 @@ fn sibling(path: &Path, kind: &str) -> Result<PathBuf> {
 /// `DIR/.NAME.SUFFIX`.
 fn hidden(path: &Path, suffix: &str) -> Result<PathBuf> {
     let name = path.file_name().ok_or_else(|| {
-        BadInput::new("cannot be written as an output").file(path).remedy("give a name for the output")
+        BadInput::new("is not a possible name of an output").file(path).remedy("give a name for the output")
     })?;
     let mut file = OsString::from(".");
     file.push(name);
@@ -519,12 +519,12 @@ pub fn distinct(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
         let bad =
             |problem: String| BadInput::new(problem).file(output).remedy("give another name for the output");
         if places[..i].contains(at) {
-            return Err(bad("is the name of two outputs".into()).into());
+            return Err(bad("two outputs have this name".into()).into());
         }
         for input in inputs.iter().filter(|p| p.exists()) {
             let from = place(input);
             if *at == from || (input.is_dir() && at.starts_with(&from)) {
-                return Err(bad(format!("would be written over the input {}", input.display())).into());
+                return Err(bad(format!("would overwrite the input {}", input.display())).into());
             }
         }
     }

@@ -45,7 +45,7 @@ fn other_kind(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     let start = bytes.strip_prefix(BOM).unwrap_or(bytes).trim_ascii_start();
     let begins = |tag: &str| start.get(..tag.len()).is_some_and(|s| s.eq_ignore_ascii_case(tag.as_bytes()));
     let page = begins("<!doctype html") || begins("<html");
-    page.then_some(("a web page (HTML)", "download the file itself, as by its raw link"))
+    page.then_some(("a web page (HTML)", "download the file itself, for example by its raw link"))
 }
 
 /// The error about a file of another kind than `what` ("a CSV table"), where its first bytes give that away.
@@ -76,7 +76,7 @@ pub fn decode(mut bytes: Vec<u8>, file: &Path, what: &str) -> Result<String> {
         BadInput::new("is not UTF-8 text").file(file).line(line).remedy("save the file as UTF-8")
     })?;
     if let Some(at) = text.find('\0') {
-        return Err(BadInput::new("holds a NUL byte: it is binary or damaged")
+        return Err(BadInput::new("contains a NUL byte: it is binary or damaged")
             .file(file)
             .line(line_of(text.as_bytes(), at))
             .allowed(what)

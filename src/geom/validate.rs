@@ -147,7 +147,7 @@ impl MeshReport {
     pub fn error(&self) -> Option<BadInput> {
         (self.inside_out_dielectric > 0).then(|| {
             BadInput::new(format!(
-                "{} closed dielectric bodies are inside out, so that inside and outside are exchanged",
+                "{} closed dielectric bodies are inside out, so inside and outside are exchanged",
                 self.inside_out_dielectric
             ))
             .allowed("normals that point outwards, or a cavity inside another body")

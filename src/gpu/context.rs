@@ -172,9 +172,8 @@ impl Sink {
     fn lose(&mut self, why: &str) {
         self.lost.get_or_insert_with(|| {
             format!(
-                "the device was lost ({why}), as when its driver is reset, it is removed or its memory runs out: run the same command \
-                 again (runs, datasets and studies go on from what is complete); if it is lost again, ask for less at a time (--batch) \
-                 or another --device"
+                "the device was lost ({why}), for example because its driver was reset, it was removed or its memory ran out: run the same \
+                 command again (runs, datasets and studies continue); if it is lost again, use a smaller --batch or another --device"
             )
         });
     }

@@ -173,7 +173,7 @@ fn with_image(scene: &Scene) -> Result<Scene> {
                 }
             }
             Shape::Table(_) => {
-                return Err(BadInput::new("a scattering table has no image in a ground")
+                return Err(BadInput::new("the image of a scattering table in a ground cannot be computed")
                     .key(format!("object '{}'", o.name))
                     .remedy("remove the ground, or give the object facets")
                     .into());
@@ -301,7 +301,9 @@ impl std::fmt::Display for GroundRemark {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
-            "ground: at elevation {:.3} deg and {:.4} GHz the reflecting part of the ground is {:.3} m long and begins {:.3} m before the middle of the target, which has a radius of {:.3} m: the reflection of a plane is not valid there; compare with the target alone and with a conducting ground (--ground none, --ground pec)",
+            "ground: at elevation {:.3} deg and {:.4} GHz the reflecting part of the ground is {:.3} m long and begins {:.3} m before the \
+             middle of the target, which has a radius of {:.3} m: the reflection of a plane is not valid there; compare with the target \
+             alone and with a conducting ground (--ground none, --ground pec)",
             self.elevation.to_degrees(),
             self.frequency_hz / 1e9,
             self.zone.length_m(),
