@@ -35,7 +35,7 @@ impl Surface {
         };
         let layers = material.layers.iter().map(|l| match l.material.eps_r(freq_hz)? {
             Some(eps_r) => Ok(Layer { eps_r, thickness_m: l.thickness_m }),
-            None => Err(BadInput::new("a layer on top of others cannot be a perfect conductor")
+            None => Err(BadInput::new("a perfect conductor hides the layers under it")
                 .key(format!("layer of '{}'", material.name))
                 .value(&l.material.name)
                 .remedy("make it the base, and remove the layers under it")
