@@ -391,7 +391,7 @@ mod tests {
                 run(Some((whole, 0.0)), Some((cells, 9))),
                 "class = 9: is not the number of a class; allowed: 0 to 6",
             ),
-            (tempfile::tempdir().unwrap(), "holds no frames"),
+            (tempfile::tempdir().unwrap(), "contains no frames"),
         ] {
             let e = read(&made).unwrap_err();
             let text = e.to_string();
