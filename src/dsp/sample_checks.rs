@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_with_a_recording_is_said() {
-        said(&counts(60_000.0, 8191.0), "stand at their largest magnitude, 8192");
+        said(&counts(60_000.0, 8191.0), "are at their largest magnitude, 8192");
         let scaled: Vec<Complex<f32>> = counts(60_000.0, 8191.0).iter().map(|z| z * 1e-9f32).collect();
         said(&scaled, "largest magnitude");
         let word = |x: f32| if x < 0.0 { x + 65536.0 } else { x };

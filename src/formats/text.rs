@@ -156,7 +156,7 @@ mod tests {
             ("UTF-16 without a mark", utf16(false, false), Err("UTF-16")),
             ("UTF-16 BE without a mark", utf16(true, false), Err("UTF-16")),
             ("Latin-1", latin, Err("a.csv:2: is not UTF-8 text; save the file as UTF-8")),
-            ("NUL", b"a,b\n1,2\0\0".to_vec(), Err("a.csv:2: holds a NUL byte")),
+            ("NUL", b"a,b\n1,2\0\0".to_vec(), Err("a.csv:2: contains a NUL byte")),
             (
                 "page",
                 b"\r\n<!DOCTYPE HTML>\n".to_vec(),

@@ -371,7 +371,7 @@ mod tests {
         assert!(small.len() == 1 && small[0].contains("3.00 mm, 0.24 wavelengths"), "{small:?}");
         assert!(said(&rectangle(0.1, 0.05), 24e9, 0.0).is_empty());
         let grazing = said(&rectangle(0.1, 0.05), 24e9, 85.0);
-        assert!(grazing.len() == 1 && grazing[0].contains("the least is 5.0 deg"), "{grazing:?}");
+        assert!(grazing.len() == 1 && grazing[0].contains("the minimum is 5.0 deg"), "{grazing:?}");
         // The worst of several is kept.
         let mut all = Validity::default();
         for h in [0.003, 0.006, 0.1] {

@@ -287,7 +287,7 @@ pub fn read(file: &Path, id: Option<&str>) -> Result<std::result::Result<ReadRoa
             let count = nodes.len();
             let name = shown(first.attribute("id").unwrap_or_default());
             let text = format!(
-                "only the first of {count} roads, '{name}', is built; select a road with opendrive_road"
+                "'{name}' is the first of {count} roads, and only it is built; select a road with opendrive_road"
             );
             xml.warn(*first, "first", text);
         }

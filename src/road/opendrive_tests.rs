@@ -54,7 +54,7 @@ fn borders_are_the_outer_limits_of_lanes() {
     let right = lane(-1, "", &wide(3.5)) + &lane(-2, "", &cubic("border", 0.0, [-6.5, 0.0, 0.0, 0.0]));
     let r = read(&straight("", &section(0.0, "", &right))).unwrap();
     assert_eq!(r.road.lane_edges_t_m(Side::Right, 1, 30.0), (-3.5, -6.5));
-    warned(&r, "lane: has a border where other lanes");
+    warned(&r, "lane: has a border while other lanes");
     // Borders alone, with records of their own, a lane offset, and widths in the next section.
     let border = |at: f64, c| cubic("border", at, c);
     let left = lane(1, "", &border(0.0, [4.0, 0.05, 0.0, 0.0]))
@@ -729,7 +729,7 @@ const STANDARD: &[(&str, &str, &str, Comes)] = &[
 #[test]
 fn nothing_of_the_standard_is_passed_over_in_silence() {
     let base = read(BASE).unwrap();
-    let own = |w: &&String| w.contains("lane: has a border where");
+    let own = |w: &&String| w.contains("lane: has a border while");
     assert!(base.warnings.iter().all(|w| own(&w)), "{:?}", base.warnings);
     for (what, from, to, comes) in STANDARD {
         assert!(BASE.contains(from), "{what}: {from}");

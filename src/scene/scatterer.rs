@@ -639,7 +639,7 @@ mod tests {
             (complaint(good.replace("vv_re_m", "vv_real")), "vv_re_m: no such column"),
             (
                 complaint(good.lines().take(4).collect::<Vec<_>>().join("\n")),
-                "there is none at azimuth 1 deg, elevation 1 deg",
+                "the one at azimuth 1 deg, elevation 1 deg",
             ),
             (
                 row(4, ",1,1,,", ",1,0,,"),
@@ -671,7 +671,7 @@ mod tests {
                     }
                 })
                 .collect();
-        assert!(complaint(apart).contains("t.csv:2: rx_azimuth_deg = 5: the receiver stands apart"));
+        assert!(complaint(apart).contains("t.csv:2: rx_azimuth_deg = 5: the receiver is not in the direction of the transmitter"));
         // Scattered directions: a grid of 1e6 x 1e6 is not built to find that out.
         let scattered =
             (0..2000).map(|i| format!("77e9,{},{},,,,,1,0,0,0,0,0,1,0\n", i as f64 * 0.01, i as f64 * 0.02));

@@ -73,7 +73,7 @@ pub fn open(path: &Path, dataset: Option<&str>, axes: Option<&[Axis]>) -> Result
         }
         if layout.bytes() > size.saturating_mul(MOST_OF_A_BYTE) {
             return Err(bad(format!(
-                "the file of {size} bytes cannot hold {} bytes of samples",
+                "{} bytes of samples do not fit into a file of {size} bytes",
                 layout.bytes()
             ))
             .into());
@@ -83,7 +83,7 @@ pub fn open(path: &Path, dataset: Option<&str>, axes: Option<&[Axis]>) -> Result
         let element = layout.bytes() / shape.iter().map(|n| *n as u64).product::<u64>().max(1);
         let chunk = chunk.unwrap_or_default().iter().fold(element, |n, d| n.saturating_mul(*d));
         if chunk > size.saturating_mul(MOST_OF_A_BYTE) {
-            return Err(bad(format!("the file of {size} bytes cannot hold chunks of {chunk} bytes")).into());
+            return Err(bad(format!("chunks of {chunk} bytes do not fit into a file of {size} bytes")).into());
         }
         parts.push((if i == 1 { layout.imaginary() } else { layout }, dataset));
     }

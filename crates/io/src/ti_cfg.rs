@@ -739,7 +739,7 @@ mod tests {
         let e = message(&all);
         assert!(e.contains("a.cfg:9: chirpCfg profile = 3: no such profileCfg; allowed: 0"), "{e}");
         let uneven = XWR18.replace("0 0 0 0 2\n", "0 0 0 0 1\n");
-        assert!(message(&uneven).contains("TX1 sends twice"));
+        assert!(message(&uneven).contains("TX1 transmits twice"));
         assert_eq!(TiRadar::read("/nonexistent.cfg").unwrap_err().exit_code(), 2);
         assert_eq!(TiRadar::read("/").unwrap_err().exit_code(), 2);
         let f = tempfile::NamedTempFile::new().unwrap();

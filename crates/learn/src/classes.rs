@@ -103,7 +103,7 @@ mod tests {
             (&["undefined", "lanes"][..], "\"lanes\": is not a class"),
             (&["lane", "undefined"], "begin with \"undefined\""),
             (&["undefined"], "add at least one class"),
-            (&["undefined", "lane", "lane"], "given twice"),
+            (&["undefined", "lane", "lane"], "listed twice"),
         ] {
             let text = classes(names).unwrap_err().to_string();
             assert!(text.contains(words) && text.contains("guard rail"), "{text}");

@@ -420,7 +420,7 @@ classes = ["others", "guard rail"]
                 "allowed: 0, because noise points are added only to grids",
             ),
             ("channels = 8", "channels = 0", "network.channels = 0: is out of range; allowed: 1..=512"),
-            ("runs = ", "grid = \"road\"\nruns = ", "data.grid = \"road\": belongs to networks of grids"),
+            ("runs = ", "grid = \"road\"\nruns = ", "data.grid = \"road\": applies to networks of grids"),
             ("\"others\"", "\"undefined\"", "\"undefined\": is not a class; allowed: others, vehicle"),
             ("\"guard rail\"", "\"lane\"", "\"lane\": is not a class"),
         ] {

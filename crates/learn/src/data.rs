@@ -376,7 +376,7 @@ mod tests {
         assert_eq!((fine.len(), features.shape()), (1, [1, 113, 75]));
         assert_eq!(fine[0].labels(&all, 4, &Move::NONE).places().len(), 113 * 75);
         for (made, words) in [
-            (run(None, None), "masks = false: the run has no masks; allowed: true; put masks = true"),
+            (run(None, None), "masks = false: the run has no masks; allowed: true; set masks = true"),
             (run(Some((whole, 0.0)), None), "the run has no masks"),
             (
                 run(Some((&[4, 10, 300], 0.0)), None),

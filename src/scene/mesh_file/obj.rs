@@ -486,7 +486,7 @@ mod tests {
                 Refused("f = 4294967297: is not the index of a vertex; allowed: 1..=4"),
             ),
             ("upper case", PLAIN.to_uppercase().into(), Refused("a.obj:2: O: is not a line of an OBJ file")),
-            ("another file", with("o wall", "call b.obj"), Refused("a.obj:2: call: brings in another file")),
+            ("another file", with("o wall", "call b.obj"), Refused("a.obj:2: call: includes another file")),
             ("page", b"<html>".to_vec(), Refused("is a web page (HTML), not OBJ")),
             ("binary STL", [&[b' '; 80][..], &[1, 0, 0, 0]].concat(), Refused("is not OBJ: it is binary")),
             ("ASCII STL", b"solid x\nendsolid\n".to_vec(), Refused("is ASCII STL; name it .stl")),

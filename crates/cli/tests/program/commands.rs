@@ -216,7 +216,7 @@ fn a_reflector_in_two_formats_has_one_picture() {
     made(&["reflector", "trihedral:leg_m=0.1", "-o", "c.stl"]);
     let picture = std::fs::read(d.join("c.png")).unwrap();
     let said = made(&["reflector", "trihedral:leg_m=0.2", "-o", "c.glb"]);
-    assert!(said.contains("c.png exists and is kept"), "{said}");
+    assert!(said.contains("c.png exists and is left unchanged"), "{said}");
     assert_eq!(std::fs::read(d.join("c.png")).unwrap(), picture);
     refused(
         d,
@@ -860,7 +860,7 @@ fn where_physical_optics_ends_is_said_in_every_output() {
         "50",
     ];
     let json: serde_json::Value = serde_json::from_str(&done(d, &args)).unwrap();
-    assert!(json["warnings"].to_string().contains("the least is 4.0 deg"), "{json}");
+    assert!(json["warnings"].to_string().contains("the minimum is 4.0 deg"), "{json}");
     let low = ["--json", "rcs", "type1:height_m=0.005", "--elevation-deg", "0.9", "--ground", "pec"];
     let low: serde_json::Value = serde_json::from_str(&done(d, &low)).unwrap();
     assert!(low["warnings"].to_string().contains("ground: at elevation 0.900 deg"), "{low}");

@@ -404,7 +404,7 @@ fn pictures_of_what_is_no_number() {
     assert!(!d.join("all.png").exists());
     let out = catseye(d, &["plot", "some.csv", "--json"]);
     assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
-    assert!(text(&out.stderr).contains("some.csv: 4 values are no numbers"), "{}", text(&out.stderr));
+    assert!(text(&out.stderr).contains("some.csv: 4 values are not numbers"), "{}", text(&out.stderr));
     let said: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
     assert_eq!(said["values_left_out"], serde_json::json!([4]));
 }
