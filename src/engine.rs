@@ -213,27 +213,30 @@ pub(crate) fn curved_dielectric(
         let Some((series, centre)) = series else {
             return Err(bad(first.line(scene))
                 .allowed("one sphere alone, by its series (Mie)")
-                .remedy("take flat faces, a metal, or for a thin wall a layer on 'air'")
+                .remedy("use flat faces or a metal, or model a thin wall as a layer on 'air'")
                 .into());
         };
         if let Distance::At(range_m) = options.distance {
-            return Err(bad("a sphere that waves enter is taken by its series, for plane waves".into())
-                .key("range_m")
-                .value(range_m)
-                .allowed("inf")
-                .remedy("take it as a plane wave")
-                .into());
+            return Err(bad(
+                "a sphere that waves enter is computed with its series, which holds for plane waves only"
+                    .into(),
+            )
+            .key("range_m")
+            .value(range_m)
+            .allowed("inf")
+            .remedy("use a plane wave")
+            .into());
         }
         out.extend(rcs::sphere::scattering(&series, centre, *f, aspects));
     }
     match entered {
         0 => Ok(None),
         n if n == frequencies_hz.len() => Ok((!aspects.is_empty()).then_some(out)),
-        n => Err(BadInput::new("waves enter the sphere at some of these frequencies and not at the others")
+        n => Err(BadInput::new("waves enter the sphere at some of these frequencies only")
             .key("frequency_hz")
             .value(format!("{n} of {}", frequencies_hz.len()))
             .allowed("frequencies at all of which it is opaque, or at none")
-            .remedy("ask for them one after the other")
+            .remedy("compute the frequencies in separate runs")
             .into()),
     }
 }
@@ -242,9 +245,9 @@ pub(crate) fn curved_dielectric(
 fn impassable(why: Impassable, material: &str, distance: Distance) -> Error {
     match why {
         Impassable::NoBody => {
-            BadInput::new("waves cannot be followed in it: the body is not closed, it touches or holds another, or a sheet lies on or in it")
-                .key(format!("what is made of '{material}'"))
-                .remedy("weld its corners, leave a gap to the other body, or give one of them a metal")
+            BadInput::new("waves inside cannot be traced: a body is not closed, it touches or contains another, or a sheet lies on or in it")
+                .key(format!("bodies of '{material}'"))
+                .remedy("weld its vertices, leave a gap to the other body, or give one of the two a metal")
                 .into()
         }
         Impassable::NearPort => {
@@ -252,11 +255,11 @@ fn impassable(why: Impassable, material: &str, distance: Distance) -> Error {
                 Distance::At(r) => r,
                 Distance::Infinite => f64::INFINITY,
             };
-            BadInput::new(format!("waves pass through what is made of '{material}'"))
+            BadInput::new(format!("waves pass through objects of '{material}'"))
                 .key("range_m")
                 .value(range_m)
                 .allowed("inf")
-                .remedy("take it as a plane wave, or give the part a metal")
+                .remedy("use a plane wave, or give the part a metal")
                 .into()
         }
     }
@@ -294,7 +297,7 @@ impl Engine {
             },
             "gpu" => Some(Gpu::open(Want::Hardware)?),
             "" => {
-                return Err(BadInput::new("no device is named")
+                return Err(BadInput::new("no device is given")
                     .key("device")
                     .allowed("auto, cpu, gpu, part of an adapter's name")
                     .remedy("`catseye devices` lists the adapters")
@@ -304,7 +307,7 @@ impl Engine {
         };
         match gpu {
             None => Ok(Engine::Cpu(precision)),
-            Some(_) if precision == Precision::F64 => Err(BadInput::new("shaders compute in f32")
+            Some(_) if precision == Precision::F64 => Err(BadInput::new("a GPU computes in f32 only")
                 .key("precision")
                 .value("f64")
                 .allowed("f32 on a gpu")
@@ -608,7 +611,7 @@ impl Engine {
     /// engine follows them, and only from plane waves.
     fn check_passed(&self, material: &str, distance: Distance) -> Result<()> {
         let bad = |key: &str| {
-            BadInput::new(format!("waves pass through what is made of '{material}'")).key(key.to_string())
+            BadInput::new(format!("waves pass through objects of '{material}'")).key(key.to_string())
         };
         if let Engine::Gpu(_) = self {
             return Err(bad("device").value("gpu").allowed("cpu").remedy("use --device cpu").into());

@@ -293,7 +293,7 @@ def test_clusters_and_tracks(engine):
         tracks = tracker.step(time_s, plots, frame=step)
     assert len(tracks) == 1 and tracks["state"][0] == "confirmed" and tracks["frame"][0] == 9
     assert tracks["vx_mps"][0] == pytest.approx(5, abs=0.1) and tracks["points"][0] == 2
-    with pytest.raises(catseye.BadInput, match="order of time"):
+    with pytest.raises(catseye.BadInput, match="order of their times"):
         tracker.step(0.0, plots)
 
 

@@ -97,7 +97,7 @@ def test_process_says_what_looks_wrong(scenario, radar, engine):
     again = np.argsort(-found.points["power_dbm"])[0]
     for column in ("range_m", "range_rate_mps", "azimuth_deg"):
         assert abs(found.points[column][again] - whole.points[column][strongest]) < 0.02
-    with pytest.warns(UserWarning, match="other sign of phase"):
+    with pytest.warns(UserWarning, match="opposite sign of phase"):
         catseye.process(frame.adc.conj(), radar=radar, engine=engine)
 
 

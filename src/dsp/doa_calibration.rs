@@ -474,7 +474,7 @@ mod tests {
         );
         assert_eq!(
             message("0,0,0,1,0\n0,0,0,1,0\n"),
-            "cal.csv:3: channel = 0: the channel was given at this angle in line 2"
+            "cal.csv:3: channel = 0: the channel has a row for this angle in line 2 already"
         );
         assert_eq!(message("0,0,0,x,0\n"), "cal.csv:2: re = x: not a number");
         assert_eq!(message("0,0,0,,0\n"), "cal.csv:2: re = NaN: not a finite number");

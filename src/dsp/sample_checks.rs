@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_with_a_recording_is_said() {
-        said(&counts(60_000.0, 8191.0), "stand at their largest magnitude, 8192");
+        said(&counts(60_000.0, 8191.0), "are at their largest magnitude, 8192");
         let scaled: Vec<Complex<f32>> = counts(60_000.0, 8191.0).iter().map(|z| z * 1e-9f32).collect();
         said(&scaled, "largest magnitude");
         let word = |x: f32| if x < 0.0 { x + 65536.0 } else { x };
@@ -173,12 +173,12 @@ mod tests {
             let at = m * 256;
             copied.copy_within(at..at + 64, at + 128);
         }
-        said(&copied, "1 of 4 channels hold the samples of another one, as channel 2 those of 0");
+        said(&copied, "1 of 4 channels repeat the samples of another one, such as channel 2 those of 0");
         let mut frozen = counts(300.0, 32767.0);
         for m in 10..16 {
             frozen.copy_within(9 * 256..10 * 256, m * 256);
         }
-        said(&frozen, "6 of 16 chirps repeat the samples of the one before them, the first is chirp 10");
+        said(&frozen, "6 of 16 chirps repeat the samples of the chirp before them, the first is chirp 10");
         let real: Vec<Complex<f32>> =
             counts(300.0, 32767.0).iter().map(|z| Complex::new(z.re, 0.0)).collect();
         assert_eq!(parts(&real), [true, false]);

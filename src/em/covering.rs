@@ -157,7 +157,7 @@ pub fn leaves(mass_kg: f64, area_m2: f64, tissue_fraction: f64) -> Result<Layer>
             .key("tissue_fraction")
             .value(tissue_fraction)
             .allowed("above 0, up to 1")
-            .remedy("1 is leaves without air between")
+            .remedy("1 means leaves without air between them")
             .into());
     }
     let thickness = thickness_m(mass_kg, LEAF_KG_M3 * tissue_fraction, area_m2)?;

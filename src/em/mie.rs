@@ -125,10 +125,10 @@ impl SphereSeries {
         let x = k * radii[radii.len() - 1];
         check_size(x)?;
         if radii.windows(2).any(|r| r[0].partial_cmp(&r[1]).is_none_or(|o| o.is_ge())) || radii[0] <= 0.0 {
-            return Err(BadInput::new("the radii of the shells do not grow outwards")
+            return Err(BadInput::new("the radii of the shells do not increase outwards")
                 .key("radius_m")
                 .value(format!("{radii:?}"))
-                .remedy("list core and shells from inside outwards")
+                .remedy("list core and shells from the inside to the outside")
                 .into());
         }
         let terms = terms(x);
@@ -254,7 +254,7 @@ fn check_size(x: f64) -> Result<()> {
     if (KA_RANGE.0..=KA_RANGE.1).contains(&x) {
         return Ok(());
     }
-    Err(BadInput::new("the Mie series is not summed for this size of sphere")
+    Err(BadInput::new("the Mie series cannot be summed for this size of sphere")
         .key("k * radius")
         .value(x)
         .allowed(format!("{:e}..{:e}", KA_RANGE.0, KA_RANGE.1))
@@ -272,9 +272,9 @@ fn index(eps_r: Complex64, x: f64) -> Result<Complex64> {
     }
     let m = eps_r.conj().sqrt();
     if m.norm() * x > INNER_SIZE_MAX {
-        return Err(bad("the Mie series is not summed for so dense a sphere of this size")
+        return Err(bad("the Mie series cannot be summed for this permittivity and size of sphere")
             .allowed(format!("|sqrt(eps_r)| * k * radius up to {INNER_SIZE_MAX:e}"))
-            .remedy("take a good conductor as a perfect one")
+            .remedy("model a good conductor as a perfect one")
             .into());
     }
     Ok(m)

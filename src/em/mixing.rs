@@ -37,7 +37,7 @@ fn check_fraction(fraction: f64) -> Result<()> {
         .key("fraction")
         .value(fraction)
         .allowed("0..1")
-        .remedy("give volume of the part over volume of the mixture")
+        .remedy("give the volume of the part divided by the volume of the mixture")
         .into())
 }
 

@@ -34,19 +34,19 @@ impl Purpose {
     /// 1.6 times as long on the GPU, while W9 and W13 take 0.8 to 0.9 times as long.
     pub fn rule(self) -> (bool, &'static str) {
         match self {
-            Purpose::General => (true, "auto takes the GPU for cross sections and rays"),
+            Purpose::General => (true, "auto selects the GPU for cross sections and rays"),
             Purpose::Penetrable => (
                 false,
-                "auto takes the processors for cross sections of targets through which waves pass, which the GPU does not follow",
+                "auto selects the processors for cross sections of targets through which waves pass, which the GPU does not trace",
             ),
             Purpose::ThickLayers => (
                 false,
-                "auto takes the processors for cross sections of targets with thick layers, which the GPU does not tabulate",
+                "auto selects the processors for cross sections of targets with thick layers, which the GPU does not tabulate",
             ),
-            Purpose::Cubes => (true, "auto takes the GPU for cubes"),
+            Purpose::Cubes => (true, "auto selects the GPU for cubes"),
             Purpose::Frames => (
                 false,
-                "auto takes the processors for frames of scenes, which trace them faster than a GPU (--device gpu takes that)",
+                "auto selects the processors for frames of scenes, which trace them faster than a GPU (--device gpu selects the GPU)",
             ),
         }
     }

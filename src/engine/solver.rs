@@ -151,7 +151,7 @@ impl Solver for Engine {
         lines.extend(mesh_file::unit_line(scene));
         if matches!(self, Engine::Gpu(_)) && takes_host(scene, sweep.options.bounces) {
             lines.push(
-                "device: paths of several bounces by way of curved surfaces are followed by the host's processors in f64, not by the adapter"
+                "device: the host's processors trace paths of several bounces over curved surfaces in f64; the adapter does not"
                     .into(),
             );
         }
@@ -220,8 +220,7 @@ impl Engine {
         let change = change_db(&before, &deepest);
         if change > options.accuracy_db {
             warn(&format!(
-                "bounces: {most} are followed at most, and the last of them still changed the level by {change:.2} dB; what more would bring is \
-                 not in the result"
+                "bounces: at most {most} are traced, and the last of them still changed the cross section by {change:.2} dB; the result does not contain further bounces"
             ));
         }
         Ok(())

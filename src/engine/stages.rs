@@ -99,7 +99,7 @@ fn mean_power<T: Real>(spectrum: &Spectrum<T>, t: &Transform) -> Result<PowerMap
 }
 
 fn mixed<T>() -> Result<T> {
-    Err(Error::Failed("the array is in another precision than the engine".into()))
+    Err(Error::Failed("the precision of the array differs from that of the engine".into()))
 }
 
 impl Engine {

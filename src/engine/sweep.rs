@@ -118,7 +118,7 @@ impl Sweep {
         let centre = centre + DVec3::Z * self.options.height_m;
         let least = 1.05 * (centre.length() + radius);
         if !geometry.triangles.is_empty() && range_m <= least {
-            return Err(BadInput::new("the radar would stand inside the target's bounding sphere")
+            return Err(BadInput::new("the radar would be inside the target's bounding sphere")
                 .key("range_m")
                 .value(range_m)
                 .allowed(format!("more than {least:.4}"))
@@ -151,7 +151,7 @@ pub fn check_size(counts: impl IntoIterator<Item = usize>) -> Result<()> {
             .key("azimuth_deg x elevation_deg x frequency_hz (x bistatic_...)")
             .value(count)
             .allowed(format!("at most {MAX_LOOKS}"))
-            .remedy("take larger steps or split the sweep")
+            .remedy("use larger steps or split the sweep")
             .into()),
     }
 }

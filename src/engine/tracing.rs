@@ -41,14 +41,14 @@ impl Engine {
     /// Returns an error for the device of a cpu engine, which has none.
     pub fn with_tracing(self, tracing: Tracing) -> Result<Engine> {
         match (self, tracing) {
-            (Engine::Cpu(_), Tracing::Device | Tracing::Lines) => Err(BadInput::new(
-                "the cpu engine has no device that traces",
-            )
-            .key("trace")
-            .value(tracing.word())
-            .allowed("host on the cpu engine")
-            .remedy("name an adapter by the device (--device gpu, or part of its name), or trace on the host")
-            .into()),
+            (Engine::Cpu(_), Tracing::Device | Tracing::Lines) => {
+                Err(BadInput::new("the cpu engine has no device that traces")
+                    .key("trace")
+                    .value(tracing.word())
+                    .allowed("host on the cpu engine")
+                    .remedy("select an adapter (--device gpu, or part of its name), or trace on the host")
+                    .into())
+            }
             (Engine::Gpu(gpu), tracing) => {
                 let gpu = gpu.with_tracing_on_host(tracing == Tracing::Host);
                 Ok(Engine::Gpu(Box::new(gpu.with_lines(tracing == Tracing::Lines))))

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 
 /// The complaint about a file that holds no line but comments.
 pub fn no_header(path: &Path) -> BadInput {
-    BadInput::new("no header line")
+    BadInput::new("the table has no header line")
         .file(path)
         .line(1)
         .remedy("begin the table with the names of its columns, separated by commas")
@@ -90,8 +90,9 @@ impl Table {
                 continue;
             }
             row.clear();
-            let (next, breaks) = record(&text, at, &mut row)
-                .ok_or_else(|| BadInput::new("a quote that does not end").file(path).line(first_line))?;
+            let (next, breaks) = record(&text, at, &mut row).ok_or_else(|| {
+                BadInput::new("a quoted value has no closing quote").file(path).line(first_line)
+            })?;
             at = next;
             line_number += breaks;
             if table.header.is_empty() {
@@ -103,7 +104,7 @@ impl Table {
                 if let Some(twice) =
                     table.header.iter().enumerate().find(|(i, n)| table.header[..*i].contains(n))
                 {
-                    return Err(BadInput::new("the column occurs twice")
+                    return Err(BadInput::new("the header has the column twice")
                         .file(path)
                         .line(first_line)
                         .key(twice.1.clone())
@@ -119,8 +120,8 @@ impl Table {
                     .value(row.len())
                     .allowed(format!("{}, as in the header", table.header.len()))
                     .remedy(match row.len() > table.header.len() {
-                        true => "a comma separates columns: write decimals with a point, and text with commas in quotes",
-                        false => "complete the row: an empty value keeps its comma",
+                        true => "write decimals with a point, and put text with commas in quotes, because a comma separates columns",
+                        false => "complete the row; an empty value keeps its comma",
                     })
                     .into());
             }
@@ -175,10 +176,10 @@ impl Table {
             let other_unit = known().find(|h| quantity(column).is_some() && quantity(h) == quantity(column));
             match other_unit.filter(|_| self.is_csv()) {
                 Some(h) if h.eq_ignore_ascii_case(column) => {
-                    b.remedy(format!("name it {column}: case counts"))
+                    b.remedy(format!("name it {column}; upper and lower case differ"))
                 }
                 Some(h) => b.remedy(format!("convert {h} and name it {column}")),
-                None => b.remedy("name a column so, and separate columns by commas"),
+                None => b.remedy("give a column this name, and separate columns by commas"),
             }
             .into()
         })
@@ -196,7 +197,7 @@ impl Table {
                 .line(self.header_line)
                 .key(if self.is_csv() { h } else { "header" })
                 .allowed(columns.join(","))
-                .remedy("name the columns so, and take out the others")
+                .remedy("use these column names, and remove the other columns")
                 .into()),
         }
     }
@@ -474,7 +475,7 @@ mod tests {
                 "x_m",
                 "X_M",
                 Err(
-                    "1: x_m: no such column (nearest: X_M); the header has time_s, X_M, name; name it x_m: case counts",
+                    "1: x_m: no such column (nearest: X_M); the header has time_s, X_M, name; name it x_m; upper and lower case differ",
                 ),
             ),
             (
@@ -491,7 +492,7 @@ mod tests {
                 "\"1,5\"",
                 Err("2: x_m = 1,5: not a number; write the decimal mark as a point"),
             ),
-            ("a unit", "1.5", "1.5 m", Err("2: x_m = 1.5 m: not a number; leave the unit out")),
+            ("a unit", "1.5", "1.5 m", Err("2: x_m = 1.5 m: not a number; leave out the unit")),
             ("semicolons", ",", ";", Err("1: the columns are separated by semicolons; allowed: commas")),
             ("tabs", ",", "\t", Err("1: the columns are separated by tabs")),
             (
@@ -500,7 +501,7 @@ mod tests {
                 "",
                 Err("3: 2: the row has a wrong number of values; allowed: 3, as in the header; complete"),
             ),
-            ("a name twice", "name", "x_m", Err("1: x_m: the column occurs twice")),
+            ("a name twice", "name", "x_m", Err("1: x_m: the header has the column twice")),
         ];
         for (name, from, to, want) in cases {
             let got = Table::parse("a.csv", plain.replace(from, to)).and_then(|t| t.numbers("x_m"));

@@ -20,7 +20,7 @@ pub fn regular(path: &Path, what: &str) -> Result<Metadata> {
         Ok(m) if m.is_dir() => Err(bad("is a directory").remedy(format!("give {what}")).into()),
         Ok(m) => Err(bad("is not a regular file")
             .value(kind(&m))
-            .remedy("write what it gives to a file first, and give that")
+            .remedy("write its data to a file first, and give that file")
             .into()),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
             Err(bad("no such file").remedy("check the path").into())

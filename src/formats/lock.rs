@@ -24,7 +24,7 @@ impl Lock {
             Ok(lock) => Ok(lock),
             Err(holder) => Err(BadInput::new(format!("is being written by {holder}"))
                 .file(of)
-                .remedy("wait for its end, or give another name for the output")
+                .remedy("wait until it ends, or give another name for the output")
                 .into()),
         }
     }
@@ -75,9 +75,9 @@ fn no_place(of: &Path, e: std::io::Error) -> Error {
     use std::io::ErrorKind::{NotADirectory, NotFound, PermissionDenied, ReadOnlyFilesystem};
     match e.kind() {
         PermissionDenied | ReadOnlyFilesystem | NotFound | NotADirectory => {
-            BadInput::new(format!("cannot be written there: {e}"))
+            BadInput::new(format!("cannot be written: {e}"))
                 .file(of)
-                .remedy("give an output in a folder that you may write to")
+                .remedy("give an output in a folder with write permission")
                 .into()
         }
         _ => Error::io(of, e),
@@ -140,7 +140,9 @@ mod tests {
             let e = Lock::take(&of, parent.join(".out.lock")).unwrap_err();
             let text = e.to_string();
             assert!(
-                e.exit_code() == 2 && text.contains(of.to_str().unwrap()) && text.contains("may write to"),
+                e.exit_code() == 2
+                    && text.contains(of.to_str().unwrap())
+                    && text.contains("write permission"),
                 "{text}"
             );
             assert!(!text.contains(".lock"), "{text}");

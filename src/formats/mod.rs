@@ -39,9 +39,9 @@ pub fn check_extension(path: &Path, written: &[&str]) -> Result<()> {
         return Ok(());
     }
     let list = written.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(", ");
-    Err(BadInput::new(format!("is not written as .{extension}"))
+    Err(BadInput::new(format!("cannot be written as .{extension}"))
         .file(path)
         .allowed(list)
-        .remedy("give the output a name that ends so")
+        .remedy("give the output a name with an allowed extension")
         .into())
 }

@@ -156,7 +156,7 @@ impl<T: Element> Writer<T> {
     pub fn finish(mut self) -> Result<()> {
         if self.missing != 0 {
             return Err(Error::Failed(format!(
-                "{}: {} elements fewer than the shape holds",
+                "{}: {} elements are missing from the shape",
                 self.path.display(),
                 self.missing
             )));
@@ -202,15 +202,15 @@ fn open(path: &Path) -> Result<BufReader<File>> {
 fn header_from(file: &mut impl Read, path: &Path) -> Result<Header> {
     let bad = |problem: &str| Error::from(BadInput::new(problem).file(path));
     let mut fixed = [0u8; 8];
-    file.read_exact(&mut fixed).map_err(|_| bad("too short for a .npy file"))?;
+    file.read_exact(&mut fixed).map_err(|_| bad("is too short for a .npy file"))?;
     if &fixed[..6] != MAGIC {
-        return Err(bad("not a .npy file (its first bytes are not \\x93NUMPY)"));
+        return Err(bad("is not a .npy file (its first bytes are not \\x93NUMPY)"));
     }
     let length_bytes = match fixed[6] {
         1 => 2,
         2 | 3 => 4,
         v => {
-            return Err(BadInput::new("unknown .npy version")
+            return Err(BadInput::new("the version of the .npy file is unknown")
                 .file(path)
                 .value(v)
                 .allowed("1, 2, 3")
@@ -219,7 +219,7 @@ fn header_from(file: &mut impl Read, path: &Path) -> Result<Header> {
         }
     };
     let mut length = [0u8; 4];
-    file.read_exact(&mut length[..length_bytes]).map_err(|_| bad("the header is cut off"))?;
+    file.read_exact(&mut length[..length_bytes]).map_err(|_| bad("the header is truncated"))?;
     let length = u32::from_le_bytes(length) as usize;
     if length > MAX_HEADER_BYTES {
         return Err(BadInput::new("the header is too long for a plain array")
@@ -229,9 +229,10 @@ fn header_from(file: &mut impl Read, path: &Path) -> Result<Header> {
             .into());
     }
     let mut text = vec![0u8; length];
-    file.read_exact(&mut text).map_err(|_| bad("the header is cut off"))?;
+    file.read_exact(&mut text).map_err(|_| bad("the header is truncated"))?;
     let text = String::from_utf8(text).map_err(|_| bad("the header is not text"))?;
-    let mut header = parse_header(&text).map_err(|problem| bad(&format!("damaged header: {problem}")))?;
+    let mut header =
+        parse_header(&text).map_err(|problem| bad(&format!("the header is damaged: {problem}")))?;
     header.data_at = 8 + length_bytes + length;
     Ok(header)
 }
@@ -253,7 +254,7 @@ fn parse_header(text: &str) -> Result<Header, &'static str> {
         rest = match key {
             "descr" => {
                 let (d, after) =
-                    quoted(value).map_err(|_| "a structured dtype; only plain arrays are read")?;
+                    quoted(value).map_err(|_| "a structured dtype; only plain arrays are supported")?;
                 descr = Some(d.to_string());
                 after
             }
@@ -272,7 +273,9 @@ fn parse_header(text: &str) -> Result<Header, &'static str> {
                 for part in inner.split(',').map(str::trim).filter(|p| !p.is_empty()) {
                     // Python 2 wrote long integers with an L.
                     let n = part.strip_suffix('L').unwrap_or(part);
-                    dims.push(n.parse::<usize>().map_err(|_| "shape holds something that is not a count")?);
+                    dims.push(
+                        n.parse::<usize>().map_err(|_| "shape contains something that is not a count")?,
+                    );
                 }
                 if dims.len() > MAX_RANK {
                     return Err("more than 64 dimensions");
@@ -398,7 +401,7 @@ fn body<T: Element>(file: &mut BufReader<File>, path: &Path, header: Header) -> 
     match wanted {
         Some(n) if n == there => {}
         Some(n) if n < there => {
-            return Err(bad(format!("the file holds {} bytes more than the array", there - n)));
+            return Err(bad(format!("the file has {} bytes more than the array", there - n)));
         }
         _ => {
             let n = wanted.map_or("far more".to_string(), |n| n.to_string());

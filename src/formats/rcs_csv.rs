@@ -56,9 +56,9 @@ pub fn is_parquet(path: impl AsRef<Path>) -> Result<bool> {
     let path = path.as_ref();
     let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
     if named && cfg!(not(feature = "parquet")) {
-        return Err(BadInput::new("this catseye was built without Parquet")
+        return Err(BadInput::new("this build has no Parquet")
             .file(path)
-            .remedy("use a .csv, or build with `--features parquet`")
+            .remedy("use a .csv file, or build with `--features parquet`")
             .into());
     }
     Ok(named)

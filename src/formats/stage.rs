@@ -313,7 +313,7 @@ fn resolved(path: &Path) -> Result<PathBuf> {
 fn make_parents(path: &Path) -> Result<()> {
     match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => match p.ancestors().find(|a| a.is_file()) {
-            Some(file) => Err(BadInput::new("is a file, and the output is to lie in a folder of this name")
+            Some(file) => Err(BadInput::new("is a file, but the output needs a folder of this name")
                 .file(file)
                 .remedy("give another name for the output")
                 .into()),
@@ -335,7 +335,7 @@ fn check_dir(path: &Path, force: bool, kind: &str) -> Result<()> {
         Err(BadInput::new(problem).file(path).remedy("give another name for the output").into())
     };
     if !meta.is_dir() {
-        return refuse("is a file, and a folder is to be written".into());
+        return refuse("is a file, and the output is a folder".into());
     }
     let empty = fs::read_dir(path).map_err(|e| Error::io(path, e))?.next().is_none();
     if empty {
@@ -355,12 +355,12 @@ fn check_dir(path: &Path, force: bool, kind: &str) -> Result<()> {
     };
     if found != kind {
         return refuse(format!(
-            "holds a result of another kind ('{found}', and '{kind}' is to be written), so it is not replaced"
+            "contains a result of another kind ('{found}' instead of '{kind}'), so it is not replaced"
         ));
     }
     let foreign = files_of(path)?.into_iter().find(|name| name != MANIFEST && !listed.contains_key(name));
     if let Some(foreign) = foreign {
-        return refuse(format!("holds '{foreign}', which catseye did not write, so it is not replaced"));
+        return refuse(format!("contains '{foreign}', which catseye did not write, so it is not replaced"));
     }
     if !force {
         return Err(exists_without_force(path));
@@ -370,7 +370,7 @@ fn check_dir(path: &Path, force: bool, kind: &str) -> Result<()> {
 
 fn check_file(path: &Path, force: bool) -> Result<()> {
     match fs::metadata(path) {
-        Ok(m) if m.is_dir() => Err(BadInput::new("is a folder, and a file is to be written")
+        Ok(m) if m.is_dir() => Err(BadInput::new("is a folder, and the output is a file")
             .file(path)
             .remedy("give another name for the output")
             .into()),
@@ -401,7 +401,7 @@ fn sibling(path: &Path, kind: &str) -> Result<PathBuf> {
 /// `DIR/.NAME.SUFFIX`.
 fn hidden(path: &Path, suffix: &str) -> Result<PathBuf> {
     let name = path.file_name().ok_or_else(|| {
-        BadInput::new("cannot be written as an output").file(path).remedy("give a name for the output")
+        BadInput::new("is not a possible name of an output").file(path).remedy("give a name for the output")
     })?;
     let mut file = OsString::from(".");
     file.push(name);
@@ -519,12 +519,12 @@ pub fn distinct(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
         let bad =
             |problem: String| BadInput::new(problem).file(output).remedy("give another name for the output");
         if places[..i].contains(at) {
-            return Err(bad("is the name of two outputs".into()).into());
+            return Err(bad("two outputs have this name".into()).into());
         }
         for input in inputs.iter().filter(|p| p.exists()) {
             let from = place(input);
             if *at == from || (input.is_dir() && at.starts_with(&from)) {
-                return Err(bad(format!("would be written over the input {}", input.display())).into());
+                return Err(bad(format!("would overwrite the input {}", input.display())).into());
             }
         }
     }

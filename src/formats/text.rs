@@ -45,7 +45,7 @@ fn other_kind(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     let start = bytes.strip_prefix(BOM).unwrap_or(bytes).trim_ascii_start();
     let begins = |tag: &str| start.get(..tag.len()).is_some_and(|s| s.eq_ignore_ascii_case(tag.as_bytes()));
     let page = begins("<!doctype html") || begins("<html");
-    page.then_some(("a web page (HTML)", "download the file itself, as by its raw link"))
+    page.then_some(("a web page (HTML)", "download the file itself, for example by its raw link"))
 }
 
 /// The error about a file of another kind than `what` ("a CSV table"), where its first bytes give that away.
@@ -76,7 +76,7 @@ pub fn decode(mut bytes: Vec<u8>, file: &Path, what: &str) -> Result<String> {
         BadInput::new("is not UTF-8 text").file(file).line(line).remedy("save the file as UTF-8")
     })?;
     if let Some(at) = text.find('\0') {
-        return Err(BadInput::new("holds a NUL byte: it is binary or damaged")
+        return Err(BadInput::new("contains a NUL byte: it is binary or damaged")
             .file(file)
             .line(line_of(text.as_bytes(), at))
             .allowed(what)
@@ -125,7 +125,7 @@ pub fn number_hint(word: &str) -> Option<&'static str> {
         }
         w if w.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) && digits(w) => {
             let number = w.trim_end_matches(|c: char| !c.is_ascii_digit());
-            number.parse::<f64>().is_ok().then_some("leave the unit out")
+            number.parse::<f64>().is_ok().then_some("leave out the unit")
         }
         _ => None,
     }
@@ -156,7 +156,7 @@ mod tests {
             ("UTF-16 without a mark", utf16(false, false), Err("UTF-16")),
             ("UTF-16 BE without a mark", utf16(true, false), Err("UTF-16")),
             ("Latin-1", latin, Err("a.csv:2: is not UTF-8 text; save the file as UTF-8")),
-            ("NUL", b"a,b\n1,2\0\0".to_vec(), Err("a.csv:2: holds a NUL byte")),
+            ("NUL", b"a,b\n1,2\0\0".to_vec(), Err("a.csv:2: contains a NUL byte")),
             (
                 "page",
                 b"\r\n<!DOCTYPE HTML>\n".to_vec(),

@@ -67,8 +67,8 @@ impl Doubt {
         let material = scene.materials.get(self.material as usize).map_or("", |m| m.name.as_str());
         match &self.obstacle {
             Obstacle::Open { is_sheet: true, .. } => format!(
-                "the sheet of '{material}' has no thickness and counts as the front of a half-space: nothing passes it; give it one as a layer \
-                 on 'air', or draw it as a closed body"
+                "the sheet of '{material}' has no thickness and is treated as the surface of a half-space, which transmits nothing; give it \
+                 a thickness as a layer on 'air', or model it as a closed body"
             ),
             Obstacle::Open { triangles, edges, hole_m, .. } => {
                 let place = |p: &DVec3| format!("({:.6}, {:.6}, {:.6})", p.x, p.y, p.z);
@@ -78,22 +78,21 @@ impl Doubt {
                         place(a),
                         place(b)
                     ),
-                    None => {
-                        "no edge of it is open, but facets are wound against each other or cross".to_string()
-                    }
+                    None => "it has no open edge, but facets have opposite orientations or cross".to_string(),
                 };
                 format!(
-                    "the body of '{material}' is not closed, so that no wave enters it and its {triangles} triangles count as opaque: {hole}; \
-                     close it, or model a thin wall as a sheet (a layer of '{material}' on air)"
+                    "the body of '{material}' is not closed, so no wave enters it and its {triangles} \
+                     triangles are treated as opaque: {hole}; close it, or model a thin wall as a sheet (a \
+                     layer of '{material}' on air)"
                 )
             }
             Obstacle::Walls { turn_rad } => format!(
-                "the curved walls of '{material}' are taken as the flat facets of the mesh (they turn by {:.1} deg over their mean chord): \
-                 what passes through them is right, what they reflect themselves is that of the facets",
+                "the curved walls of '{material}' are treated as the flat facets of the mesh (they turn by {:.1} deg over their mean \
+                 chord): transmission is correct, but their own reflection is that of the facets",
                 turn_rad.to_degrees()
             ),
             Obstacle::Curved { turn_rad, .. } => format!(
-                "the body of '{material}' is curved, by {:.0} deg over its mean chord: waves inside curved bodies are not followed",
+                "the body of '{material}' is curved, by {:.0} deg over its mean chord: waves inside curved bodies are not traced",
                 turn_rad.to_degrees()
             ),
         }

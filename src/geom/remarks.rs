@@ -102,7 +102,7 @@ fn curved_dielectrics(scene: &Scene, freq_hz: f64) -> Result<Vec<String>> {
     let is_curved = |d: &&Doubt| matches!(d.obstacle, Obstacle::Curved { .. });
     let line = |d: &Doubt| {
         format!(
-            "object '{}': {}; frames have what its front reflects, and nothing of what it focuses",
+            "object '{}': {}; frames contain the reflection of its front surface, but nothing that it focuses",
             some.objects[d.object].name,
             d.line(&some)
         )
@@ -159,8 +159,9 @@ impl Geometry {
                 n => format!("{n} faces lie"),
             };
             format!(
-                "object '{}'{more}: {faces} in the plane of object '{}' or up to {:.3} mm behind it, and each counts as lying on it \
-                 (CONVENTIONS eq. 65b); raise the object by the thickness of what it stands on",
+                "object '{}'{more}: {faces} in the plane of object '{}' or up to {:.3} mm behind it, and \
+                 each is treated as lying on it (CONVENTIONS eq. 65b); raise the object by the thickness of \
+                 the surface on which it is",
                 self.name(scene, lying.body),
                 self.name(scene, lying.on),
                 1e3 * lying.deepest_m
@@ -197,8 +198,8 @@ impl Geometry {
             }
             if faced > 0 {
                 lines.push(format!(
-                    "object '{name}': {} of {all} triangles look against another one of the same corners and dielectric; remove them if \
-                     they are copies, which return twice, and leave them if two bodies touch there",
+                    "object '{name}': {} of {all} triangles face another one with the same corners and dielectric; remove them if they are \
+                     copies, which reflect twice, and keep them if two bodies touch there",
                     thousands(faced)
                 ));
             }
@@ -210,8 +211,8 @@ impl Geometry {
                 told += 1;
                 let (planes, it) = if moved.planes == 1 { ("plane", "it") } else { ("planes", "them") };
                 lines.push(format!(
-                    "object '{name}': {} of {all} facets lie in {} {planes}, their corners up to {:.2} mm off, and were moved into {it}; write \
-                     the file with more digits, or nearer to its origin, if it is flatter than that",
+                    "object '{name}': {} of {all} facets lie in {} {planes}, their corners up to {:.2} mm off, and were moved into {it}; \
+                     write the file with more digits, or nearer to its origin, if the object is flatter",
                     thousands(moved.facets),
                     thousands(moved.planes),
                     1e3 * moved.most_m

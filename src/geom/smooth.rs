@@ -216,10 +216,10 @@ impl Surface {
     pub(super) fn cut_to(&mut self, limit: Limit, most: usize) -> Result<()> {
         while self.cut(limit) {
             if self.facets.len() > most {
-                return Err(BadInput::new("its curved surfaces need too many facets")
+                return Err(BadInput::new("the curved surfaces need too many facets")
                     .value(format!("a sagitta of {:.2e} m", limit.sagitta_m))
-                    .allowed(format!("what {most} facets can give"))
-                    .remedy("allow a larger error, or leave out the normals")
+                    .allowed(format!("the accuracy of {most} facets"))
+                    .remedy("allow a larger error, or remove the normals")
                     .into());
             }
         }

@@ -35,21 +35,21 @@ impl Surface {
         };
         let layers = material.layers.iter().map(|l| match l.material.eps_r(freq_hz)? {
             Some(eps_r) => Ok(Layer { eps_r, thickness_m: l.thickness_m }),
-            None => Err(BadInput::new("a perfect conductor hides what is under it")
+            None => Err(BadInput::new("a perfect conductor hides the layers under it")
                 .key(format!("layer of '{}'", material.name))
                 .value(&l.material.name)
-                .remedy("make it the base, without what lies under it")
+                .remedy("make it the base, and remove the layers under it")
                 .into()),
         });
         let stack = Stack { layers: layers.collect::<Result<_>>()?, backing };
         if material.backscatter.is_some_and(|b| b.law == Law::Oh) && material.roughness_rms_m == 0.0 {
             return Err(BadInput::new(format!(
-                "material '{}' is smooth, and its backscatter comes from its roughness",
+                "material '{}' has no roughness, from which its backscatter is computed",
                 material.name
             ))
             .key("backscatter")
             .value("oh")
-            .remedy("give roughness_rms_m, or another law")
+            .remedy("give roughness_rms_m, or use another law")
             .into());
         }
         let backscatter = material.backscatter;

@@ -150,12 +150,12 @@ fn table(surface: &Surface, freq_hz: f64) -> Result<Vec<[f32; 4]>> {
         intervals *= 2;
     }
     Err(BadInput::new(
-        "the reflection of a layered material varies too fast with the angle for the gpu engine",
+        "the reflection of a layered material varies too rapidly with the angle for the gpu engine",
     )
     .key("thickness_m")
     .value(surface.stack.thickness_m())
     .allowed(format!("an interpolation error below {TABLE_ERROR:e}; {TABLE_MAX} steps give {worst:.1e}"))
-    .remedy("use --device cpu, or take a thick layer as a half-space")
+    .remedy("use --device cpu, or model a thick layer as a half-space")
     .into())
 }
 

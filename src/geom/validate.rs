@@ -76,18 +76,18 @@ impl MeshReport {
         );
         say(
             self.inside_out_metal,
-            "closed metal body is inside out; it is taken as metal on both sides",
-            "closed metal bodies are inside out; they are taken as metal on both sides",
+            "closed metal body is inside out; it is treated as metal on both sides",
+            "closed metal bodies are inside out; they are treated as metal on both sides",
         );
         say(
             self.non_manifold_edges,
-            "edge joins three facets or more; each is taken as metal on both sides",
-            "edges join three facets or more; each is taken as metal on both sides",
+            "edge joins three facets or more; each facet is treated as metal on both sides",
+            "edges join three facets or more; each facet is treated as metal on both sides",
         );
         say(
             self.inconsistent_edges,
-            "edge joins facets that are wound against each other; metal is the same on both sides",
-            "edges join facets that are wound against each other; metal is the same on both sides",
+            "edge joins facets of opposite orientation; metal is the same on both sides",
+            "edges join facets of opposite orientation; metal is the same on both sides",
         );
         lines
     }
@@ -97,20 +97,19 @@ impl MeshReport {
         let mut lines = Vec::new();
         if self.duplicates > 0 {
             lines.push(format!(
-                "{} triangles are there more than once; bare metal counts once, anything else may radiate twice: remove the copies",
+                "{} triangles occur more than once; bare metal counts once, other materials may radiate twice: remove the copies",
                 self.duplicates
             ));
         }
         if self.overlaps > 0 {
             lines.push(format!(
-                "{} pairs of triangles overlap in one plane; bare metal counts once, anything else may radiate twice: cut them apart",
+                "{} pairs of triangles overlap in one plane; bare metal counts once, other materials may radiate twice: remove the overlap",
                 self.overlaps
             ));
         }
         if self.small_facets > 0 {
             lines.push(format!(
-                "{} facets are smaller than lambda/100 = {:.3} mm; they cost time, and physical optics does not \
-                 hold for details of that size",
+                "{} facets are smaller than lambda/100 = {:.3} mm; they cost time, and physical optics is not valid for details of that size",
                 self.small_facets,
                 1e3 * SMALL * self.wavelength_m
             ));
@@ -148,11 +147,11 @@ impl MeshReport {
     pub fn error(&self) -> Option<BadInput> {
         (self.inside_out_dielectric > 0).then(|| {
             BadInput::new(format!(
-                "{} closed dielectric bodies are inside out, so that inside and outside are exchanged",
+                "{} closed dielectric bodies are inside out, so inside and outside are exchanged",
                 self.inside_out_dielectric
             ))
             .allowed("normals that point outwards, or a cavity inside another body")
-            .remedy("turn their faces round in the program that made the mesh")
+            .remedy("reverse their faces in the program that made the mesh")
         })
     }
 }
@@ -192,7 +191,7 @@ pub fn check_mesh(mesh: &Mesh, freq_hz: f64, dielectric: &dyn Fn(u32) -> bool) -
     if let Some(t) =
         mesh.triangles.iter().position(|t| t.iter().any(|&i| i as usize >= mesh.positions_m.len()))
     {
-        return Err(BadInput::new(format!("points past the {} vertices", mesh.positions_m.len()))
+        return Err(BadInput::new(format!("the index exceeds the {} vertices", mesh.positions_m.len()))
             .key(format!("triangle {t}"))
             .value(format!("{:?}", mesh.triangles[t]))
             .remedy("repair the mesh")

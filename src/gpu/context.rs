@@ -135,12 +135,12 @@ fn choose(reports: &[AdapterReport], want: Want<'_>) -> Result<usize> {
                     .key("device")
                     .value("gpu")
                     .allowed(listed)
-                    .remedy("name one of these adapters, or take the device cpu")
+                    .remedy("name one of these adapters, or use --device cpu")
                     .into()
             }),
         Want::Named(name) => {
             reports.iter().position(|r| !name.is_empty() && r.matches(name)).ok_or_else(|| {
-                BadInput::new("no adapter has this in its name")
+                BadInput::new("the name of no adapter contains this text")
                     .key("device")
                     .value(name)
                     .allowed(listed)
@@ -149,7 +149,7 @@ fn choose(reports: &[AdapterReport], want: Want<'_>) -> Result<usize> {
             })
         }
         Want::Described(report) => reports.iter().position(|r| r == report).ok_or_else(|| {
-            BadInput::new("this adapter is no longer there")
+            BadInput::new("the adapter is no longer available")
                 .key("device")
                 .value(&report.name)
                 .allowed(listed)
@@ -172,9 +172,8 @@ impl Sink {
     fn lose(&mut self, why: &str) {
         self.lost.get_or_insert_with(|| {
             format!(
-                "the device was lost ({why}), as when its driver is reset, it is removed or its memory runs out: run the same command \
-                 again (runs, datasets and studies go on from what is complete); if it is lost again, ask for less at a time (--batch) \
-                 or another --device"
+                "the device was lost ({why}), for example because its driver was reset, it was removed or its memory ran out: run the same \
+                 command again (runs, datasets and studies continue); if it is lost again, use a smaller --batch or another --device"
             )
         });
     }

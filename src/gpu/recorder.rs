@@ -416,7 +416,7 @@ impl<'a> Recorder<'a> {
         let per_dimension = self.gpu.limits.max_compute_workgroups_per_dimension;
         let workgroups = threads
             .workgroups(kernel.workgroup, per_dimension)
-            .ok_or_else(|| format!("{threads:?} is more than {per_dimension} workgroups along an axis"))?;
+            .ok_or_else(|| format!("{threads:?} needs more than {per_dimension} workgroups along an axis"))?;
         let storage: Vec<_> = storage.iter().filter_map(|b| b.raw().map(|raw| Raw::clone(raw))).collect();
         if storage.len() != kernel.storage.len() {
             return Err("a storage buffer comes from a recorder that failed".to_string());

@@ -47,7 +47,7 @@ pub(super) fn uncontracted(label: &str, source: &str, bindings: Range<u32>) -> R
         spv::PipelineOptions { shader_stage: naga::ShaderStage::Compute, entry_point: "main".to_string() };
     let words =
         spv::write_vec(&module, &info, &options, Some(&entry)).map_err(|e| format!("{label}: {e}"))?;
-    decorated(&words).ok_or_else(|| format!("{label}: naga wrote no whole SPIR-V"))
+    decorated(&words).ok_or_else(|| format!("{label}: naga wrote incomplete SPIR-V"))
 }
 
 /// The same module with all arithmetic decorated; None if its instructions do not add up.

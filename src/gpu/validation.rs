@@ -52,9 +52,9 @@ fn is_on() -> bool {
         if asked {
             match log::set_logger(&Collector) {
                 Ok(()) => log::set_max_level(log::LevelFilter::Error),
-                Err(_) => {
-                    lock(&REPORTS).push(format!("{VARIABLE} is set, but another logger hears the layer"))
-                }
+                Err(_) => lock(&REPORTS).push(format!(
+                    "{VARIABLE} is set, but another logger receives the messages of the layer"
+                )),
             }
         }
         asked

@@ -137,7 +137,7 @@ pub fn by_beams(
             }
             None if batch.len() > 1 => most = batch.len().div_ceil(2),
             None => {
-                return Err(BadInput::new("the beams of one look do not fit the adapter's buffers")
+                return Err(BadInput::new("the beams of one aspect exceed the adapter's buffers")
                     .key("bytes of a binding")
                     .value(gpu.max_binding_bytes())
                     .remedy("use --device cpu")

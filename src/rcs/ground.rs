@@ -161,7 +161,7 @@ fn sin_grazing(distance: Distance, aspect: Aspect, centre: DVec3) -> f64 {
 fn check(scene: &Scene, aspects: &[BistaticAspect]) -> Result<()> {
     for a in aspects.iter().flat_map(|l| [l.transmit, l.receive]) {
         if a.elevation < 0.0 {
-            return Err(BadInput::new("the radar stands below the ground")
+            return Err(BadInput::new("the radar is below the ground")
                 .key("elevation")
                 .value(format!("{:.4} deg", a.elevation.to_degrees()))
                 .allowed("0..90 deg with a ground")
@@ -175,7 +175,7 @@ fn check(scene: &Scene, aspects: &[BistaticAspect]) -> Result<()> {
         };
         let lowest = points.fold(f64::INFINITY, f64::min);
         if lowest < -IN_PLANE_M {
-            return Err(BadInput::new("lies partly below the ground, which is the plane z = 0")
+            return Err(BadInput::new("is partly below the ground, which is the plane z = 0")
                 .key(format!("object '{}'", o.name))
                 .value(format!("lowest point at z = {lowest:.6} m"))
                 .remedy("raise the target, as with --height-m")
@@ -198,9 +198,9 @@ fn with_image(scene: &Scene) -> Result<Scene> {
                 }
             }
             Shape::Table(_) => {
-                return Err(BadInput::new("a scattering table has no image in a ground")
+                return Err(BadInput::new("the image of a scattering table in a ground cannot be computed")
                     .key(format!("object '{}'", o.name))
-                    .remedy("take the ground out, or give the object its facets")
+                    .remedy("remove the ground, or give the object facets")
                     .into());
             }
             Shape::Mesh(m) => {
@@ -326,8 +326,8 @@ impl std::fmt::Display for GroundRemark {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
-            "ground: at elevation {:.3} deg and {:.4} GHz the ground that reflects is {:.3} m long and begins {:.3} m before \
-             the middle of the target, which reaches out {:.3} m: a plane's reflection is not valid there; compare with the target \
+            "ground: at elevation {:.3} deg and {:.4} GHz the reflecting part of the ground is {:.3} m long and begins {:.3} m before the \
+             middle of the target, which has a radius of {:.3} m: the reflection of a plane is not valid there; compare with the target \
              alone and with a conducting ground (--ground none, --ground pec)",
             self.elevation.to_degrees(),
             self.frequency_hz / 1e9,

@@ -262,9 +262,9 @@ pub fn point_sum(
     let k = wavenumber(freq_hz);
     let directions = [aspect.transmit, aspect.receive].map(|a| direction_from_angles(a.azimuth, a.elevation));
     if !aspect.is_monostatic() && !geometry.tables.is_empty() {
-        return Err(BadInput::new("a scattering table holds echoes to where the wave came from")
+        return Err(BadInput::new("a scattering table contains only echoes in the direction of incidence")
             .key("rcs_table")
-            .remedy("take it out of the scene for other directions and for a ground")
+            .remedy("remove it from the scene for other directions and for a ground")
             .into());
     }
     let mut sum = [[Complex64::ZERO; 2]; 2];

@@ -263,22 +263,19 @@ impl Validity {
                 }
             };
             out.push(format!(
-                "size: the narrowest surfaces that make the echo measure {size}: physical optics is within about 2 dB at two wavelengths and \
-                 3 to 4 dB at one; at half a wavelength and below its level is not a prediction, and HH near grazing is some 14 dB too high"
+                "size: the narrowest surfaces that contribute to the echo measure {size}: the error of physical optics is about 2 dB at two wavelengths and 3 to 4 dB at one; at half a wavelength and below the result is not a prediction, and HH near grazing is some 14 dB too high"
             ));
         }
         if let Some((sagitta, lambda)) = self.faceted {
             out.push(format!(
-                "facets: flat facets stand for a curved surface and are up to {} mm ({:.3} wavelengths) off it, which may change the level by several \
-                 dB; give the file smooth normals, or take --smooth-deg off 0",
+                "facets: flat facets represent a curved surface and deviate from it by up to {} mm ({:.3} wavelengths), which may change the result by several dB; give the file smooth normals, or give --smooth-deg another value than 0",
                 millimetres(sagitta),
                 sagitta / lambda
             ));
         }
         if let Some(deg) = self.grazing_deg {
             out.push(format!(
-                "grazing: there are directions in which no face is seen at {GRAZING_DEG} deg or more from its own plane; the least is {deg:.1} deg. Physical optics \
-                 does not tell there what edges send back, nor VV from HH; --diffraction ptd is what adds the edges of metal, to first order"
+                "grazing: in some directions every visible face is seen at less than {GRAZING_DEG} deg from its own plane; the minimum is {deg:.1} deg. There, physical optics does not model the echoes of edges or the difference between VV and HH; --diffraction ptd adds the edges of metal, to first order"
             ));
         }
         out.extend(self.ground.map(|g| g.to_string()));
@@ -374,7 +371,7 @@ mod tests {
         assert!(small.len() == 1 && small[0].contains("3.00 mm, 0.24 wavelengths"), "{small:?}");
         assert!(said(&rectangle(0.1, 0.05), 24e9, 0.0).is_empty());
         let grazing = said(&rectangle(0.1, 0.05), 24e9, 85.0);
-        assert!(grazing.len() == 1 && grazing[0].contains("the least is 5.0 deg"), "{grazing:?}");
+        assert!(grazing.len() == 1 && grazing[0].contains("the minimum is 5.0 deg"), "{grazing:?}");
         // The worst of several is kept.
         let mut all = Validity::default();
         for h in [0.003, 0.006, 0.1] {

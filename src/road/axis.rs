@@ -182,7 +182,9 @@ impl RoadAxis {
         for (i, (start, course)) in elements.iter().enumerate() {
             check(i, course)?;
             if !(start.at_m.is_finite() && start.heading_rad.is_finite()) {
-                return Err(BadInput::new("is not finite").key(format!("element {i}")).into());
+                return Err(BadInput::new("has a start that is not finite")
+                    .key(format!("element {i}"))
+                    .into());
             }
             list.push(Element { s0_m, start: *start, course: *course });
             s0_m += course.length_m();
@@ -230,7 +232,9 @@ impl RoadAxis {
         let straight = |s0_m: f64, z: f64, g: f64| Piece { s0_m, coefficients: [z, g, 0.0, 0.0] };
         for (i, c) in changes.iter().enumerate() {
             if !(c.grade.abs() <= 1.0 && grade.abs() <= 1.0) {
-                return Err(bad(i, "is steeper than 100 %").value(format!("{} %", 100.0 * c.grade)).into());
+                return Err(bad(i, "the grade is steeper than 100 %")
+                    .value(format!("{} %", 100.0 * c.grade))
+                    .into());
             }
             if !(c.k_m_per_percent.is_finite() && c.k_m_per_percent >= 0.0) {
                 return Err(bad(i, "K is negative").value(c.k_m_per_percent).into());
@@ -238,10 +242,10 @@ impl RoadAxis {
             let length = c.k_m_per_percent * 100.0 * (c.grade - grade).abs();
             let (from, to) = (c.s_m - 0.5 * length, c.s_m + 0.5 * length);
             if from < s - 1e-9 || to > self.length_m + 1e-9 || !c.s_m.is_finite() {
-                return Err(bad(i, "its curve overlaps the one before or leaves the road")
+                return Err(bad(i, "the vertical curve overlaps the one before it or leaves the road")
                     .value(format!("{from:.3}..{to:.3} m"))
                     .allowed(format!("between {s:.3} and {:.3} m", self.length_m))
-                    .remedy("give a smaller K or move it")
+                    .remedy("give a smaller K, or move the change of grade")
                     .into());
             }
             if from > s {

@@ -80,10 +80,10 @@ fn apart(a: &Road, b: &Road) -> Result<()> {
                 && p.t_m > edge(Side::Right) + SLACK_M;
             if inside && p.h_m.abs() < 0.1 {
                 return Err(BadInput::new(format!(
-                    "the surface of road '{}' lies in that of road '{}' at s = {s_m:.1} m",
+                    "the surface of road '{}' overlaps that of road '{}' at s = {s_m:.1} m",
                     a.name, b.name
                 ))
-                .remedy("let it begin at the edge, or lift it")
+                .remedy("let the road begin at the edge of the other, or raise it")
                 .into());
             }
         }

@@ -169,8 +169,8 @@ impl Xml<'_> {
             return Ok(Some(*value));
         }
         let allowed: Vec<&str> = words.iter().map(|(w, _)| *w).collect();
-        let e = self.bad(node, format!("{name} is no word of the standard")).value(shown(text));
-        Err(e.allowed(allowed.join(", ")).remedy("correct the attribute, or take it out").into())
+        let e = self.bad(node, format!("{name} is not a value of the standard")).value(shown(text));
+        Err(e.allowed(allowed.join(", ")).remedy("correct or remove the attribute").into())
     }
 
     fn truth(&self, node: Node, name: &str) -> Result<bool> {
@@ -197,7 +197,7 @@ impl Xml<'_> {
             }
             if pieces.is_empty() && piece.s0_m > JOINT_M && piece.coefficients[0] != 0.0 {
                 let text =
-                    format!("the first begins at s = {} m; its first value holds before it", piece.s0_m);
+                    format!("the first begins at s = {} m; its first value applies before it", piece.s0_m);
                 self.warn(n, "late", text);
             }
             pieces.push(piece);
@@ -245,7 +245,7 @@ impl Xml<'_> {
             }
             None => {
                 let within = child.parent().map_or("", |p| p.tag_name().name());
-                let text = format!("is no element of {within} that is known, and is left out");
+                let text = format!("is not a known element of {within}, and is left out");
                 self.warn(child, format!("in {within}"), text);
             }
         }
@@ -286,7 +286,9 @@ pub fn read(file: &Path, id: Option<&str>) -> Result<std::result::Result<ReadRoa
         if let (None, [first, _, ..]) = (id, nodes) {
             let count = nodes.len();
             let name = shown(first.attribute("id").unwrap_or_default());
-            let text = format!("'{name}' is the first of {count}, and only it is built; give opendrive_road");
+            let text = format!(
+                "'{name}' is the first of {count} roads, and only it is built; select a road with opendrive_road"
+            );
             xml.warn(*first, "first", text);
         }
         let offset = of_file(xml, root)?;
@@ -360,8 +362,7 @@ fn of_file(xml: &Xml, root: Node) -> Result<Offset> {
             if offset.at_m != DVec2::ZERO || offset.z_m != 0.0 || offset.turn_rad != 0.0 {
                 let Offset { at_m, z_m, turn_rad } = &offset;
                 let text = format!(
-                    "the road is turned by {turn_rad} rad and then moved by [{}, {}, {z_m}] m, as the standard has \
-                     it; take the offset out to keep the coordinates of planView",
+                    "the road is turned by {turn_rad} rad and then moved by [{}, {}, {z_m}] m, as the standard requires; remove the offset to keep the coordinates of planView",
                     at_m.x, at_m.y
                 );
                 xml.warn(o, "applied", text);
@@ -407,7 +408,7 @@ fn sections<'a>(xml: &Xml, road: Node<'a, 'a>, side: &'static str, end_m: f64) -
     }
     if let Some(first) = list.first().filter(|s| s.start_m > JOINT_M) {
         let text =
-            format!("the first one begins at s = {} m; its lanes are there before it as well", first.start_m);
+            format!("the first one begins at s = {} m; its lanes apply before it as well", first.start_m);
         xml.warn(first.node, "late", text);
     }
     Ok(list)
@@ -451,7 +452,7 @@ fn road(xml: &Xml, node: Node<'_, '_>, offset: &Offset) -> Result<ReadRoad> {
                 let id = xml.number(lane, "id")?;
                 if id.fract() != 0.0 || id * of.sign() < 1.0 || id.abs() > 1000.0 {
                     return Err(xml
-                        .bad(lane, format!("is no number of a lane on the {side}"))
+                        .bad(lane, format!("is not a number of a lane on the {side}"))
                         .value(id)
                         .into());
                 }
@@ -503,7 +504,7 @@ fn tilted(xml: &Xml, road: &Road, node: Node) -> Result<()> {
             xml.warn(
                 node,
                 "height",
-                "is left out; the lane is in the plane of the road; give a kerb in [[road.kerb]]",
+                "is left out; the lane is in the plane of the road; describe a kerb in [[road.kerb]]",
             );
         }
     }
@@ -552,7 +553,7 @@ impl<'a> Across<'a> {
                 None => first = Some((kind, driven, word)),
                 Some((k, d, w)) if (k, d) != (kind, driven) => {
                     let text = format!(
-                        "lane {number} changes from {w} ({}) to {} ({}); it stays what it is at first",
+                        "lane {number} changes from {w} ({}) to {} ({}); it keeps its first type",
                         way(d),
                         shown(word),
                         way(driven)
@@ -565,7 +566,8 @@ impl<'a> Across<'a> {
             match (widths, borders) {
                 (Some(widths), borders) => {
                     if borders.is_some() {
-                        let text = "has borders as well as widths; the widths count, as the standard has it";
+                        let text =
+                            "has borders as well as widths; the widths apply, as the standard requires";
                         xml.warn(l, "twice", text);
                     }
                     pieces.extend(widths);
@@ -573,8 +575,7 @@ impl<'a> Across<'a> {
                 (None, Some(borders)) => {
                     let lanes = children(section.node, &[self.side, "lane"]);
                     if lanes.iter().any(|o| !children(*o, &["width"]).is_empty()) {
-                        let text = "has a border where other lanes of the section have widths; it reaches from them \
-                                    to its border";
+                        let text = "has a border while other lanes of the section have widths; it extends from them to its border";
                         xml.warn(l, "mixed", text);
                     }
                     let border = Profile::cubics(borders)?;
@@ -606,19 +607,19 @@ impl<'a> Across<'a> {
         for w in children(lane, &[name]) {
             let offset_m = xml.number(w, "sOffset")?;
             if offset_m < 0.0 {
-                return Err(xml.bad(w, "sOffset is negative").value(offset_m).allowed("0 and more").into());
+                return Err(xml.bad(w, "sOffset is negative").value(offset_m).allowed("0 or more").into());
             }
             let piece = xml.cubic(w, section.start_m + offset_m)?;
             if pieces.last().is_some_and(|before| piece.s0_m < before.s0_m) {
                 return Err(xml.bad(w, "begins before the one before it").value(offset_m).into());
             }
             if piece.s0_m >= section.end_m.min(self.end_m + joint(self.end_m)) {
-                xml.warn(w, "beyond", "begins behind the end of its section, and is left out");
+                xml.warn(w, "beyond", "begins after the end of its section, and is left out");
                 continue;
             }
             if pieces.is_empty() && offset_m > SHORTEST_M {
                 let text = format!(
-                    "the first one begins {offset_m} m into its section; its first value holds before"
+                    "the first one begins {offset_m} m into its section; its first value applies before"
                 );
                 xml.warn(w, "late", text);
                 let coefficients = [piece.coefficients[0], 0.0, 0.0, 0.0];
@@ -654,7 +655,7 @@ impl<'a> Across<'a> {
             other => {
                 let other = shown(other);
                 let text = format!(
-                    "type '{other}' has no kind of lane here; it is ground beside the road, of grass"
+                    "type '{other}' has no corresponding kind of lane; it becomes grass beside the road"
                 );
                 self.xml.warn(lane, format!("type {other}"), text);
                 LaneKind::Verge
@@ -735,20 +736,20 @@ fn painted(xml: &Xml, node: Node, span_m: Range<f64>, of_lane: Option<(Side, usi
             xml.warn(
                 node,
                 name,
-                format!("{name} = {m} m is out of {low}..{high} m; the road's own paint counts"),
+                format!("{name} = {m} m is out of {low}..{high} m; the value of the road's paint is used"),
             );
         }
         Ok(None)
     };
     for (name, plain) in [("color", ["standard", "white"]), ("material", ["standard", "paint"])] {
         if let Some(word) = node.attribute(name).filter(|w| !plain.contains(w)) {
-            let text = format!("{name} '{}' is left out; the line is of the road's paint", shown(word));
+            let text = format!("{name} '{}' is left out; the line has the road's paint", shown(word));
             xml.warn(node, name, text);
         }
     }
     let width_m = metres(node, "width", 0.0, 10.0)?;
     if node.attribute("weight") == Some("bold") && width_m.is_none() {
-        xml.warn(node, "weight", "weight 'bold' is without a width; the line is as wide as the road's paint");
+        xml.warn(node, "weight", "weight 'bold' has no width; the line has the width of the road's paint");
     }
     let thickness_m = metres(node, "height", 1e-4, 0.05)?;
     let plain = Mark {
@@ -787,7 +788,7 @@ fn painted(xml: &Xml, node: Node, span_m: Range<f64>, of_lane: Option<(Side, usi
         Some("broken solid") => two(Dashed, Solid),
         Some(other) => {
             let other = shown(other);
-            let text = format!("type '{other}' is left out; nothing is painted there, and nothing is built");
+            let text = format!("type '{other}' is left out; no line is painted or built");
             xml.warn(node, format!("type {other}"), text);
             Vec::new()
         }
@@ -812,8 +813,7 @@ fn detailed(xml: &Xml, node: Node, plain: &Mark, metres: &Metres<'_>) -> Result<
                     end_m = end_m.min(start_m + length_m);
                 }
                 if let Some(word) = l.attribute("color").filter(|w| !["standard", "white"].contains(w)) {
-                    let text =
-                        format!("color '{}' is left out; the line is of the road's paint", shown(word));
+                    let text = format!("color '{}' is left out; the line has the road's paint", shown(word));
                     xml.warn(l, "color", text);
                 }
                 let dashed = !is_explicit && space_m > 0.0;
@@ -869,7 +869,7 @@ fn course(xml: &Xml, g: Node<'_, '_>, length_m: f64) -> Result<Course> {
             }
             Course::Cubic { length_m, u, v, p_end: p_end(xml, shape, (u, v), length_m)? }
         }
-        other => return Err(xml.bad(g, format!("has a shape '{}' that is not known", shown(other))).into()),
+        other => return Err(xml.bad(g, format!("has an unknown shape '{}'", shown(other))).into()),
     })
 }
 
@@ -892,8 +892,7 @@ fn p_end(xml: &Xml, shape: Node, (u, v): ([f64; 4], [f64; 4]), length_m: f64) ->
             let (name, _, long_m, miss_m) = ranges[i];
             if miss_m > LENGTH_ROUNDING * length_m {
                 let text = format!(
-                    "is a curve of {long_m:.3} m as {name}, and the geometry is {length_m} m long; s is stretched \
-                     evenly along the curve"
+                    "the curve is {long_m:.3} m long as {name}, but the geometry is {length_m} m long; s is stretched evenly along the curve"
                 );
                 xml.warn(shape, "stretched", text);
             }
@@ -902,8 +901,7 @@ fn p_end(xml: &Xml, shape: Node, (u, v): ([f64; 4], [f64; 4]), length_m: f64) ->
         Some(i) if fits(1 - i) => {
             let ((said, _, there_m, _), (name, ..)) = (ranges[i], ranges[1 - i]);
             let text = format!(
-                "pRange '{said}' makes a curve of {there_m:.3} m, and the geometry is {length_m} m long; it is read as \
-                 '{name}', which fits"
+                "pRange '{said}' gives a curve of {there_m:.3} m, but the geometry is {length_m} m long; it is read as '{name}', which fits"
             );
             xml.warn(shape, "pRange", text);
             1 - i
@@ -911,8 +909,7 @@ fn p_end(xml: &Xml, shape: Node, (u, v): ([f64; 4], [f64; 4]), length_m: f64) ->
         None if fits(nearer) => {
             let (name, _, long_m, _) = ranges[nearer];
             let text = format!(
-                "has no pRange; it is read as '{name}', whose curve is {long_m:.3} m long where the geometry is \
-                 {length_m} m"
+                "has no pRange; it is read as '{name}', whose curve is {long_m:.3} m long, while the geometry is {length_m} m long"
             );
             xml.warn(shape, "pRange", text);
             nearer
@@ -981,8 +978,7 @@ fn axis(xml: &Xml, road: Node<'_, '_>, offset: &Offset) -> Result<RoadAxis> {
         } else if gap_m > ROUNDING_M {
             moved_m -= jump;
             let text = format!(
-                "begins {gap_m:.3} m beside the end of the one before it; the gap is closed, and the road from here \
-                 on is moved by {:.3} m",
+                "begins {gap_m:.3} m away from the end of the one before it; the gap is closed, and the rest of the road is moved by {:.3} m",
                 moved_m.length()
             );
             xml.warn(g, "gap", text);
@@ -1003,7 +999,7 @@ fn axis(xml: &Xml, road: Node<'_, '_>, offset: &Offset) -> Result<RoadAxis> {
     let length_m = xml.number_or(road, "length", Some(plan_m))?;
     if (length_m - plan_m).abs() > joint(plan_m).max(GAP_M) {
         return Err(xml
-            .bad(road, format!("the road is to be that long, and its geometry ends at {plan_m} m"))
+            .bad(road, format!("the stated length differs from the end of the geometry, {plan_m} m"))
             .value(format!("length {length_m} m"))
             .allowed(format!("{plan_m} m"))
             .remedy("complete planView, or correct the road's length")
@@ -1013,7 +1009,7 @@ fn axis(xml: &Xml, road: Node<'_, '_>, offset: &Offset) -> Result<RoadAxis> {
         xml.warn(
             road,
             "length",
-            format!("states a length of {length_m} m; it ends at {plan_m} m, as planView does"),
+            format!("states a length of {length_m} m; it ends with planView at {plan_m} m"),
         );
     }
     let height = xml.profile(children(road, &["elevationProfile", "elevation"]).into_iter())?;
@@ -1173,8 +1169,8 @@ mod tests {
         assert!(
             complaint("length=\"100\"><line", "length=\"-1\"><line").contains("its length is not positive")
         );
-        assert!(complaint("<line/>", "<wave/>").contains("a shape 'wave'"));
-        assert!(complaint("id=\"-2\"", "id=\"2\"").contains("is no number of a lane on the right"));
+        assert!(complaint("<line/>", "<wave/>").contains("unknown shape 'wave'"));
+        assert!(complaint("id=\"-2\"", "id=\"2\"").contains("is not a number of a lane on the right"));
         assert!(complaint("a=\"2.7\"", "a=\"-2.7\"").contains("is no width of a lane"));
         // Bends without measure took memory without measure.
         assert!(complaint("d=\"1e-6\"", "d=\"1e66\"").contains("height of road '7'"));

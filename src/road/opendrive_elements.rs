@@ -67,8 +67,8 @@ pub const ELEMENTS: &[Element] = &[
     read("header/offset", &[("x", Read), ("y", Read), ("z", Read), ("hdg", Read)]),
     no_effect("header/license", "the licence of the file"),
     no_effect("header/defaultRegulations", TRAFFIC),
-    left_out("junction", "its area and connecting roads are not built; only the one road is"),
-    left_out("station", "its platforms are not built; add what stands there with [[road.object]] or walls"),
+    left_out("junction", "its area and connecting roads are not built; only the one road is built"),
+    left_out("station", "its platforms are not built; add their objects with [[road.object]] or walls"),
     no_effect("controller", "switches of traffic lights"),
     no_effect("junctionGroup", LINKS),
     read(
@@ -175,17 +175,14 @@ pub const ELEMENTS: &[Element] = &[
         "road/lanes/laneSection/side/lane/material",
         "the surface is asphalt, or grass beside the road; give surface in [[road]]",
     ),
-    no_effect("road/lanes/laneSection/side/lane/visibility", "how far a driver sees"),
+    no_effect("road/lanes/laneSection/side/lane/visibility", "the sight distance of a driver"),
     no_effect("road/lanes/laneSection/side/lane/speed", TRAFFIC),
     no_effect("road/lanes/laneSection/side/lane/access", TRAFFIC),
     read("road/lanes/laneSection/side/lane/height", &[("sOffset", Read), ("inner", Read), ("outer", Read)]),
     no_effect("road/lanes/laneSection/side/lane/rule", TRAFFIC),
-    left_out(
-        "road/objects",
-        "nothing of it is built; add what stands there with [[road.object]], rails and walls",
-    ),
+    left_out("road/objects", "it is not built; add its objects with [[road.object]], rails and walls"),
     left_out("road/signals", "neither signs nor their posts are built; add them with [[road.object]]"),
-    left_out("road/surface", "the surface is smooth but for its material's roughness"),
+    left_out("road/surface", "the surface is smooth except for the roughness of its material"),
     left_out("road/railroad", "no rails are built"),
 ];
 
@@ -197,8 +194,8 @@ pub fn element(path: &str) -> Option<&'static Element> {
 /// What is done with the elements that every other may hold.
 pub fn anywhere(name: &str) -> Option<Treatment> {
     match name {
-        "userData" => Some(NoEffect("data of a program's own, outside the standard")),
-        "dataQuality" => Some(NoEffect("how the data were measured")),
+        "userData" => Some(NoEffect("data of a program, outside the standard")),
+        "dataQuality" => Some(NoEffect("the way in which the data were measured")),
         "include" => Some(LeftOut("the file that it names is not read; copy its elements into this one")),
         _ => None,
     }

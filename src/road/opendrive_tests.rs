@@ -54,7 +54,7 @@ fn borders_are_the_outer_limits_of_lanes() {
     let right = lane(-1, "", &wide(3.5)) + &lane(-2, "", &cubic("border", 0.0, [-6.5, 0.0, 0.0, 0.0]));
     let r = read(&straight("", &section(0.0, "", &right))).unwrap();
     assert_eq!(r.road.lane_edges_t_m(Side::Right, 1, 30.0), (-3.5, -6.5));
-    warned(&r, "lane: has a border where other lanes");
+    warned(&r, "lane: has a border while other lanes");
     // Borders alone, with records of their own, a lane offset, and widths in the next section.
     let border = |at: f64, c| cubic("border", at, c);
     let left = lane(1, "", &border(0.0, [4.0, 0.05, 0.0, 0.0]))
@@ -81,7 +81,7 @@ fn borders_are_the_outer_limits_of_lanes() {
     let both = wide(3.0) + &border(0.0, [-9.0, 0.0, 0.0, 0.0]);
     let r = read(&straight("", &section(0.0, "", &lane(-1, "", &both)))).unwrap();
     assert_eq!(r.road.right[0].width.value(30.0), 3.0);
-    warned(&r, "the widths count");
+    warned(&r, "the widths apply");
     // A border on the wrong side of the inner one is no lane.
     let crossed = lane(-1, "", &border(0.0, [3.0, 0.0, 0.0, 0.0]));
     let e = read(&straight("", &section(0.0, "", &crossed))).unwrap_err().to_string();
@@ -114,7 +114,7 @@ fn rule_and_direction_say_how_lanes_are_driven() {
     assert!(e.contains("lane = back") && e.contains("standard, reversed, both"), "{e}");
     let changed = section(0.0, "", &lane(-1, "", &wide(3.5)))
         + &section(20.0, "", &lane(-1, "direction=\"reversed\"", &wide(3.5)));
-    warned(&read(&straight("", &changed)).unwrap(), "it stays what it is at first");
+    warned(&read(&straight("", &changed)).unwrap(), "it keeps its first type");
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn curves_have_the_length_of_their_geometry() {
     };
     for (range, warning) in [
         ("", Some("has no pRange; it is read as 'normalized'")),
-        ("pRange=\"normalized\"", Some("a curve of 29.673 m as normalized, and the geometry is 30.2 m long")),
+        ("pRange=\"normalized\"", Some("a curve of 29.673 m as normalized, but the geometry is 30.2 m long")),
         ("pRange=\"arcLength\"", Some("it is read as 'normalized', which fits")),
     ] {
         let r = read(&curve(30.2, &format!("<paramPoly3 {range} {bent}/>"))).unwrap();
@@ -355,9 +355,9 @@ fn what_is_assumed_of_lanes_is_named() {
     warned(&read(&right("")).unwrap(), "has neither width nor border");
     let late = cubic("width", 5.0, [3.0, 0.1, 0.0, 0.0]);
     let r = read(&right(&late)).unwrap();
-    warned(&r, "its first value holds before");
+    warned(&r, "its first value applies before");
     assert_eq!((r.road.right[0].width.value(2.0), r.road.right[0].width.value(15.0)), (3.0, 4.0));
-    warned(&read(&right(&(wide(3.0) + &cubic("width", 80.0, [9.0; 4])))).unwrap(), "behind the end");
+    warned(&read(&right(&(wide(3.0) + &cubic("width", 80.0, [9.0; 4])))).unwrap(), "after the end");
     let back = cubic("width", 9.0, [3.0, 0.0, 0.0, 0.0]) + &wide(3.0);
     assert!(read(&right(&back)).unwrap_err().to_string().contains("before the one before it"));
     let restricted = section(0.0, "", &lane(-1, "type=\"restricted\"", &wide(3.0)));
@@ -476,7 +476,7 @@ const STANDARD: &[(&str, &str, &str, Comes)] = &[
         "road/planView",
         "length=\"20.0\">",
         "length=\"20.0\"><wave/>",
-        Warning("wave: is no element of geometry"),
+        Warning("wave: is not a known element of geometry"),
     ),
     ("road/planView/geometry@s", "s=\"20\"", "s=\"20.2\"", Warning("states s = 20.2 m")),
     ("road/planView/geometry@x", "x=\"80\"", "x=\"80.1\"", Warning("the gap is closed")),
@@ -514,7 +514,7 @@ const STANDARD: &[(&str, &str, &str, Comes)] = &[
         "road/elevationProfile",
         "<elevationProfile>",
         "<elevationProfile><x/>",
-        Warning("x: is no element of elev"),
+        Warning("x: is not a known element of elev"),
     ),
     ("road/elevationProfile/elevation@s", "elevation s=\"50\" a=\"0\"", "elevation s=\"60\" a=\"0\"", Change),
     ("road/elevationProfile/elevation@a", "elevation s=\"50\" a=\"0\"", "elevation s=\"50\" a=\"1\"", Change),
@@ -525,7 +525,7 @@ const STANDARD: &[(&str, &str, &str, Comes)] = &[
         "road/lateralProfile",
         "<lateralProfile>",
         "<lateralProfile><x/>",
-        Warning("x: is no element of lateral"),
+        Warning("x: is not a known element of lateral"),
     ),
     ("road/lateralProfile/superelevation@s", "<superelevation s=\"50\"", "<superelevation s=\"40\"", Change),
     ("road/lateralProfile/superelevation@a", "a=\"0.01\"", "a=\"0.03\"", Change),
@@ -570,7 +570,7 @@ const STANDARD: &[(&str, &str, &str, Comes)] = &[
         "<crossSectionSurface/></lateralP",
         Warning("crossSectionSurface: is left out"),
     ),
-    ("road/lanes", "<lanes>", "<lanes><x/>", Warning("x: is no element of lanes")),
+    ("road/lanes", "<lanes>", "<lanes><x/>", Warning("x: is not a known element of lanes")),
     ("road/lanes/laneOffset@s", "laneOffset s=\"30\"", "laneOffset s=\"40\"", Change),
     ("road/lanes/laneOffset@a", "a=\"0.1\"", "a=\"0.2\"", Change),
     ("road/lanes/laneOffset@b", "a=\"0.1\" b=\"0\"", "a=\"0.1\" b=\"0.01\"", Change),
@@ -583,7 +583,7 @@ const STANDARD: &[(&str, &str, &str, Comes)] = &[
         "<laneSection s=\"70\" singleSide=\"true\">",
         Change,
     ),
-    ("road/lanes/laneSection/side", "<left>", "<left><x/>", Warning("x: is no element of left")),
+    ("road/lanes/laneSection/side", "<left>", "<left><x/>", Warning("x: is not a known element of left")),
     ("~@id", "id=\"2\"", "id=\"3\"", Change),
     ("~@type", "id=\"2\" type=\"driving\"", "id=\"2\" type=\"shoulder\"", Change),
     ("~@level", "level=\"false\"", "level=\"true\"", Warning("level = \"true\" is left out")),
@@ -651,7 +651,7 @@ const STANDARD: &[(&str, &str, &str, Comes)] = &[
         Nothing,
     ),
     ("~/roadMark/type/line@color", "color=\"white\"", "color=\"red\"", Warning("color 'red'")),
-    ("~/roadMark/explicit", "<explicit>", "<explicit><x/>", Warning("x: is no element of explicit")),
+    ("~/roadMark/explicit", "<explicit>", "<explicit><x/>", Warning("x: is not a known element of explicit")),
     ("~/roadMark/explicit/line@length", "length=\"30\"", "length=\"31\"", Change),
     ("~/roadMark/explicit/line@tOffset", "tOffset=\"-1\"", "tOffset=\"-0.9\"", Change),
     ("~/roadMark/explicit/line@sOffset", "sOffset=\"2\"", "sOffset=\"3\"", Change),
@@ -714,14 +714,14 @@ const STANDARD: &[(&str, &str, &str, Comes)] = &[
     ("dataQuality", "</planView>", "<dataQuality/></planView>", Nothing),
     ("include", "</lanes>", "<include file=\"b.xodr\"/></lanes>", Warning("include: is left out")),
     // What no version of the standard has.
-    ("unknown", "</road>", "<bump height=\"1\"/></road>", Warning("bump: is no element of road")),
+    ("unknown", "</road>", "<bump height=\"1\"/></road>", Warning("bump: is not a known element of road")),
     (
         "unknown",
         "</lanes>",
         "<laneSektion s=\"90\"/></lanes>",
-        Warning("laneSektion: is no element of lanes"),
+        Warning("laneSektion: is not a known element of lanes"),
     ),
-    ("unknown", "</OpenDRIVE>", "<bump/></OpenDRIVE>", Warning("bump: is no element of OpenDRIVE")),
+    ("unknown", "</OpenDRIVE>", "<bump/></OpenDRIVE>", Warning("bump: is not a known element of OpenDRIVE")),
     ("unknown", "level=\"false\"", "lefel=\"false\"", Warning("the attribute lefel of lane is not known")),
     ("unknown", "junction=\"-1\"", "juncton=\"1\"", Warning("the attribute juncton of road is not known")),
 ];
@@ -729,7 +729,7 @@ const STANDARD: &[(&str, &str, &str, Comes)] = &[
 #[test]
 fn nothing_of_the_standard_is_passed_over_in_silence() {
     let base = read(BASE).unwrap();
-    let own = |w: &&String| w.contains("lane: has a border where");
+    let own = |w: &&String| w.contains("lane: has a border while");
     assert!(base.warnings.iter().all(|w| own(&w)), "{:?}", base.warnings);
     for (what, from, to, comes) in STANDARD {
         assert!(BASE.contains(from), "{what}: {from}");

@@ -24,7 +24,7 @@ pub fn check(scenario: &SitedScenario, scene: &Scene) -> Result<()> {
             let at = scenario.ego.pose(time_s).point(radar.on_vehicle(time_s).translation_m);
             let velocity_mps = scenario.ego.at(time_s).velocity_mps;
             let Some(problem) = wrong(scene, at, velocity_mps, time_s) else { continue };
-            return Err(BadInput::new(format!("radar '{}' stands {problem} in frame {frame}", radar.name))
+            return Err(BadInput::new(format!("radar '{}' is {problem} in frame {frame}", radar.name))
                 .key("ego.position_m and the radar's mounting")
                 .value(format!("[{:.2}, {:.2}, {:.2}] in the world", at.x, at.y, at.z))
                 .remedy("move the vehicle or the radar's mounting")

@@ -72,7 +72,9 @@ impl Profile {
             return Err(BadInput::new("a chain of cubics needs finite numbers").into());
         }
         if let Some(w) = pieces.windows(2).find(|w| w[1].s0_m < w[0].s0_m) {
-            return Err(BadInput::new("a chain of cubics runs backwards").value(w[1].s0_m).into());
+            return Err(BadInput::new("the positions of a chain of cubics do not ascend")
+                .value(w[1].s0_m)
+                .into());
         }
         Ok(Profile { pieces })
     }
@@ -146,7 +148,7 @@ impl Profile {
             for u in [from, to, if turn.is_nan() { from } else { turn }] {
                 let (value, slope) = (a + u * (b + u * (c + u * d)), b + u * (2.0 * c + 3.0 * u * d));
                 for (what, x, limit) in
-                    [("amounts to too much", value, most), ("is too steep", slope, steepest)]
+                    [("the value is too large", value, most), ("the slope is too steep", slope, steepest)]
                 {
                     if x.is_nan() || x.abs() > limit {
                         return Err(BadInput::new(what)

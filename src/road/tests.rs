@@ -450,7 +450,7 @@ fn bad_files_are_refused_in_one_line() {
         ),
         (
             with("grade_percent = 5\ngrade = [{ s_m = 10, grade_percent = -5, k_m_per_percent = 10 }]"),
-            "its curve overlaps the one before or leaves the road",
+            "the vertical curve overlaps the one before it or leaves the road",
         ),
         (with("[[road.rail]]\nlateral = { t_m = 3, lane = 1 }"), "says its place not at all, or twice"),
         (with("[[road.rail]]\nlateral = { lane = 7 }"), "the road has no lane of this number; allowed: 1"),
@@ -497,7 +497,7 @@ fn bad_files_are_refused_in_one_line() {
             with(
                 "[[road]]\nname = \"q\"\nplan = [{ kind = \"straight\", length_m = 10 }]\nright = [{ width_m = 3 }]",
             ),
-            "the surface of road 'q' lies in that of road 'r'",
+            "the surface of road 'q' overlaps that of road 'r'",
         ),
         (with("opendrive = \"../a.xodr\""), "is given by the OpenDRIVE file as well"),
         (

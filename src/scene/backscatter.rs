@@ -85,9 +85,9 @@ impl Backscatter {
         let number = |text: &str, lo: f64, hi: f64| -> Result<f64> {
             let value = text.trim().parse().ok().filter(|x| (lo..=hi).contains(x));
             Ok(value.ok_or_else(|| {
-                bad("is not a number that can stand there", text)
+                bad("is not a number in range", text)
                     .allowed(format!("{lo}..{hi}"))
-                    .remedy("for example gamma:-20,cross_db=-8,correlation=0.5")
+                    .remedy("write for example gamma:-20,cross_db=-8,correlation=0.5")
             })?)
         };
         let law = match law.split_once(':') {
@@ -108,7 +108,7 @@ impl Backscatter {
             _ => {
                 return Err(bad("is not a law of backscatter", law)
                     .allowed("oh, kulemin:GROUND, gamma:DB")
-                    .remedy("for example kulemin:concrete")
+                    .remedy("write for example kulemin:concrete")
                     .into());
             }
         };
@@ -116,8 +116,8 @@ impl Backscatter {
         for option in parts {
             match option.split_once('=') {
                 Some(("cross_db", _)) if law == Law::Oh => {
-                    return Err(bad("the law says itself what is scattered across", option)
-                        .remedy("take cross_db out")
+                    return Err(bad("the law itself determines the cross-polarised part", option)
+                        .remedy("remove cross_db")
                         .into());
                 }
                 Some(("cross_db", v)) => all.cross_db = Some(number(v, -100.0, 0.0)?),
@@ -125,7 +125,7 @@ impl Backscatter {
                 _ => {
                     return Err(bad("is not an option of a backscatter", option)
                         .allowed("cross_db=DB, correlation=NUMBER")
-                        .remedy("for example gamma:-20,cross_db=-8")
+                        .remedy("write for example gamma:-20,cross_db=-8")
                         .into());
                 }
             }
@@ -182,7 +182,7 @@ mod tests {
             ("gamma:-20,cross_db=1", "-100..0"),
             ("gamma:-20,correlation=1.5", "-1..1"),
             ("gamma:-20,phase=1", "cross_db=DB"),
-            ("oh,cross_db=-10", "take cross_db out"),
+            ("oh,cross_db=-10", "remove cross_db"),
         ] {
             let e = Backscatter::parse(spec).unwrap_err();
             assert_eq!(e.exit_code(), 2);

@@ -100,18 +100,20 @@ impl Layer {
             BadInput::new(problem.to_string()).key(format!("layer of '{}'", material.name)).value(thickness_m)
         };
         if !(lo..=hi).contains(&thickness_m) {
-            return Err(bad("is not a thickness of a layer")
+            return Err(bad("is out of range")
                 .allowed(format!("{lo:e}..{hi} m"))
                 .remedy("give thickness_m in metres")
                 .into());
         }
         if material.kind == MaterialKind::Pec {
-            return Err(bad("a perfect conductor hides what is under it")
-                .remedy("make it the base, without what lies under it")
+            return Err(bad("a perfect conductor hides the layers under it")
+                .remedy("make it the base and remove the layers under it")
                 .into());
         }
         if !material.layers.is_empty() {
-            return Err(bad("a layer cannot have layers").remedy("list them one after the other").into());
+            return Err(bad("a layer cannot have layers")
+                .remedy("list the layers one after the other")
+                .into());
         }
         Ok(Layer { material, thickness_m })
     }
@@ -249,7 +251,7 @@ fn of_permittivity(name: &str, numbers: &str) -> Result<Material> {
             .key("material")
             .value(name)
             .allowed("epsA-Bj: A the relative permittivity, 1e-3 to 1e6, B the loss, 0 to 1e9")
-            .remedy("for example eps2.3-0.02j, or eps2.3 without loss")
+            .remedy("write for example eps2.3-0.02j, or eps2.3 without loss")
             .into()),
     }
 }
@@ -295,10 +297,10 @@ pub fn parse_spec_among(spec: &str, own: &[Material]) -> Result<Material> {
                     .key("layer")
                     .value(part)
                     .allowed("BASE+MATERIAL:THICKNESS_M+...")
-                    .remedy("for example aluminium+water:0.0005")
+                    .remedy("write for example aluminium+water:0.0005")
             };
             let (name, thickness) = part.split_once(':').ok_or_else(|| bad("has no thickness"))?;
-            let thickness_m = thickness.trim().parse().map_err(|_| bad("has no number for its thickness"))?;
+            let thickness_m = thickness.trim().parse().map_err(|_| bad("the thickness is not a number"))?;
             Layer::new(by_name(name.trim())?, thickness_m)
         })
         .collect::<Result<Vec<_>>>()?;

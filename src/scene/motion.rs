@@ -106,7 +106,11 @@ impl<T: Copy> Channel<T> {
         };
         if values.is_empty() || times_s.len() != values.len() {
             let counts = format!("{} times, {} values", times_s.len(), values.len());
-            return Err(bad("a motion needs a time for each value", counts, "one or more of both"));
+            return Err(bad(
+                "a motion needs one time for each value",
+                counts,
+                "one or more, as many times as values",
+            ));
         }
         let wrong = |w: &[f64]| w[0].is_nan() || w[1].is_nan() || w[0] >= w[1];
         if let Some(i) = times_s.windows(2).position(wrong) {
@@ -146,7 +150,7 @@ impl<T: Copy> Channel<T> {
     /// ```
     pub fn repeated(self, period_s: f64) -> Result<Channel<T>> {
         if !(period_s.is_finite() && period_s > 0.0) {
-            return Err(BadInput::new("is no period of a motion")
+            return Err(BadInput::new("is not a period of a motion")
                 .key("repeat_s")
                 .value(period_s)
                 .allowed("above 0 s")

@@ -31,12 +31,12 @@ impl Lasting {
         let mut notes = Vec::new();
         if from > 0.0 || to < last_s {
             notes.push(format!(
-                "the trajectory of {name} lasts from {from} to {to} s, the frames from 0 to {last_s} s: outside of its times it {then}"
+                "the trajectory of {name} lasts from {from} to {to} s, the frames from 0 to {last_s} s: outside its times it {then}"
             ));
         }
         if !self.passed_over.is_empty() {
             notes.push(format!(
-                "the trajectory of {name}: the file's columns {} are passed over; yaw_deg, pitch_deg, roll_deg and z_m are read",
+                "the trajectory of {name}: the columns {} of the file are not used; yaw_deg, pitch_deg, roll_deg and z_m are read",
                 self.passed_over.join(", ")
             ));
         }
@@ -101,11 +101,8 @@ impl<'a, 'b> PlaceReader<'a, 'b> {
             .file(self.doc.file())
             .key(key)
             .value(format!("{} to {} s", clock(from), clock(to)))
-            .allowed(format!("times that meet the frames, {} to {} s", clock(0.0), clock(self.last_s)))
-            .remedy(format!(
-                "set start_s to the waypoints' time at which frame 0 is, as in start_s = {}",
-                clock(from)
-            ))
+            .allowed(format!("times that overlap the frames, {} to {} s", clock(0.0), clock(self.last_s)))
+            .remedy(format!("set start_s to the waypoints' time of frame 0, as in start_s = {}", clock(from)))
             .into())
     }
 
@@ -114,7 +111,7 @@ impl<'a, 'b> PlaceReader<'a, 'b> {
         if place_m.abs().max_element() <= trajectory::FAR_M {
             return Ok(());
         }
-        let problem = "it comes too far from the origin while the frames last".to_string();
+        let problem = "the position is too far from the origin during the frames".to_string();
         Err(BadInput { problem, ..at }
             .value(format!("[{:.3e}, {:.3e}, {:.3e}] m at {time_s} s", place_m.x, place_m.y, place_m.z))
             .allowed("-1e6..=1e6 m each")
@@ -143,15 +140,15 @@ impl<'a, 'b> PlaceReader<'a, 'b> {
                 Ok((DVec3::ZERO, DVec3::ZERO, Some(made)))
             }
             (None, Some(_)) => {
-                let e = doc.bad(&velocity.span, "the motion is given twice");
+                let e = doc.bad(&velocity.span, "velocity_mps and the trajectory exclude each other");
                 Err(e.remedy("keep velocity_mps with position_m, or the trajectory").into())
             }
             (Some(p), Some(_)) => {
-                let e = doc.bad(&p.span, "the place is given twice");
+                let e = doc.bad(&p.span, "position_m and the trajectory exclude each other");
                 Err(e.remedy("keep position_m, or the trajectory").into())
             }
             (None, None) => Err(doc
-                .bad(span, format!("{name} has no place"))
+                .bad(span, format!("{name} has no position"))
                 .key(format!("{key}.position_m"))
                 .remedy("give position_m = [x, y, z], or a trajectory")
                 .into()),

@@ -81,11 +81,11 @@ fn names(changes: &Map<String, Value>, table: &str, key: &str) -> bool {
 
 fn converted(key: &str, value: &Value) -> Result<toml::Value> {
     toml::Value::try_from(value).map_err(|_| {
-        BadInput::new("is no value of a radar file")
+        BadInput::new("is not a value of a radar file")
             .key(format!("processing.{key}"))
             .value(value)
             .allowed("a number, a word, true or false, a list or a table of them")
-            .remedy("leave the key out for its default")
+            .remedy("leave out the key to use its default")
             .into()
     })
 }

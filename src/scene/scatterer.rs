@@ -136,7 +136,7 @@ impl ScatteringTable {
         let (nf, ne, na) = (frequencies_hz.len(), elevations_deg.len(), azimuths_deg.len());
         let span = azimuths_deg[na - 1] - azimuths_deg[0];
         if span > 360.0 + SAME_DEG {
-            return Err(BadInput::new("the azimuths go round more than once")
+            return Err(BadInput::new("the azimuths cover more than a full turn")
                 .file(path)
                 .key("azimuth_deg")
                 .value(format!("{} to {}", azimuths_deg[0], azimuths_deg[na - 1]))
@@ -152,7 +152,7 @@ impl ScatteringTable {
                 nearest(&azimuths_deg, r.azimuth_deg),
             );
             if !present.insert(cell) {
-                return Err(BadInput::new("the direction is given twice")
+                return Err(BadInput::new("the direction occurs twice")
                     .file(path)
                     .line(r.line)
                     .value(place(r.frequency_hz, r.azimuth_deg, r.elevation_deg))
@@ -167,7 +167,7 @@ impl ScatteringTable {
             .find(|cell| !present.contains(cell));
         if let Some((f, e, a)) = missing {
             return Err(BadInput::new(format!(
-                "the rows do not fill a grid of {na} azimuths x {ne} elevations x {nf} frequencies: there is none at {}",
+                "the rows do not fill a grid of {na} azimuths x {ne} elevations x {nf} frequencies: the one at {} is missing",
                 place(frequencies_hz[f], azimuths_deg[a], elevations_deg[e])
             ))
             .file(path)
@@ -374,8 +374,8 @@ impl ScatteringTable {
         let step = nodes[i / stride % n + 1] - nodes[i / stride % n];
         let step = step * std::f64::consts::FRAC_PI_3 / worst.0;
         Some(format!(
-            "{}: the phase turns by {:.0} deg from one {} to the next at {}; values between are wrong by about {:.2} dB; \
-             take steps of {:.3} {} or less, or put the origin nearer to the scattering",
+            "{}: the phase turns by {:.0} deg from one {} to the next at {}; values between are wrong by \
+             about {:.2} dB; take steps of {:.3} {} or less, or move the origin nearer to the scatterers",
             self.source.display(),
             worst.0.to_degrees(),
             ["azimuth", "elevation", "frequency"][axis],
@@ -409,8 +409,8 @@ fn check_row(path: &Path, r: &RawRow, largest: f64) -> Result<()> {
     if let Some((a, e)) = r.receive_deg
         && !((a - r.azimuth_deg).abs() < SAME_DEG && (e - r.elevation_deg).abs() < SAME_DEG)
     {
-        return Err(bad("rx_azimuth_deg", a, "the receiver stands apart from the transmitter")
-            .remedy("an object takes a monostatic table; leave the rx_ columns out")
+        return Err(bad("rx_azimuth_deg", a, "the receiver is not in the direction of the transmitter")
+            .remedy("leave out the rx_ columns, since an object needs a monostatic table")
             .into());
     }
     for (k, (z, dbsm)) in r.s.as_flattened().iter().zip(r.dbsm).enumerate() {
@@ -418,7 +418,7 @@ fn check_row(path: &Path, r: &RawRow, largest: f64) -> Result<()> {
         for (part, x) in [("re", z.re), ("im", z.im)] {
             if !(x.is_finite() && x.abs() < 1e9) {
                 return Err(bad(&format!("{name}_{part}_m"), x, "is not an amplitude in metres")
-                    .remedy("every row needs all amplitudes; 0 is no echo")
+                    .remedy("give all amplitudes in every row; 0 means no echo")
                     .into());
             }
         }
@@ -639,11 +639,11 @@ mod tests {
             (complaint(good.replace("vv_re_m", "vv_real")), "vv_re_m: no such column"),
             (
                 complaint(good.lines().take(4).collect::<Vec<_>>().join("\n")),
-                "there is none at azimuth 1 deg, elevation 1 deg",
+                "the one at azimuth 1 deg, elevation 1 deg",
             ),
             (
                 row(4, ",1,1,,", ",1,0,,"),
-                "t.csv:5: azimuth 1 deg, elevation 0 deg, 77000000000 Hz: the direction is given twice",
+                "t.csv:5: azimuth 1 deg, elevation 0 deg, 77000000000 Hz: the direction occurs twice",
             ),
             (row(2, ",1,0,1,0", ",1,0,nan,0"), "t.csv:3: vh_re_m = NaN: is not an amplitude"),
             (row(2, ",1,0,1,0", ",1,0,,0"), "t.csv:3: vh_re_m = NaN: is not an amplitude"),
@@ -656,7 +656,7 @@ mod tests {
             (row(1, "77000000000", "77"), "frequency_hz = 77: out of range"),
             (row(1, ",0,0,", ",0,91,"), "elevation_deg = 91: out of range"),
             (row(1, ",0,0,", ",361,0,"), "azimuth_deg = 361: out of range"),
-            (row(1, ",0,0,", ",-360,0,"), "go round more than once"),
+            (row(1, ",0,0,", ",-360,0,"), "cover more than a full turn"),
         ] {
             assert!(e.contains(expect), "{e}\n not {expect}");
         }
@@ -671,7 +671,7 @@ mod tests {
                     }
                 })
                 .collect();
-        assert!(complaint(apart).contains("t.csv:2: rx_azimuth_deg = 5: the receiver stands apart"));
+        assert!(complaint(apart).contains("t.csv:2: rx_azimuth_deg = 5: the receiver is not in the direction of the transmitter"));
         // Scattered directions: a grid of 1e6 x 1e6 is not built to find that out.
         let scattered =
             (0..2000).map(|i| format!("77e9,{},{},,,,,1,0,0,0,0,0,1,0\n", i as f64 * 0.01, i as f64 * 0.02));

@@ -20,7 +20,7 @@ pub fn check_smooth_deg(degrees: f64) -> Result<f64> {
         false => Err(BadInput::new("the angle is out of range")
             .key("smooth_deg")
             .value(degrees)
-            .allowed(format!("0..={MOST_SMOOTH_DEG}; 0 takes every facet as flat"))
+            .allowed(format!("0..={MOST_SMOOTH_DEG}; 0 treats every facet as flat"))
             .into()),
     }
 }
@@ -52,20 +52,19 @@ impl Tidied {
         let mut lines = Vec::new();
         if self.welded > 0 {
             lines.push(format!(
-                "{} vertices lie within a millionth of its size of others and were joined to them",
+                "{} vertices are within a millionth of the object's size of others and were joined to them",
                 self.welded
             ));
         }
         if self.invented && self.smoothed.curved > 0 {
             lines.push(format!(
-                "{} facets have no normals and are taken as a curved surface, because they turn evenly and by {angle} deg at most \
-                 (smooth_deg; 0 takes them as flat)",
+                "{} facets have no normals and are treated as a curved surface, because they turn evenly and by at most {angle} deg (smooth_deg; 0 treats them as flat)",
                 self.smoothed.curved
             ));
         }
         if self.smoothed.mended > 0 {
             lines.push(format!(
-                "normals of {} corners are means over creases and were found anew from the facets (smooth_deg = {angle})",
+                "normals of {} corners are means over creases and were computed again from the facets (smooth_deg = {angle})",
                 self.smoothed.mended
             ));
         }

@@ -253,8 +253,8 @@ pub fn build(doc: &Document<'_>, key: &str, t: &TrajectoryTable) -> Result<Traje
         Some(file) => {
             if let Some(first) = t.waypoint.first() {
                 return Err(doc
-                    .bad(&first.time_s.span, "the waypoints are given twice")
-                    .remedy("keep the file, or the waypoints here")
+                    .bad(&first.time_s.span, "file and waypoint exclude each other")
+                    .remedy("keep one of them")
                     .into());
             }
             let path = doc.beside(file)?;
@@ -282,7 +282,7 @@ pub fn build(doc: &Document<'_>, key: &str, t: &TrajectoryTable) -> Result<Traje
             0 => BadInput { problem: "has no waypoints".into(), ..own() },
             _ => BadInput { problem: "has one waypoint".into(), ..at(0) },
         };
-        return Err(b.allowed("two or more").remedy("for what stands still give position_m").into());
+        return Err(b.allowed("two or more").remedy("give position_m for a static object").into());
     }
     if n > MOST {
         let e = wrong(MOST, "has too many waypoints", n.to_string(), "up to a million");
@@ -296,10 +296,10 @@ pub fn build(doc: &Document<'_>, key: &str, t: &TrajectoryTable) -> Result<Traje
         let (time, place) = (points.times_s[i], points.places_m[i]);
         if place.abs().max_element() > FAR_M {
             let value = format!("[{}, {}, {}] m", place.x, place.y, place.z);
-            let allowed = "-1e6..=1e6 each after origin_m was taken off";
-            let e = wrong(i, "the waypoint lies too far from the origin", value, allowed).key("position_m");
+            let allowed = "-1e6..=1e6 each, after origin_m is subtracted";
+            let e = wrong(i, "the waypoint is too far from the origin", value, allowed).key("position_m");
             return Err(e
-                .remedy("set origin_m to a place near the radar: it becomes the origin of the world")
+                .remedy("set origin_m to a position near the radar: it becomes the origin of the world")
                 .into());
         }
         let Some(before) = i.checked_sub(1) else { continue };
@@ -307,14 +307,18 @@ pub fn build(doc: &Document<'_>, key: &str, t: &TrajectoryTable) -> Result<Traje
         if !gap_s.is_finite() || gap_s <= 0.0 {
             let value = format!("{} s after {} s", time + start_s, points.times_s[before] + start_s);
             let e =
-                wrong(i, "the times of the waypoints do not rise", value, "each later than the one before");
-            return Err(e.remedy("sort them, and keep one of those with one time").into());
+                wrong(i, "the times of the waypoints do not ascend", value, "each later than the one before");
+            return Err(e.remedy("sort them, and keep one waypoint for each time").into());
         }
         let speed = place.distance(points.places_m[before]) / gap_s;
         if speed > FASTEST_MPS {
-            let e =
-                wrong(i, "the way to this waypoint is too fast", format!("{speed:.3e} m/s"), "below 1e5 m/s");
-            return Err(e.remedy("give metres and seconds").into());
+            let e = wrong(
+                i,
+                "the motion to this waypoint is too fast",
+                format!("{speed:.3e} m/s"),
+                "below 1e5 m/s",
+            );
+            return Err(e.remedy("check that the units are metres and seconds").into());
         }
     }
     let lasts_s = points.times_s[n - 1] - points.times_s[0];
@@ -410,7 +414,9 @@ fn inline(doc: &Document<'_>, list: &[WaypointTable]) -> Result<Waypoints> {
                 };
                 return Err(doc
                     .bad(&w.time_s.span, format!("the waypoint {problem}"))
-                    .remedy("give all waypoints a yaw_deg, or none: then the heading is that of the way")
+                    .remedy(
+                        "give all waypoints a yaw_deg, or none, so that the heading follows the trajectory",
+                    )
                     .into());
             }
         }
@@ -855,7 +861,7 @@ mod tests {
         for (text, says) in [
             ("outside = \"stay\"", "s.toml: ego.trajectory: has no waypoints"),
             ("waypoint = [{ time_s = 0, position_m = [0, 0, 0] }]", "has one waypoint; allowed: two or more"),
-            (&format!("waypoint = [{two}, {{ time_s = 1, position_m = [1, 0, 0] }}]"), "do not rise"),
+            (&format!("waypoint = [{two}, {{ time_s = 1, position_m = [1, 0, 0] }}]"), "do not ascend"),
             (
                 &format!("waypoint = [{two}, {{ time_s = 2, position_m = [1, 0, 0], yaw_deg = 1 }}]"),
                 "a yaw_deg, and",
@@ -897,7 +903,7 @@ mod tests {
         for (csv, says) in [
             (
                 "time_s,x_m,y_m\n0,0,0\n0,1,0\n",
-                "d.csv:3: 0 s after 0 s: the times of the waypoints do not rise",
+                "d.csv:3: 0 s after 0 s: the times of the waypoints do not ascend",
             ),
             ("time_s,x_m\n0,0\n1,1\n", "y_m"),
             ("time_s,x_m,y_m\n0,0,0\n1,,0\n", "d.csv:3: x_m = NaN: is empty or not finite"),

@@ -76,7 +76,7 @@ fn narrow_table(radar: &Radar) -> Option<String> {
     });
     let [low, high] = ends.find(|[a, b]| *a > -80.0 || *b < 80.0)?;
     Some(format!(
-        "radar '{}': the antenna's table has azimuths from {} to {} degrees; beyond, the gain at its edge holds; usual is -90 to 90 and more",
+        "radar '{}': the antenna's table has azimuths from {} to {} degrees; beyond them the gain of its edge applies; usual is -90 to 90 or more",
         radar.name,
         plain(low),
         plain(high)

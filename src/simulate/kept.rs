@@ -166,7 +166,7 @@ impl TraceOrigin {
     /// Refuses to serve a frame that needs more than this holds, with the reason.
     fn serve(&self, asked: &TraceOrigin, followed: usize) -> Result<()> {
         let no = |key: &str, problem: &str| BadInput::new(problem).key(key);
-        let again = "trace this scenario by itself: leave out --from";
+        let again = "leave out --from to trace this scenario";
         let same = |a: f64, b: f64| (a - b).abs() <= 1e-9;
         let (s, a) = (&self.settings, &asked.settings);
         for (key, kept, wanted) in [
@@ -180,7 +180,7 @@ impl TraceOrigin {
             }
         }
         if !same(self.time_s, asked.time_s) {
-            return Err(no("frames.interval_s", "the echoes are those of another time")
+            return Err(no("frames.interval_s", "the echoes belong to another time")
                 .value(format!("{} s", asked.time_s))
                 .allowed(format!("{} s", self.time_s))
                 .remedy(again)
@@ -190,23 +190,26 @@ impl TraceOrigin {
         // A quaternion and its negative turn alike.
         let turn: f64 = self.rotation.iter().zip(asked.rotation).map(|(a, b)| a * b).sum();
         if !metres || (turn.abs() - 1.0).abs() > 1e-12 {
-            return Err(no("mounting", "the echoes were traced from another place or in another attitude")
+            return Err(no("mounting", "the echoes were traced from another position or orientation")
                 .value(format!("{:?}", asked.position_m))
-                .allowed(format!("{:?} in the world, turned alike", self.position_m))
+                .allowed(format!("{:?} in the world, with the same orientation", self.position_m))
                 .remedy(again)
                 .into());
         }
         if asked.frame_s > self.frame_s * (1.0 + 1e-12) {
-            return Err(no("waveform", "the frame lasts longer than the paths of the echoes are known")
-                .value(format!("{} s", asked.frame_s))
-                .allowed(format!("up to {} s", self.frame_s))
-                .remedy("send fewer chirps, or leave out --from")
-                .into());
+            return Err(no(
+                "waveform",
+                "the frame is longer than the time for which the paths of the echoes are known",
+            )
+            .value(format!("{} s", asked.frame_s))
+            .allowed(format!("up to {} s", self.frame_s))
+            .remedy("transmit fewer chirps, or leave out --from")
+            .into());
         }
         let [low, high] = self.band_hz;
         let slack = 1e-12 * high;
         if asked.band_hz[0] < low - slack || asked.band_hz[1] > high + slack {
-            return Err(no("waveform", "the band is wider than that of the echoes, or another one")
+            return Err(no("waveform", "the band is not within that of the echoes")
                 .value(format!("{:?} Hz", asked.band_hz))
                 .allowed(format!("within {:?} Hz", self.band_hz))
                 .remedy(again)
@@ -215,13 +218,13 @@ impl TraceOrigin {
         if self.sides.iter().zip(asked.sides).any(|(kept, wanted)| wanted && !kept) {
             return Err(no(
                 "tx.pattern",
-                "the transmit antennas light sides of the radar that were not traced",
+                "the transmit antennas illuminate sides of the radar that were not traced",
             )
             .remedy(again)
             .into());
         }
         if self.reach_m.is_some_and(|kept| asked.reach_m.is_none_or(|wanted| wanted > kept * (1.0 + 1e-12))) {
-            return Err(no("waveform", "the receiver hears from farther than the echoes come")
+            return Err(no("waveform", "the receiver's range exceeds that of the echoes")
                 .value(asked.reach_m.map_or("any distance".into(), |m| format!("{m:.1} m")))
                 .allowed(format!("up to {:.1} m", self.reach_m.unwrap_or(f64::INFINITY)))
                 .remedy(again)
@@ -263,12 +266,12 @@ impl TraceOrigin {
                 .into());
         }
         if a.least < s.least * (1.0 - 1e-12) {
-            return Err(no("trace.floor_db", "weaker echoes are asked for than were traced")
-                .remedy("write trace.exact = true or no trace.floor_db where the echoes are traced")
+            return Err(no("trace.floor_db", "echoes weaker than those traced are requested")
+                .remedy("set trace.exact = true, or leave out trace.floor_db, in the run that traces")
                 .into());
         }
         if s.merge && !a.merge {
-            return Err(no("trace.exact", "echoes of one place were added up")
+            return Err(no("trace.exact", "echoes of the same position were summed")
                 .value(true)
                 .remedy(again)
                 .into());
@@ -276,9 +279,9 @@ impl TraceOrigin {
         if a.places && !s.places {
             return Err(no(
                 "output.return_places",
-                "the echoes were traced without the places of their bounces",
+                "the echoes were traced without the positions of their bounces",
             )
-            .remedy("write output.return_places = true where they are traced")
+            .remedy("set output.return_places = true in the run that traces")
             .into());
         }
         Ok(())
@@ -310,11 +313,11 @@ pub(super) fn recalled(
     if origin.radar_sha256 != asked.radar_sha256 {
         engine::reckon_powers(&scenario.radars[of.which], options, &mut echoes);
         if !engine::is_deep_enough(options, &echoes) {
-            let bad = BadInput::new("for this radar one bounce more would show, which was not traced")
+            let bad = BadInput::new("this radar needs one more bounce than was traced")
                 .key("trace.bounces")
                 .value(echoes.bounces)
                 .allowed(format!("up to {} of the scenario", options.most_bounces))
-                .remedy("write trace.bounces = N, trace deeper, or leave out --from");
+                .remedy("set trace.bounces = N, trace more bounces, or leave out --from");
             return Err(named(bad.into()));
         }
     }

@@ -115,7 +115,7 @@ impl Frame {
 }
 
 fn no_samples() -> Error {
-    Error::Failed("this frame was made without its samples: ask Prepared::making for them".into())
+    Error::Failed("this frame was made without its samples: request them with Prepared::making".into())
 }
 
 /// Pose of the radar at a time from the middle of frame 0, and its velocity in the world, m/s.

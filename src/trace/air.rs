@@ -42,11 +42,11 @@ impl Air {
         }
         let (lo, hi) = (RAIN_HZ.0.max(FOG_HZ.0), RAIN_HZ.1.min(FOG_HZ.1));
         if !(lo..=hi).contains(&freq_hz) {
-            return Err(BadInput::new("weather is not known at this radar's frequency")
+            return Err(BadInput::new("weather cannot be computed at this radar's frequency")
                 .key("weather")
                 .value(format!("{:.4} GHz", freq_hz / 1e9))
                 .allowed(format!("{:.0}..{:.0} GHz", lo / 1e9, hi / 1e9))
-                .remedy("take the table out")
+                .remedy("remove the table")
                 .into());
         }
         let rain = match weather.rain_mm_per_h {

@@ -91,7 +91,7 @@ impl<'a> Clipper<'a> {
             return Err(BadInput::new("too many faces for the gpu engine")
                 .key("faces")
                 .value(faces.faces.len())
-                .allowed(format!("at most {MOST_FACES}, 255 of them in one place"))
+                .allowed(format!("at most {MOST_FACES}, 255 of them at one position"))
                 .remedy("use --device cpu")
                 .into());
         }
@@ -280,7 +280,7 @@ impl ClipBatch<'_> {
 pub fn check(trouble: u32) -> Result<()> {
     let causes = [
         "polygons of more than 22 corners",
-        "more than 32 pieces of a face in view",
+        "more than 32 fragments of a face in the beam",
         "more steps than the adapter's driver allows a thread",
     ];
     if trouble == 0 {
@@ -289,7 +289,7 @@ pub fn check(trouble: u32) -> Result<()> {
     let found: Vec<&str> =
         causes.iter().enumerate().filter(|(i, _)| trouble >> i & 1 != 0).map(|(_, c)| *c).collect();
     Err(Error::Failed(format!(
-        "the target is too intricate for the beams of the gpu engine ({}): use --device cpu",
+        "the target is too complex for the beams of the gpu engine ({}): use --device cpu",
         found.join(", ")
     )))
 }

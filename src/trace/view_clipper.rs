@@ -152,7 +152,7 @@ fn together(gpu: &Gpu, scenes: &[Scene<'_>]) -> Able<Vec<Clipped>> {
     }
     let shared: Vec<&Shared<'_>> = scenes.iter().map(|s| s.shared).collect();
     let Some(arrays) = ViewArrays::new(&shared) else {
-        return Ok(Err("more faces than it can tell apart"));
+        return Ok(Err("more faces than it can number"));
     };
     let items: usize = scenes.iter().map(|s| s.shared.faces.faces.len() * s.windows.len()).sum();
     if size_of_val(&arrays.body[..]) > limit || (items + 1) * size_of::<[u32; 2]>() > limit {

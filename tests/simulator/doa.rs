@@ -306,7 +306,10 @@ fn two_corner_reflectors_at_17_m() {
     let o = Options { smoothing: Smoothing::Off, ..options(Method::Music, 2) };
     let bare = Estimator::new(m.clone(), grid.clone(), o).unwrap();
     let refused = one_cell(&bare, &x, None).unwrap_err().to_string();
-    assert!(refused.starts_with("snapshots = 1: MUSIC cannot tell 2 sources from this cell"), "{refused}");
+    assert!(
+        refused.starts_with("snapshots = 1: MUSIC cannot estimate 2 sources from this cell"),
+        "{refused}"
+    );
     // The picture: MUSIC has two peaks, the beamformer one, in the lobe.
     let tops = |s: &[f64]| {
         let top = s.iter().copied().fold(0.0, f64::max);
@@ -545,20 +548,20 @@ fn sparse_arrays_take_maximum_likelihood_and_refuse_the_rest() {
     };
     assert_eq!(
         message(options(Method::Music, 2), &x),
-        "snapshots = 1: MUSIC cannot tell 2 sources from this cell; allowed: 2 or more, as this array gives no \
+        "snapshots = 1: MUSIC cannot estimate 2 sources from this cell; allowed: 2 or more, because the array gives no \
          subarrays here; give more snapshots, use subarrays of a uniform array, or use maximum likelihood"
     );
     assert_eq!(
         message(options(Method::RootMusic, 2), &x),
-        "method: root-MUSIC needs a uniform line and sources far away; use MUSIC or maximum likelihood, which work on any array"
+        "method: root-MUSIC needs a uniform line and distant sources; use MUSIC or maximum likelihood, which work on any array"
     );
     let o = Options { smoothing: Smoothing::Subarray([1, 4]), ..options(Method::Music, 2) };
     assert!(message(o, &x).starts_with("subarray: the array is not a uniform line or rectangle"));
     let o = Options { forward_backward: Some(true), ..options(Method::Music, 2) };
-    assert!(message(o, &x).contains("its own mirror image"));
+    assert!(message(o, &x).contains("point-symmetric array"));
     assert_eq!(
         message(options(Method::Music, 6), &x),
-        "sources = 6: MUSIC tells fewer sources than it has channels (6); allowed: 1 to 5"
+        "sources = 6: MUSIC cannot estimate this number of sources with 6 channels; allowed: 1 to 5"
     );
     assert!(message(options(Method::Ml, 0), &x).starts_with("sources = 0"));
     let o = Options { loading: 0.0, ..options(Method::Capon, 1) };
@@ -612,12 +615,12 @@ fn a_line_of_five_takes_four_sources_from_many_snapshots() {
         assert!((got - want).abs() < 0.01, "{got} {want}");
     }
     let refused = one_cell(&e, &x[..5], None).unwrap_err().to_string();
-    assert!(refused.starts_with("snapshots = 1: MUSIC cannot tell 4 sources"), "{refused}");
+    assert!(refused.starts_with("snapshots = 1: MUSIC cannot estimate 4 sources"), "{refused}");
     let o = Options { sources: SourceNumber::Found(Criterion::Mdl), ..options(Method::Ml, 1) };
     let e = Estimator::new(line(5), azimuths(70.0, 281), o).unwrap();
     assert_eq!(
         one_cell(&e, &x[..5], None).unwrap_err().to_string(),
-        "snapshots = 1: maximum likelihood cannot tell 2 sources from this cell; allowed: 2 or more for an \
+        "snapshots = 1: maximum likelihood cannot estimate 2 sources from this cell; allowed: 2 or more for an \
          information criterion; give the number of sources, or use the residual"
     );
 }

@@ -160,7 +160,7 @@ fn absurd_documents() {
             "is its own ancestor",
         ),
         (changed(|v| v["nodes"][0]["children"] = json!([1])), "node 1 is in the scene twice"),
-        (changed(|v| v["nodes"][0]["children"] = json!([1, 1])), "names a child twice"),
+        (changed(|v| v["nodes"][0]["children"] = json!([1, 1])), "lists a child twice"),
         (
             changed(|v| {
                 v["nodes"] = json!([{"children": [2]}, {"children": [2]}, {}]);
@@ -286,7 +286,7 @@ fn buffers_come_only_from_the_folder() {
     // Bytes alone have no folder.
     let mut v = parts(&glb()).0;
     v["buffers"][0]["uri"] = json!("b.bin");
-    assert!(complaint_of(v.to_string().as_bytes()).contains("no folder to look in"));
+    assert!(complaint_of(v.to_string().as_bytes()).contains("no folder in which to look"));
     let e = import(dir.path(), &ImportOptions::default()).unwrap_err();
     assert!(e.to_string().ends_with("is a directory; give a .glb or .gltf file"), "{e}");
     let e = import(&dir.path().join("gone.glb"), &ImportOptions::default()).unwrap_err();
@@ -341,7 +341,7 @@ fn scattering_tables_of_nodes() {
     // Bytes alone have no folder.
     let (mut v, bin) = parts(&glb());
     v["nodes"][0]["extras"]["catseye"] = json!({"rcs_table": "good.csv"});
-    assert!(complaint_of(&join(v.to_string().as_bytes(), &bin)).contains("no folder to look in"));
+    assert!(complaint_of(&join(v.to_string().as_bytes(), &bin)).contains("no folder in which to look"));
 }
 
 /// A value that stands for anything in a JSON document.
@@ -492,14 +492,17 @@ fn stl_is_read_whole_or_refused() {
         (binary_stl("", 0, &[]), "the file has no triangles"),
         (binary_stl("", 2, &nan), "facet 1 has a vertex that is not finite"),
         (binary_stl("", 1, &[[1.0; 9]]), "no triangles (1 had no area)"),
-        (vec![0; 50], "is no STL"),
-        (b"root:x:0".to_vec(), "is no STL"),
+        (vec![0; 50], "is not STL"),
+        (b"root:x:0".to_vec(), "is not STL"),
         (text.as_bytes()[..100].to_vec(), "is cut off"),
         (text.replace("0 5 0", "0 nan 0").into(), "a.stl:5: nan: a vertex is not three finite numbers"),
         (text.replace("0 5 0", "0 5").into(), "a.stl:5: VERTEX: a vertex is not three finite numbers"),
         (text.replace(" vertex 0 5 0\r\n", "").into(), "a.stl:7: a facet has fewer than three vertices"),
         (text.replace("outer loop", "vertex 1 2 3").into(), "a.stl:6: a facet has more than three vertices"),
-        (text.replace("outer", "inner").into(), "a.stl:3: inner: is no word of an ASCII STL here"),
+        (
+            text.replace("outer", "inner").into(),
+            "a.stl:3: inner: is not a keyword of ASCII STL at this point",
+        ),
         (b"solid x\nendsolid x\n".to_vec(), "the file has no triangles"),
     ] {
         let e = mesh_of("a.stl", &bytes).unwrap_err();
@@ -543,19 +546,19 @@ fn obj_is_read_whole_or_refused() {
     assert!((area(&mesh_of("a.obj", ell.as_bytes()).unwrap()) - 3e-6).abs() < 1e-15);
     for (faces, expect) in [
         ("", "the file has no triangles"),
-        ("usemtl steel\nf 1 2 9", "a.obj:9: f = 9: is no index of a vertex; allowed: 1..=4, or -4..=-1"),
-        ("f 0 1 2", "f = 0: is no index of a vertex"),
-        ("f -5 1 2", "f = -5: is no index"),
-        ("f -9223372036854775808 1 2", "is no index"),
-        ("f 1 2 99999999999999999999", "is no index"),
-        ("f 1//2 2//1 3//1", "is no index of a normal; allowed: 1..=1"),
+        ("usemtl steel\nf 1 2 9", "a.obj:9: f = 9: is not the index of a vertex; allowed: 1..=4, or -4..=-1"),
+        ("f 0 1 2", "f = 0: is not the index of a vertex"),
+        ("f -5 1 2", "f = -5: is not the index"),
+        ("f -9223372036854775808 1 2", "is not the index"),
+        ("f 1 2 99999999999999999999", "is not the index"),
+        ("f 1//2 2//1 3//1", "is not the index of a normal; allowed: 1..=1"),
         ("f 1 2", "a face has fewer than three corners"),
-        ("f 1 x 2", "f = x: is no index"),
+        ("f 1 x 2", "f = x: is not the index"),
         ("v nan 0 0", "a.obj:8: v = nan: is not three finite numbers"),
         ("vn 1 inf 0", "vn = inf: is not three finite numbers"),
         ("v 1 2", "v = 1 2: is not three finite numbers"),
-        ("surf 0 1 0 1 1 2 3", "surf: freeform curves and surfaces are not read"),
-        ("root:x:0:0", "a.obj:8: is no line of an OBJ file; allowed: v"),
+        ("surf 0 1 0 1 1 2 3", "surf: freeform curves and surfaces are not supported"),
+        ("root:x:0:0", "a.obj:8: is not a line of an OBJ file; allowed: v"),
         ("usemtl nonsense\nf 1 2 3", "usemtl = nonsense: no material is named"),
         ("f 1 2 3", "a surface has no material"),
         ("v 1e300 0 0\nusemtl steel\nf 1 2 5", "is not a finite position"),

@@ -102,12 +102,12 @@ fn specs() {
     assert_eq!(material::parse_spec("steel").unwrap(), material::by_name("steel").unwrap());
     for (spec, expect) in [
         ("aluminium+water", "layer = water: has no thickness"),
-        ("aluminium+water:wet", "has no number for its thickness"),
-        ("aluminium+water:0", "is not a thickness of a layer; allowed: 1e-9..10 m"),
-        ("aluminium+water:nan", "is not a thickness of a layer"),
+        ("aluminium+water:wet", "the thickness is not a number"),
+        ("aluminium+water:0", "is out of range; allowed: 1e-9..10 m"),
+        ("aluminium+water:nan", "is out of range"),
         ("aluminium+watre:0.1", "did you mean 'water'?"),
         ("aluminum+water:0.1", "did you mean 'aluminium'?"),
-        ("aluminium+pec:0.1", "a perfect conductor hides what is under it"),
+        ("aluminium+pec:0.1", "a perfect conductor hides the layers under it"),
         ("+water:0.1", "no material is named ''"),
         ("", "no material is named ''"),
     ] {

@@ -613,7 +613,7 @@ fn what_is_not_entered_and_what_is_refused() {
     for other in [next, cube(0.02, 0.01).to_vec()] {
         let scene = scene_of(&[(&cube(0.05, 0.0), by("pmma")), (&other, by("polypropylene"))]);
         let e = run(&scene, Distance::Infinite).unwrap_err();
-        assert!(e.exit_code() == 2 && e.to_string().contains("touches or holds another"), "{e}");
+        assert!(e.exit_code() == 2 && e.to_string().contains("touches or contains another"), "{e}");
         // The sum itself says so, too, and not by a value.
         let g = Geometry::build(&scene, 0.0, F).unwrap();
         let tone = [FrequencyPoint { wavenumber: wavenumber(F), surfaces: &g.surfaces }];

@@ -182,11 +182,11 @@ fn a_way_is_given_once() {
         ),
         (
             format!("[[point]]\nrcs_dbsm = 1\nposition_m = [1, 0, 0]\ntrajectory = {two}"),
-            "position_m = [1, 0, 0]: the place is given twice",
+            "position_m = [1, 0, 0]: position_m and the trajectory exclude each other",
         ),
         (
             format!("[[point]]\nrcs_dbsm = 1\nvelocity_mps = [1, 0, 0]\ntrajectory = {two}"),
-            "the motion is given twice",
+            "velocity_mps and the trajectory exclude each other",
         ),
         ("[[point]]\nrcs_dbsm = 1".into(), "point[0].position_m"),
         ("[[object]]\nvehicle = \"sedan\"".into(), "object[0].position_m"),

@@ -321,7 +321,7 @@ const CATEGORIES: [(&str, &str); 8] = [
 /// Attributes and what they are, for the table.
 const ATTRIBUTES: [(&str, &str); 6] = [
     ("vehicle.moving", "The vehicle moves over the ground."),
-    ("vehicle.stopped", "The vehicle stands; the simulation does not tell parked ones apart."),
+    ("vehicle.stopped", "The vehicle stands; the simulation does not distinguish parked ones."),
     ("cycle.with_rider", "A rider sits on it."),
     ("cycle.without_rider", "Nobody sits on it."),
     ("pedestrian.moving", "The pedestrian walks."),

@@ -425,11 +425,11 @@ mod tests {
         assert!(message(&path, &plain, None).contains("longer than the array"));
         for (descr, shape, expect) in [
             ("<c8", "(1048576, 1048576, 1048576)", "truncated"),
-            ("<c8", "(1048576, 1048576, 1048576, 1048576)", "more numbers than can be counted"),
-            ("<c8", "(18446744073709551615, 2, 2)", "places along one axis"),
+            ("<c8", "(1048576, 1048576, 1048576, 1048576)", "the array has too many elements"),
+            ("<c8", "(18446744073709551615, 2, 2)", "one axis has"),
             ("<c8", "(4, 2)", "2 axes, not 3"),
             ("<c8", "()", "0 axes, not 3"),
-            ("<c8", "(0, 4, 4)", "0 places along one axis"),
+            ("<c8", "(0, 4, 4)", "one axis has 0 elements"),
             ("<u8", "(1, 1, 1)", "dtype = <u8: wrong type of numbers"),
             ("<U4", "(1, 1, 1)", "dtype = <U4: wrong type of numbers"),
             ("<c8", "(1, 1, 1)", "truncated: the array takes 8 bytes, the file holds 0"),
@@ -474,7 +474,7 @@ mod tests {
         assert!(message(&at("gone.npy"), &plain(), None).contains("no such file"));
         assert!(message(&at("gone.bin"), &plain(), None).contains("no such file"));
         std::fs::rename(at("a.bin"), at("b.bin")).unwrap();
-        assert!(message(&at("b.bin"), &plain(), None).contains("needs the .cfg"));
+        assert!(message(&at("b.bin"), &plain(), None).contains("can only be read with the .cfg"));
         // Without the sidecar the samples are counts, and half a recording is refused.
         let s = open_cube(at("b.bin"), &cfg, None).unwrap();
         assert!(!s.has_levels());
@@ -484,7 +484,7 @@ mod tests {
         let text =
             std::fs::read_to_string(at("a.cfg")).unwrap().replace("lvdsStreamCfg -1 0", "lvdsStreamCfg -1 1");
         std::fs::write(at("b.cfg"), text).unwrap();
-        assert!(message(&at("b.bin"), &plain(), None).contains("holds more than samples"));
+        assert!(message(&at("b.bin"), &plain(), None).contains("contains data other than samples"));
         assert!(write_cube(at("c.bin"), SHAPE, &cube(), &CubeAbout::default(), false).is_err());
         assert!(write_cube(at("c.bin"), [3, 8, 4], &cube(), &about(), false).is_err());
         assert!(write_cube(at("c.mat"), SHAPE, &cube(), &about(), false).is_err());

@@ -617,10 +617,10 @@ mod tests {
         assert_eq!(axes_from("sample, rx_virtual,chirp").unwrap(), [Axis::Sample, Axis::Rx, Axis::Chirp]);
         for (list, expect) in [
             ("chirp,rx", "'sample' is missing"),
-            ("chirp,chirp,rx,sample", "'chirp' stands twice"),
-            ("chirp,rx,rx_virtual,sample", "'rx_virtual' stands twice"),
+            ("chirp,chirp,rx,sample", "'chirp' is listed twice"),
+            ("chirp,rx,rx_virtual,sample", "'rx_virtual' is listed twice"),
             ("chrip,rx,sample", "did you mean 'chirp'?"),
-            ("", "'' is no axis"),
+            ("", "'' is not an axis"),
         ] {
             let e = axes_from(list).unwrap_err().to_string();
             assert!(e.contains(expect), "{e}");
@@ -632,7 +632,7 @@ mod tests {
         assert_eq!(layout(&[9, 5, 3, 4, 2], None).unwrap().shape(), [5, 3, 4]);
         assert!(layout(&[5, 3], None).unwrap_err().contains("2 axes"));
         assert!(layout(&[5, 3, 0], None).unwrap_err().contains("0 places"));
-        assert!(layout(&[1 << 21, 1, 1], None).unwrap_err().contains("places along one axis"));
+        assert!(layout(&[1 << 21, 1, 1], None).unwrap_err().contains("one axis has"));
         assert!(layout(&[1 << 20, 1 << 20, 1 << 20, 1 << 20], None).unwrap_err().contains("counted"));
     }
 }

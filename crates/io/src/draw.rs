@@ -999,7 +999,10 @@ mod tests {
     #[test]
     fn mistakes_are_named_with_their_place() {
         for (text, says) in [
-            ("[road]\nx = { uniform = [2, 1] }", "r.toml:2: road.x: uniform runs from 2 down to 1"),
+            (
+                "[road]\nx = { uniform = [2, 1] }",
+                "r.toml:2: road.x: the first value of uniform, 2, is greater than the second, 1",
+            ),
             (
                 "[road]\nx = { uniform = [2] }",
                 "is not [minimum, maximum]; write for example uniform = [0, 1]",
@@ -1008,14 +1011,17 @@ mod tests {
             ("[road]\nx = { uniform = [1, \"b\"] }", "is not a finite number"),
             (
                 "[road]\nx = { uniform = [1, 2], limit = [0, 1] }",
-                "is no key of the distribution uniform; allowed: uniform",
+                "is not a key of the distribution uniform; allowed: uniform",
             ),
             ("[road]\nx = { normal = [1, 2], limit = [0, 1] }", "did you mean 'limits'?"),
-            ("[road]\nx = { normal = [1, -2] }", "-2 is no standard deviation"),
-            ("[road]\nx = { normal = [0, 1], limits = [3, 2] }", "limits runs from 3 down to 2"),
+            ("[road]\nx = { normal = [1, -2] }", "the standard deviation is -2"),
+            (
+                "[road]\nx = { normal = [0, 1], limits = [3, 2] }",
+                "the first value of limits, 3, is greater than the second, 2",
+            ),
             ("[road]\nx = { normal = [0, 1], limits = [50, 60] }", "lies between 50 and 60"),
-            ("[road]\nx = { log_uniform = [0, 2] }", "log_uniform begins at 0"),
-            ("[road]\nx = { integer = [0, 2.5] }", "2.5 is no integer"),
+            ("[road]\nx = { log_uniform = [0, 2] }", "the minimum of log_uniform is 0"),
+            ("[road]\nx = { integer = [0, 2.5] }", "2.5 is not an integer, or is too large for one"),
             ("[road]\nx = { choice = [1, 2], weights = [1] }", "has 1 weights for 2 values"),
             (
                 "[road]\nx = { choice = [1, 2], weights = [0, 0] }",
@@ -1027,7 +1033,7 @@ mod tests {
             ),
             ("[road]\nx = { choice = [] }", "the list is empty"),
             ("[road]\nx = { choice = 3 }", "is not a list"),
-            ("[road]\nx = { choice = [1], uniform = [0, 1] }", "is two distributions: uniform and choice"),
+            ("[road]\nx = { choice = [1], uniform = [0, 1] }", "names two distributions: uniform and choice"),
             (
                 "[draw]\nwidth = 3\n[road]\nx = { draw = \"widht\" }",
                 "r.toml:4: road.x: there is no draw 'widht'",
@@ -1035,9 +1041,9 @@ mod tests {
             ("[draw]\nwidth = 3\n[road]\nx = { draw = \"widht\" }", "did you mean 'width'?"),
             (
                 "[draw]\na = { draw = \"b\" }\nb = { draw = \"a\", plus = 1 }\n",
-                "the draw needs itself: a -> b -> a",
+                "the draw depends on itself: a -> b -> a",
             ),
-            ("[draw]\na = { uniform = [{ draw = \"a\" }, 2] }\n", "the draw needs itself: a -> a"),
+            ("[draw]\na = { uniform = [{ draw = \"a\" }, 2] }\n", "the draw depends on itself: a -> a"),
             ("[[road.v]]\nchance = 1.5\n", "r.toml:2: road.v[0].chance = 1.5: is not a probability"),
             ("x = 2020-01-01\n", "is a date"),
             ("x = 99999999999999999999\n", "is too large"),
@@ -1050,7 +1056,7 @@ mod tests {
             ("[road]\nx = { uniform = [{ uniform = [1, 2] }, 0.5] }", "down to 0.5"),
             (
                 "[draw]\nk = { choice = [\"a\"] }\n[road]\nx = { draw = \"k\", times = 2 }",
-                "the draw 'k' is no number",
+                "the draw 'k' is not a number",
             ),
             ("[road]\nx = { choice = [{ repeat = 2, y = 1 }] }", "repeat outside an array has no effect"),
             ("[road.t]\nrepeat = 2\n", "repeat outside an array has no effect"),
@@ -1062,8 +1068,8 @@ mod tests {
                 "[draw]\nt = { chance = 0.5, y = 1 }\n[road]\nx = { draw = \"t\" }",
                 "a table in a choice or a draw cannot have a chance",
             ),
-            ("[[road.v]]\nrepeat = { uniform = [0.1, 0.9] }\n", "is no number of copies"),
-            ("[[road.v]]\nrepeat = -1\n", "-1 is no number of copies; allowed: 0..=10000"),
+            ("[[road.v]]\nrepeat = { uniform = [0.1, 0.9] }\n", "is not a number of copies"),
+            ("[[road.v]]\nrepeat = -1\n", "-1 is not a number of copies; allowed: 0..=10000"),
             ("[[road.v]]\nchance = { uniform = [2, 3] }\n", "allowed: 0..=1"),
         ] {
             let tree = tree(text);

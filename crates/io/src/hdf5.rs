@@ -73,7 +73,7 @@ pub fn open(path: &Path, dataset: Option<&str>, axes: Option<&[Axis]>) -> Result
         }
         if layout.bytes() > size.saturating_mul(MOST_OF_A_BYTE) {
             return Err(bad(format!(
-                "the file of {size} bytes cannot hold {} bytes of samples",
+                "{} bytes of samples do not fit into a file of {size} bytes",
                 layout.bytes()
             ))
             .into());
@@ -83,7 +83,7 @@ pub fn open(path: &Path, dataset: Option<&str>, axes: Option<&[Axis]>) -> Result
         let element = layout.bytes() / shape.iter().map(|n| *n as u64).product::<u64>().max(1);
         let chunk = chunk.unwrap_or_default().iter().fold(element, |n, d| n.saturating_mul(*d));
         if chunk > size.saturating_mul(MOST_OF_A_BYTE) {
-            return Err(bad(format!("the file of {size} bytes cannot hold chunks of {chunk} bytes")).into());
+            return Err(bad(format!("chunks of {chunk} bytes do not fit into a file of {size} bytes")).into());
         }
         parts.push((if i == 1 { layout.imaginary() } else { layout }, dataset));
     }
@@ -341,10 +341,10 @@ mod tests {
         let real = open(p, Some("i_data"), None).unwrap();
         assert_eq!((real.is_complex(), real.shape()), (false, [2, 3, 4]));
         for (dataset, expect) in [
-            (None, "which of its 7 datasets is the cube?"),
+            (None, "the file has 7 datasets, and none is known to be the cube"),
             (Some("gone"), "no such dataset"),
             (Some("flat"), "the array has 2 axes, not 3"),
-            (Some("bytes"), "integer type that is not read"),
+            (Some("bytes"), "integer type is not supported"),
             (Some("xy"), "a compound of x and y"),
             (Some("matlab,q_data"), "the dataset is complex already"),
             (Some("a,b,c"), "more than two"),
@@ -376,7 +376,7 @@ mod tests {
         }
         for bytes in [&b"not HDF5 at all, but long enough for a superblock"[..], &[]] {
             std::fs::write(file.path(), bytes).unwrap();
-            assert!(message(file.path(), None).contains("is not an HDF5 file"));
+            assert!(message(file.path(), None).contains("cannot be read as HDF5"));
         }
         let mut nan = data.clone();
         nan[17].im = f32::NAN;

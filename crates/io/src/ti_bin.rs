@@ -529,10 +529,10 @@ mod tests {
         assert_eq!(open(&path, &two, &BinOptions::default()).unwrap().frames(), 1);
         let odd = TiRadar { samples: 3, ..radar.clone() };
         let e = open(&path, &odd, &BinOptions::default()).err().unwrap();
-        assert!(e.to_string().contains("odd number of samples"), "{e}");
+        assert!(e.to_string().contains("number of samples is odd"), "{e}");
         std::fs::write(sidecar_path(&path), "{}").unwrap();
         let e = open(&path, &radar, &BinOptions::default()).err().unwrap();
-        assert!(e.to_string().contains("not a sidecar") && e.exit_code() == 2, "{e}");
+        assert!(e.to_string().contains("not the sidecar") && e.exit_code() == 2, "{e}");
         assert!(open(Path::new("/nonexistent.bin"), &radar, &BinOptions::default()).is_err());
     }
 

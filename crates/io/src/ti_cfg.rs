@@ -678,7 +678,9 @@ mod tests {
         let r = parsed(BPM);
         assert_eq!((r.multiplex, r.loops, r.slots(), r.frames), (Multiplex::Bpm, 32, 2, Some(10)));
         assert_eq!(parsed(&BPM.replace("bpmCfg -1 1", "bpmCfg -1 0")).multiplex, Multiplex::Together);
-        assert!(message(&BPM.replace("bpmCfg -1 1 0 1", "bpmCfg -1 1 2 3")).contains("BPM is two"));
+        assert!(
+            message(&BPM.replace("bpmCfg -1 1 0 1", "bpmCfg -1 1 2 3")).contains("BPM needs the same two")
+        );
         let c = num_complex::Complex32::new;
         let (s1, s2) = (c(1.0, 2.0), c(-3.0, 0.5));
         let (mut a, mut b) = ([s1 + s2], [s1 - s2]);
@@ -720,7 +722,7 @@ mod tests {
             ("channelCfg 15 7 0", "channelCfg 16 7 0", "a.cfg:5: channelCfg rx_mask = 16: is out of range"),
             ("channelCfg 15 7 0", "channelCfg 0 7 0", "channelCfg rx_mask = 0: is out of range"),
             ("channelCfg 15 7 0", "channelCfg 15 3 0", "bits of the mask 3 of channelCfg in line 5"),
-            ("dfeDataOutputMode 1", "dfeDataOutputMode 3", "only frames of chirps are read"),
+            ("dfeDataOutputMode 1", "dfeDataOutputMode 3", "only frames of chirps are supported"),
             ("0 77 429", "0 seventy 429", "profileCfg start = seventy: is not a number"),
             ("0 77 429", "0 nan 429", "profileCfg start = nan: is out of range; allowed: 1"),
             ("0 0 70 1", "0 0 0 1", "measures no range"),
@@ -737,7 +739,7 @@ mod tests {
         let e = message(&all);
         assert!(e.contains("a.cfg:9: chirpCfg profile = 3: no such profileCfg; allowed: 0"), "{e}");
         let uneven = XWR18.replace("0 0 0 0 2\n", "0 0 0 0 1\n");
-        assert!(message(&uneven).contains("TX1 sends twice"));
+        assert!(message(&uneven).contains("TX1 transmits twice"));
         assert_eq!(TiRadar::read("/nonexistent.cfg").unwrap_err().exit_code(), 2);
         assert_eq!(TiRadar::read("/").unwrap_err().exit_code(), 2);
         let f = tempfile::NamedTempFile::new().unwrap();

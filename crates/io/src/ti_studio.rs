@@ -303,7 +303,7 @@ mod tests {
             ),
             ("\"txEnable\": \"0x1\"", "\"txEnable\": \"0x2\"", ":19: chirpCfg tx_mask = 2"),
             ("\"mmWaveDevices\": [{", "\"mmWaveDevices\": [{}, {", "only captures of one device"),
-            ("mmWaveDevices", "devices", "no configuration of mmWave Studio"),
+            ("mmWaveDevices", "devices", "not a configuration of mmWave Studio"),
             ("legacyFrameChirp\",", "legacyFrameChirp\"", ":7: is not JSON"),
         ] {
             let e = message(&STUDIO.replace(from, to));

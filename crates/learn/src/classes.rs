@@ -102,8 +102,8 @@ mod tests {
         for (names, words) in [
             (&["undefined", "lanes"][..], "\"lanes\": is not a class"),
             (&["lane", "undefined"], "begin with \"undefined\""),
-            (&["undefined"], "add one class"),
-            (&["undefined", "lane", "lane"], "given twice"),
+            (&["undefined"], "add at least one class"),
+            (&["undefined", "lane", "lane"], "listed twice"),
         ] {
             let text = classes(names).unwrap_err().to_string();
             assert!(text.contains(words) && text.contains("guard rail"), "{text}");

@@ -291,7 +291,7 @@ classes = ["undefined", "lane"]
             ("kernel = 7", "kernel = 4", "network.kernel = 4: is even"),
             ("batch = 4", "batch = 4\nrat = 1", "did you mean 'rate'?"),
             ("\"A\"", "\"D\"", "allowed: B, A, C2, C4"),
-            ("\"lane\"", "\"lan\"", "data.classes = \"lan\": is no class"),
+            ("\"lane\"", "\"lan\"", "data.classes = \"lan\": is not a class"),
             ("\"road\"", "\"rode\"", "allowed: road, markers"),
             ("kind = \"segnet\"\n", "", "network.kind: is missing"),
             ("kernel = 7\n", "", "training.toml:3: network.kernel: is missing for a segnet"),
@@ -299,7 +299,7 @@ classes = ["undefined", "lane"]
             (
                 "kernel = 7",
                 "kernel = 7\nsamples = 3",
-                "training.toml:7: network.samples = 3: is no key of a segnet; remove it",
+                "training.toml:7: network.samples = 3: is not a key of a segnet; remove it",
             ),
         ] {
             let e = read(&TEXT.replace(from, to)).unwrap_err();
@@ -320,11 +320,15 @@ classes = ["undefined", "lane"]
                 "layers = 0",
                 "training.toml:4: network.layers = 0: is out of range; allowed: 1..=6",
             ),
-            ("kernel = 7", "kernel = 7\ncircles_m = [1]", "network.circles_m = [1]: is no key of a detector"),
+            (
+                "kernel = 7",
+                "kernel = 7\ncircles_m = [1]",
+                "network.circles_m = [1]: is not a key of a detector",
+            ),
             (
                 "\"lane\"",
                 "\"marker\"",
-                "data.classes = \"marker\": is no class; allowed: undefined, lane, vehicle, guard rail",
+                "data.classes = \"marker\": is not a class; allowed: undefined, lane, vehicle, guard rail",
             ),
             ("grid = \"road\"\n", "", "data.grid: is missing; allowed: road, markers"),
             ("batch = 4", "batch = 4\naugment = { shift_m = 2 }", "unless network.input is B"),
@@ -389,21 +393,21 @@ classes = ["others", "guard rail"]
         assert!(matches!(read(&bare).unwrap().network, Network::Points(n) if n.sight().steps.is_empty()));
         for (from, to, words) in [
             ("pointnet++", "pointnets", "network.kind = \"pointnets\": is not one of the choices"),
-            ("pointnet++", "pointnet", "network.radii_m = [8, 16]: is no key of a pointnet; remove it"),
-            ("channels = 8", "channels = 8\nkernel = 3", "network.kernel = 3: is no key of a pointnet++"),
+            ("pointnet++", "pointnet", "network.radii_m = [8, 16]: is not a key of a pointnet; remove it"),
+            ("channels = 8", "channels = 8\nkernel = 3", "network.kernel = 3: is not a key of a pointnet++"),
             ("radii_m = [8, 16]\n", "", "network.radii_m: is missing"),
             ("radii_m = [8, 16]\n", "radii_m = [8, 0]\n", "allowed: 1 to 5 numbers, each larger than 0"),
-            ("radii_m = [8, 16]\n", "radii_m = []\n", "network.radii_m = []: is no list"),
-            ("radii_m = [8, 16]\n", "radii_m = [8, nan]\n", "is no list of such numbers"),
+            ("radii_m = [8, 16]\n", "radii_m = []\n", "network.radii_m = []: is not a list"),
+            ("radii_m = [8, 16]\n", "radii_m = [8, nan]\n", "is not a list of numbers in range"),
             (
                 "radii_m = [8, 16]",
                 "radii_m = [8, 16]\ncentroids = [9]",
-                "network.centroids = [9]: has another length than radii_m; allowed: 2 numbers",
+                "network.centroids = [9]: must have the length of radii_m; allowed: 2 numbers",
             ),
             ("radii_m = [8, 16]", "radii_m = [8, 16]\nsamples = 0", "allowed: 1..=512"),
             ("\"r_min\"", "\"r_mid\"", "did you mean 'r_min'?"),
             ("\"r_min\"", "\"counts\"", "names counts twice"),
-            ("circles_m = [1.0, 2.0]\n", "", "needs the radii of the circles"),
+            ("circles_m = [1.0, 2.0]\n", "", "the features need circles_m, the radii of the circles"),
             ("[\"counts\", \"r_min\"]", "[\"r_min\"]", "network.features has no counts or covariance"),
             (
                 "[\"counts\", \"r_min\"]",
@@ -416,9 +420,9 @@ classes = ["others", "guard rail"]
                 "allowed: 0, because noise points are added only to grids",
             ),
             ("channels = 8", "channels = 0", "network.channels = 0: is out of range; allowed: 1..=512"),
-            ("runs = ", "grid = \"road\"\nruns = ", "data.grid = \"road\": belongs to networks of grids"),
-            ("\"others\"", "\"undefined\"", "\"undefined\": is no class; allowed: others, vehicle"),
-            ("\"guard rail\"", "\"lane\"", "\"lane\": is no class"),
+            ("runs = ", "grid = \"road\"\nruns = ", "data.grid = \"road\": applies to networks of grids"),
+            ("\"others\"", "\"undefined\"", "\"undefined\": is not a class; allowed: others, vehicle"),
+            ("\"guard rail\"", "\"lane\"", "\"lane\": is not a class"),
         ] {
             let e = read(&POINTS.replace(from, to)).unwrap_err();
             let text = e.to_string();

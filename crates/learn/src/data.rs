@@ -376,22 +376,22 @@ mod tests {
         assert_eq!((fine.len(), features.shape()), (1, [1, 113, 75]));
         assert_eq!(fine[0].labels(&all, 4, &Move::NONE).places().len(), 113 * 75);
         for (made, words) in [
-            (run(None, None), "masks = false: the run has no masks; allowed: true; put masks = true"),
+            (run(None, None), "masks = false: the run has no masks; allowed: true; set masks = true"),
             (run(Some((whole, 0.0)), None), "the run has no masks"),
             (
                 run(Some((&[4, 10, 300], 0.0)), None),
-                "shape = [4, 10, 300]: is a grid of another size; allowed: [4, 450, 300]",
+                "shape = [4, 10, 300]: the grid has another size; allowed: [4, 450, 300]",
             ),
             (run(Some((whole, f32::NAN)), None), "NaN or infinite value"),
             (
                 run(Some((whole, 0.0)), Some((&[300, 450], 0))),
-                "shape = [300, 450]: is a grid of another size",
+                "shape = [300, 450]: the grid has another size",
             ),
             (
                 run(Some((whole, 0.0)), Some((cells, 9))),
                 "class = 9: is not the number of a class; allowed: 0 to 6",
             ),
-            (tempfile::tempdir().unwrap(), "holds no frames"),
+            (tempfile::tempdir().unwrap(), "contains no frames"),
         ] {
             let e = read(&made).unwrap_err();
             let text = e.to_string();
@@ -399,7 +399,7 @@ mod tests {
             assert!(text.contains(made.path().file_name().unwrap().to_str().unwrap()), "{text}");
         }
         let gone = load(&["nowhere".into()], GridKind::Road).unwrap_err().to_string();
-        assert!(gone.contains("nowhere: is no folder of a run or a dataset"), "{gone}");
+        assert!(gone.contains("nowhere: is not the folder of a run or a dataset"), "{gone}");
     }
 
     #[test]

@@ -310,7 +310,7 @@ mod tests {
         let mut behind = points[0];
         behind.at_m = [-5.0, 0.0];
         let e = network.estimate(&look(&[behind], 0.0)).no_lane.unwrap().to_string();
-        assert!(e.contains("no point lies in the 60 x 40 m"), "{e}");
+        assert!(e.contains("no point is in the 60 x 40 m"), "{e}");
         behind.at_m = [f64::NAN, 0.0];
         assert!(network.estimate(&look(&[behind], 0.0)).no_lane.is_some());
     }

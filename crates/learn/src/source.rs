@@ -184,7 +184,7 @@ fn of_run(run: &Path, grids: Option<GridKind>) -> Result<Vec<Source>> {
     }
     match (frames.first(), found.is_empty()) {
         (None, _) => {
-            let bad = BadInput::new("holds no frames").file(run);
+            let bad = BadInput::new("contains no frames").file(run);
             Err(bad.remedy("give a folder that catseye simulate or catseye dataset wrote").into())
         }
         (Some(first), true) if grids.is_some() => Err(without_masks(&first.join(name)).into()),

@@ -234,7 +234,7 @@ mod tests {
         std::fs::write(&a, "range_m,azimuth_deg\n10,0\n20,5\n").unwrap();
         std::fs::write(&b, "x\n1\n").unwrap();
         let e = overlay_files("", &a, &b).unwrap_err().to_string();
-        assert!(e.contains("b.csv") && e.contains("common picture"), "{e}");
+        assert!(e.contains("b.csv") && e.contains("cannot be drawn in one chart"), "{e}");
         assert!(overlay_files("", &a, &a).is_ok());
     }
 }

@@ -288,7 +288,7 @@ mod tests {
         let cut = told(t.path(), 50, &frames);
         assert!(cut.contains("estimates.jsonl:2") && cut.contains("catseye lane"), "{cut}");
         let empty = tempfile::tempdir().unwrap();
-        assert!(told(empty.path(), 50, &frames).contains("holds no lane estimates"));
+        assert!(told(empty.path(), 50, &frames).contains("contains no lane estimates"));
         std::fs::create_dir(empty.path().join("1_markers")).unwrap();
         std::fs::write(empty.path().join("1_markers").join(ESTIMATES), look(0, 1, 0.1)).unwrap();
         assert!(

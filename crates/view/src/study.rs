@@ -314,7 +314,7 @@ mod tests {
         let column = told(ABOUT, Some(&TABLE.replace("rcs_dbsm", "level")));
         assert!(column.contains("rcs_dbsm"), "{column}");
         let nothing = told(ABOUT, None);
-        assert!(nothing.contains("neither table nor picture"), "{nothing}");
+        assert!(nothing.contains("neither a table nor a chart"), "{nothing}");
         let away = told(&ABOUT.replace("[\"s.csv\"", "[\"../s.csv\""), Some(TABLE));
         assert!(away.contains("../s.csv") && away.contains("files"), "{away}");
         let old = told(&ABOUT.replace("\"columns\"", "\"columns_of_old\""), Some(TABLE));

@@ -137,9 +137,13 @@ impl Kind {
     }
 
     pub(super) fn too_thick(&self, thickness_m: f64) -> Error {
-        self.bad("thickness_m", thickness_m, "the metal is thicker than its bends and faces leave room for")
-            .remedy("give a smaller thickness_m, or 0 for a sheet")
-            .into()
+        self.bad(
+            "thickness_m",
+            thickness_m,
+            "the metal is too thick for the bends and the distances of the faces",
+        )
+        .remedy("give a smaller thickness_m, or 0 for a sheet")
+        .into()
     }
 
     /// Returns an error for a facet count that would not fit in memory.

@@ -120,7 +120,7 @@ impl Builder for Lattice {
         let (nx, ny) = (self.bars(self.depth_m), if self.crossed { self.bars(self.width_m) } else { 1.0 });
         if nx < 1.0 || ny < 1.0 {
             return Err(kind
-                .bad("depth_m", self.depth_m, "not one bar fits")
+                .bad("depth_m", self.depth_m, "the extent is too small for one bar")
                 .allowed(format!("at least {}", self.bar_m))
                 .remedy("give a larger width_m and depth_m, or narrower bars")
                 .into());

@@ -229,9 +229,9 @@ impl Reflector {
             let param = &kind.params[i];
             let value = param.read(text).ok_or_else(|| {
                 BadInput::new(match param.range {
-                    Range::Number { .. } | Range::Whole { .. } => "not a number in range",
-                    Range::Material(_) => "not the name of a material",
-                    Range::Choice(_) => "not one of the choices",
+                    Range::Number { .. } | Range::Whole { .. } => "is out of range or not a number",
+                    Range::Material(_) => "is not the name of a material",
+                    Range::Choice(_) => "is not one of the choices",
                 })
                 .key(&key)
                 .value(format!("'{text}'"))

@@ -244,8 +244,8 @@ impl Builder for Filled {
         let (r, high) = (&self.reflector, self.fill_height_m > 0.0);
         if !self.is_filled() && high {
             return Err(kind
-                .bad("fill_height_m", self.fill_height_m, "there is nothing to fill it with")
-                .remedy("give fill=MATERIAL too")
+                .bad("fill_height_m", self.fill_height_m, "no material of the filling is given")
+                .remedy("give fill=MATERIAL as well")
                 .into());
         }
         if high && r.plates == PlateShape::Triangle {
@@ -258,7 +258,7 @@ impl Builder for Filled {
         let (over, leg_m) = (-r.height_m * r.slant_deg.to_radians().sin(), r.width_m * FRAC_1_SQRT_2);
         if r.plates == PlateShape::Strip && over >= 0.999 * leg_m {
             return Err(kind
-                .bad("slant_deg", r.slant_deg, "the standing plates lean over until they cross")
+                .bad("slant_deg", r.slant_deg, "the vertical plates lean so far that they cross")
                 .allowed(format!("a lean of less than {leg_m} m over the height"))
                 .remedy("give a smaller slant_deg or height_m, or a larger width_m")
                 .into());

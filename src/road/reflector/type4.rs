@@ -128,7 +128,7 @@ impl Builder for Type4 {
         if self.sag_m() > depth {
             // s = R - sqrt(R² - w²) solved for R.
             let least = (half * half + depth * depth) / (2.0 * depth);
-            return Err(bad(format!("the arc bends over the bottom plate's depth of {depth} m"), least)
+            return Err(bad(format!("the arc exceeds the bottom plate's depth of {depth} m"), least)
                 .remedy("give a larger radius_m or length_m")
                 .into());
         }

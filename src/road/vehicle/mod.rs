@@ -99,9 +99,9 @@ impl FromStr for Kind {
         Kind::ALL.into_iter().find(|k| k.name() == name).ok_or_else(|| {
             let remedy = match nearest(name, names()) {
                 Some(n) => format!("did you mean '{n}'?"),
-                None => "take one of the list".into(),
+                None => "choose one of the list".into(),
             };
-            BadInput::new("is no kind of vehicle or person")
+            BadInput::new("is not a kind of vehicle or person")
                 .value(name)
                 .allowed(names().collect::<Vec<_>>().join(", "))
                 .remedy(remedy)

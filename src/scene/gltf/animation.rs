@@ -102,7 +102,7 @@ impl Importer<'_> {
             Animations::All => Ok(list),
             Animations::None => {
                 if !list.is_empty() {
-                    self.note(format!("{} animations are left out, as asked for", list.len()));
+                    self.note(format!("{} animations are left out, as requested", list.len()));
                 }
                 Ok(Vec::new())
             }
@@ -123,7 +123,9 @@ impl Importer<'_> {
                     });
                 Err(match nearest(wanted, names.iter().map(String::as_str)) {
                     Some(n) => bad.remedy(format!("did you mean '{n}'?")),
-                    None => bad.remedy("leave it out to take all that do not contradict each other"),
+                    None => {
+                        bad.remedy("leave it out to use all animations that do not contradict each other")
+                    }
                 }
                 .into())
             }
@@ -168,8 +170,8 @@ impl Importer<'_> {
                         let k = self.keys::<3>(a, *c, &what)?;
                         last_s = k.times_s.last().copied().unwrap_or(0.0).max(last_s);
                         let scale = k.same().ok_or_else(|| {
-                            self.bad(&what, "changes a scale, and bodies are rigid")
-                                .remedy("take that channel out, or choose another animation with --animation")
+                            self.bad(&what, "changes a scale, but bodies are rigid")
+                                .remedy("remove that channel, or choose another animation with --animation")
                         })?;
                         Moves { scale: Some(scale), ..Moves::default() }
                     }
@@ -179,7 +181,7 @@ impl Importer<'_> {
                     return Err(self
                         .bad("animations", "too many keys")
                         .allowed(format!("up to {MAX_KEYS} in all"))
-                        .remedy("thin the animations out, or choose one with --animation")
+                        .remedy("reduce the number of keys, or choose one animation with --animation")
                         .into());
                 }
                 let known = self.moves.entry(*i).or_default();
@@ -216,21 +218,19 @@ impl Importer<'_> {
             }
             let Checked::Valid(property) = path else {
                 self.note(format!(
-                    "animation {} moves more than nodes, which is left out",
+                    "animation {} changes properties other than those of nodes, which is left out",
                     self.animation_called(a)
                 ));
                 continue;
             };
             if property == Property::MorphTargetWeights {
                 let node = self.node_called(i);
-                self.note(format!("{node} has animated morph targets; it is taken without them"));
+                self.note(format!("{node} has animated morph targets, which are left out"));
                 continue;
             }
             if own[i] {
                 let node = self.node_called(i);
-                self.note(format!(
-                    "{node} moves as its extras.catseye.motion says, not as an animation says"
-                ));
+                self.note(format!("{node} follows its extras.catseye.motion, not an animation"));
                 continue;
             }
             if !seen.insert((i, property as u8)) {
@@ -266,7 +266,7 @@ impl Importer<'_> {
         let times = self.elements::<1>(sampler.input.value(), &format!("{what}: input"))?;
         let times_s: Vec<f64> = times.into_iter().map(|[t]| t).collect();
         if times_s.is_empty() {
-            return Err(self.bad(what, "has no keys").remedy("take the channel out").into());
+            return Err(self.bad(what, "has no keys").remedy("remove the channel").into());
         }
         if let Some(k) = times_s.iter().position(|t| !(t.is_finite() && *t >= 0.0)) {
             return Err(self

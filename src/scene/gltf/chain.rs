@@ -61,9 +61,9 @@ impl Importer<'_> {
                 return Err(self
                     .bad(
                         format!("nodes[{i}].extras.catseye.motion"),
-                        format!("{} hangs on a node that is scaled or mirrored", self.node_called(i)),
+                        format!("{} has a parent node that is scaled or mirrored", self.node_called(i)),
                     )
-                    .remedy("a motion is in metres; apply the scale of the nodes above")
+                    .remedy("apply the scale of the parent nodes, since a motion is in metres")
                     .into());
             }
             chain.joints.extend(own.iter().rev().cloned());
@@ -100,9 +100,9 @@ impl Importer<'_> {
                     return Err(self
                         .bad(
                             format!("nodes[{i}]"),
-                            format!("{} turns under a node whose scale is not the same in all directions", self.node_called(i)),
+                            format!("{} rotates under a node whose scale differs between directions", self.node_called(i)),
                         )
-                        .remedy("bodies are rigid: apply the scale of the nodes above, or choose another animation with --animation")
+                        .remedy("apply the scale of the parent nodes (bodies are rigid), or choose another animation with --animation")
                         .into());
                 }
                 let turned = o * axes * o.determinant().signum();
@@ -136,7 +136,7 @@ impl Importer<'_> {
         self.joints += more;
         if self.joints > MAX_JOINTS {
             return Err(self
-                .bad("nodes", "too many animated nodes hang on one another")
+                .bad("nodes", "the hierarchy has too many animated nodes")
                 .allowed(format!("up to {MAX_JOINTS} joints of all objects"))
                 .remedy("flatten the hierarchy")
                 .into());

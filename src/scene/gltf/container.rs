@@ -81,7 +81,7 @@ pub(super) fn beside(file: &Path, folder: Option<&Path>, key: &str, uri: &str) -
             return Err(outside().into());
         }
         let Some(folder) = folder else {
-            return Err(bad("is a file, and there is no folder to look in".into())
+            return Err(bad("names a file, but there is no folder in which to look for it".into())
                 .remedy("give a .glb file")
                 .into());
         };

@@ -26,7 +26,7 @@ impl Importer<'_> {
         let b = self.bad(format!("{prefix}.{}", clip(key)), "unknown key").allowed(known.join(", "));
         match nearest(key, known.iter().copied()) {
             Some(n) => b.remedy(format!("did you mean '{n}'?")),
-            None => b.remedy("take the key out"),
+            None => b.remedy("remove the key"),
         }
     }
 

@@ -181,7 +181,7 @@ impl TurnText {
     fn turn(self) -> Result<Turn, &'static str> {
         let long = |lengths: &[f64]| match lengths.iter().all(|l| *l > 0.0) {
             true => Ok(()),
-            false => Err("a length of its turn is not above 0"),
+            false => Err("a length of its rotation is not above 0"),
         };
         Ok(match self {
             TurnText::Roll { radius_m } => {
@@ -213,7 +213,7 @@ impl TurnText {
                 let crank_m = DVec3::from(crank_m);
                 let d = crank_m.x.hypot(crank_m.z);
                 if d - arm_m <= (thigh_m - shank_m).abs() || d + arm_m >= thigh_m + shank_m {
-                    return Err("its leg does not reach the pedal all the way round");
+                    return Err("its leg does not reach the pedal over the whole turn");
                 }
                 Turn::Pedal { crank_m, arm_m, thigh_m, shank_m, development_m, half, knee }
             }
@@ -227,7 +227,7 @@ impl JointText {
             let axis = DVec3::from(axis);
             if is_unit(axis.length()) { Ok(axis) } else { Err("its axis is not a unit vector") }
         };
-        const MISSING: &str = "names a channel that extras.catseye.channels of the file does not have";
+        const MISSING: &str = "names a channel that is not in extras.catseye.channels of the file";
         Ok(match self {
             JointText::Fixed { rotation, translation_m } => {
                 let q = DQuat::from_array(rotation);
@@ -307,7 +307,7 @@ impl Importer<'_> {
         let turns = text.rotations.iter().flat_map(|c| &c.values);
         if let Some(q) = turns.map(|q| DQuat::from_array(*q)).find(|q| !is_unit(q.length())) {
             return Err(self
-                .bad(format!("{key}.rotations"), "holds no unit quaternion")
+                .bad(format!("{key}.rotations"), "contains a rotation that is not a unit quaternion")
                 .value(q)
                 .remedy("correct it")
                 .into());

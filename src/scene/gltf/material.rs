@@ -202,7 +202,7 @@ impl Importer<'_> {
             }
         }
         let mut m = given.over(name, base, GIVEN).ok_or_else(|| {
-            self.bad(prefix, format!("says nothing of what '{}' is made of", clip(name)))
+            self.bad(prefix, format!("does not state what '{}' is made of", clip(name)))
                 .allowed(KEYS.join(", "))
                 .remedy("give eps_r, conductivity_s_per_m, or like = the name of a table row")
         })?;
@@ -347,7 +347,7 @@ pub(super) fn material_extras(m: &Material) -> Result<Map<String, Value>, String
                 extras.insert("like".into(), json!(r.name));
                 assumed = r.clone();
             }
-            None => return Err(format!("material '{}' follows a law that is in no table row", m.name)),
+            None => return Err(format!("material '{}' follows a law that no row of the table has", m.name)),
         },
     }
     if m.roughness_rms_m != assumed.roughness_rms_m {

@@ -342,7 +342,7 @@ fn what_stands_still_has_no_motion_and_what_drifts_drifts_on_top() {
     let none = ImportOptions { animations: Animations::from_name("none"), ..Default::default() };
     let s = doc.with(&none).unwrap();
     assert_eq!(s.objects[0].pose.translation_m, DVec3::splat(9.0));
-    assert!(s.import.notes[0].contains("1 animations are left out, as asked for"), "{:?}", s.import.notes);
+    assert!(s.import.notes[0].contains("1 animations are left out, as requested"), "{:?}", s.import.notes);
 }
 
 #[test]
@@ -487,7 +487,7 @@ fn broken_animations_and_skins_are_named() {
             let a = d.floats(&[[1.0; 3], [1.0, 1.0, 1.1]]);
             d.v["animations"][0]["samplers"][0]["output"] = json!(a);
         },
-        "of node 0 ('arm'): changes a scale, and bodies are rigid",
+        "of node 0 ('arm'): changes a scale, but bodies are rigid",
     );
     check(
         &|d| d.v["nodes"][0]["matrix"] = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
@@ -497,7 +497,7 @@ fn broken_animations_and_skins_are_named() {
         &|d| {
             d.v["nodes"] = json!([{"children": [1], "scale": [1, 2, 1]}, {"mesh": 0, "name": "hand"}]);
         },
-        "node 1 ('hand') turns under a node whose scale is not the same in all directions",
+        "node 1 ('hand') rotates under a node whose scale differs between directions",
     );
     check(
         &|d| d.v["animations"][0]["extras"] = json!({"catseye": {"repeats": true}}),
@@ -531,7 +531,7 @@ fn broken_animations_and_skins_are_named() {
     );
     check(
         &motion(json!([{"kind": "track", "position": 3}])),
-        "names a channel that extras.catseye.channels of the file does not have",
+        "names a channel that is not in extras.catseye.channels of the file",
     );
     check(
         &|d| d.v["extras"] = json!({"catseye": {"channels": {"positions_m": [{"interpolation": "linear", "times_s": [0, 0], "values": [[0, 0, 0], [1, 0, 0]]}]}}}),
@@ -543,7 +543,7 @@ fn broken_animations_and_skins_are_named() {
     );
     check(
         &|d| d.v["nodes"] = json!([{"children": [1], "scale": [2, 2, 2]}, {"mesh": 0, "name": "hand", "extras": {"catseye": {"motion": [{"kind": "line", "velocity_mps": [1, 0, 0]}]}}}]),
-        "node 1 ('hand') hangs on a node that is scaled or mirrored",
+        "node 1 ('hand') has a parent node that is scaled or mirrored",
     );
 }
 
@@ -639,7 +639,7 @@ fn skins_are_cut_into_rigid_parts() {
         assert!((*a - *b).length() < 1e-6, "at rest the parts are the blended mesh: {a} {b}");
     }
     let note = &s.import.notes[0];
-    assert!(note.contains("node 0 ('arm') has a skin and is cut into 2 rigid parts; the least share of a triangle's weight in its part is 50 %, at 'upper'"), "{note}");
+    assert!(note.contains("node 0 ('arm') has a skin and is cut into 2 rigid parts; the minimum share of a triangle's weight in its part is 50 %, at 'upper'"), "{note}");
     // In motion what hangs on one joint alone is exact.
     for t in [1.0, 1.3, 1.8, 5.0] {
         let u = (t - 1.0f64).clamp(0.0, 1.0);
@@ -700,12 +700,12 @@ fn skins_with_integers_and_wrong_skins() {
     };
     check(
         &set("/skins/0/joints", json!([1, 9])),
-        "skins[0].joints[1] = 9: the skin of node 0 ('arm') hangs on a node that is not in the scene",
+        "skins[0].joints[1] = 9: the skin of node 0 ('arm') has a joint that is not in the scene",
     );
     check(&set("/skins/0/joints", json!([])), "the skin of node 0 ('arm') has no joints");
     check(
         &set("/skins/0/joints", json!([1])),
-        "vertex 3 of node 0 ('arm') hangs on a joint that the skin does not have; allowed: 0..=0",
+        "vertex 3 of node 0 ('arm') names a joint that the skin does not have; allowed: 0..=0",
     );
     check(
         &set("/skins/0/joints", json!([1, 2, 1])),
@@ -723,7 +723,7 @@ fn skins_with_integers_and_wrong_skins() {
             let weights = d.floats(&[[0.0f32; 4]; 9]);
             d.v["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = json!(weights);
         },
-        "vertex 0 of node 0 ('arm') hangs on no joint",
+        "vertex 0 of node 0 ('arm') has no joint",
     );
     check(
         &|d| {
@@ -732,12 +732,12 @@ fn skins_with_integers_and_wrong_skins() {
         },
         "vertex 0 of node 0 ('arm') has a weight that is not 0 or more",
     );
-    check(&set("/nodes/1/scale", json!([0, 0, 0])), "hangs on node 1 ('upper'), which has no size");
+    check(&set("/nodes/1/scale", json!([0, 0, 0])), "has the joint node 1 ('upper'), whose scale is zero");
     check(
         &|d| d.v["nodes"][0]["extras"] = json!({"catseye": {"id": 3}}),
-        "belongs to a node that is one object",
+        "an id is only allowed on a node that is one object",
     );
-    check(&|d| d.v["scenes"] = json!([{"nodes": [0]}]), "hangs on a node that is not in the scene");
+    check(&|d| d.v["scenes"] = json!([{"nodes": [0]}]), "has a joint that is not in the scene");
 }
 
 /// A scene with every kind of joint and turn.
@@ -945,7 +945,7 @@ fn other_programs_see_it_move() {
     for (a, b) in s.objects.iter().zip(&again.objects).filter(|(a, _)| a.motion.is_some()) {
         assert!((a.at(0.7).translation_m - b.at(0.7).translation_m).length() < 1e-9, "{}", a.name);
     }
-    assert!(again.import.notes.iter().any(|n| n.contains("moves as its extras.catseye.motion says")));
+    assert!(again.import.notes.iter().any(|n| n.contains("follows its extras.catseye.motion")));
 }
 
 /// Children of a node that moves by its extras move with it, and lists may stand in files by hand.
@@ -1002,7 +1002,7 @@ fn files_of_others() {
     let notes = s.import.notes.join("\n");
     for expect in [
         "has morph targets",
-        "node 2 has animated morph targets; it is taken without them",
+        "node 2 has animated morph targets, which are left out",
         "animations that move more than nodes",
     ] {
         assert!(notes.contains(expect), "{notes}");

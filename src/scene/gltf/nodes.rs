@@ -72,7 +72,7 @@ impl Importer<'_> {
                             .bad(key, "is not true or false")
                             .value(clip(&v.to_string()))
                             .allowed("true, false")
-                            .remedy("give false for a body that only labels, pictures and lidar show")
+                            .remedy("give false for a body that only labels, images and lidar show")
                             .into());
                     }
                 },
@@ -131,18 +131,21 @@ impl Importer<'_> {
         let key = format!("nodes[{i}]");
         if rcs_dbsm.is_some() && mesh.is_some() {
             return Err(self
-                .bad(key, "has a mesh and rcs_dbsm")
+                .bad(key, "a mesh and rcs_dbsm exclude each other")
                 .remedy("give rcs_dbsm to a node without a mesh")
                 .into());
         }
         if rcs_dbsm.is_some() && rcs_table.is_some() {
-            return Err(self.bad(key, "has rcs_dbsm and rcs_table").remedy("keep one of the two").into());
+            return Err(self
+                .bad(key, "rcs_dbsm and rcs_table exclude each other")
+                .remedy("keep one of the two")
+                .into());
         }
         if let Some(id) = id {
             let several = instancing.is_some() || mesh.is_some() && skin.is_some();
             if mesh.is_none() && rcs_dbsm.is_none() && rcs_table.is_none() || several {
                 return Err(self
-                    .bad(format!("{key}.extras.catseye.id"), "belongs to a node that is one object")
+                    .bad(format!("{key}.extras.catseye.id"), "an id is only allowed on a node that is one object")
                     .remedy("give ids to the nodes with a mesh, rcs_dbsm or rcs_table, without instancing or skin")
                     .into());
             }
@@ -150,7 +153,7 @@ impl Importer<'_> {
                 return Err(self
                     .bad(format!("{key}.extras.catseye.id"), "is given twice")
                     .value(id)
-                    .remedy("ids are unique; leave it out to have one assigned")
+                    .remedy("give a unique id, or leave it out to have one assigned")
                     .into());
             }
         }
@@ -207,7 +210,7 @@ impl Importer<'_> {
         };
         if rcs_table.is_some() {
             self.note(format!(
-                "node {i} ('{}') scatters as its rcs_table says; its mesh does not",
+                "node {i} ('{}') scatters as its rcs_table states; its mesh does not scatter",
                 clip(&base)
             ));
         }
@@ -300,8 +303,8 @@ impl Importer<'_> {
         let (stand, bake) = self.stand(here, local)?;
         if bake != DMat3::IDENTITY {
             return Err(self
-                .bad(key, "is scaled or mirrored and has an rcs_table")
-                .remedy("a table cannot be scaled; apply the node's scale")
+                .bad(key, "the node has an rcs_table, but is scaled or mirrored")
+                .remedy("apply the node's scale, since a table cannot be scaled")
                 .into());
         }
         Ok(stand)

@@ -209,7 +209,7 @@ impl<'a> Importer<'a> {
                 }
                 if let Some(p) = parent[c] {
                     let problem = if p == i {
-                        "names a child twice".into()
+                        "lists a child twice".into()
                     } else {
                         format!("node {c} has two parents, {p} and {i}")
                     };

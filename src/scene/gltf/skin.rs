@@ -134,7 +134,7 @@ impl Importer<'_> {
             0 => self.note(format!("{who} has no triangle with an area and is left out")),
             1 => {}
             n if worst.0 < 1.0 => self.note(format!(
-                "{who} has a skin and is cut into {n} rigid parts; the least share of a triangle's weight in its part is {:.0} %, at '{}'",
+                "{who} has a skin and is cut into {n} rigid parts; the minimum share of a triangle's weight in its part is {:.0} %, at '{}'",
                 100.0 * worst.0,
                 clip(&worst_body)
             )),
@@ -188,7 +188,7 @@ impl Importer<'_> {
                 return Err(self
                     .bad(
                         format!("{key}.joints[{k}]"),
-                        format!("the skin of {who} hangs on a node that is not in the scene"),
+                        format!("the skin of {who} has a joint that is not in the scene"),
                     )
                     .value(j)
                     .remedy("export the file again with its joints")
@@ -229,11 +229,11 @@ impl Importer<'_> {
                             .bad(
                                 format!("nodes[{node}]"),
                                 format!(
-                                    "the skin of {who} hangs on {}, which has no size",
+                                    "the skin of {who} has the joint {}, whose scale is zero",
                                     self.node_called(node)
                                 ),
                             )
-                            .remedy("scale it back, or take the skin off")
+                            .remedy("give it another scale, or remove the skin")
                             .into());
                     }
                     let to_iso = rest * self.axes * self.options.unit_m;
@@ -276,13 +276,13 @@ impl Importer<'_> {
                 (None, _) => {
                     return Err(self
                         .bad(key("JOINTS"), format!("is missing, and {who} has a skin"))
-                        .remedy("take the skin off the node, or export the file again")
+                        .remedy("remove the skin from the node, or export the file again")
                         .into());
                 }
                 (_, None) => {
                     return Err(self
                         .bad(key("WEIGHTS"), format!("is missing, and {who} has a skin"))
-                        .remedy("take the skin off the node, or export the file again")
+                        .remedy("remove the skin from the node, or export the file again")
                         .into());
                 }
             };
@@ -319,7 +319,7 @@ impl Importer<'_> {
                     }
                     let k = joint as usize;
                     let Some(matrix) = matrices.get(k).filter(|_| joint == k as f64) else {
-                        return Err(bad("hangs on a joint that the skin does not have")
+                        return Err(bad("names a joint that the skin does not have")
                             .value(joint)
                             .allowed(format!("0..={}", matrices.len() - 1))
                             .into());
@@ -336,7 +336,7 @@ impl Importer<'_> {
                     return Err(self
                         .bad(
                             format!("meshes[{m}].primitives[{p}]"),
-                            format!("vertex {v} of {who} hangs on no joint"),
+                            format!("vertex {v} of {who} has no joint"),
                         )
                         .remedy("give it a weight above 0; export the file again")
                         .into());

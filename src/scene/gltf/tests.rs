@@ -296,7 +296,7 @@ fn extras_of_nodes() {
         (json!({"id": 0}), "is not an id; allowed: 1..=4294967295"),
         (json!({"velocity_mps": [1, 2]}), "is not 3 numbers"),
         (json!({"velocity_mps": [1, 2, "3"]}), "is not 3 numbers"),
-        (json!({"rcs_dbsm": 3}), "has a mesh and rcs_dbsm"),
+        (json!({"rcs_dbsm": 3}), "a mesh and rcs_dbsm exclude each other"),
         (json!({"radar": 0}), "is not true or false; allowed: true, false"),
         (json!({"class": 3}), "is not a class name"),
         (json!([]), "is not an object"),
@@ -329,7 +329,7 @@ fn materials() {
         (json!({"eps_r": [0, 0.1]}), "eps' is not positive"),
         (json!({"eps_r": 3}), "is not 2 numbers"),
         (json!({"eps": [3, 1]}), "materials[0].extras.catseye.eps: unknown key; allowed: like, eps_r"),
-        (json!({"layers": []}), "says nothing of what 'mud' is made of"),
+        (json!({"layers": []}), "does not state what 'mud' is made of"),
         (json!({"like": "steel", "layers": 3}), "extras.catseye.layers = 3: is not a list of layers"),
         (json!({"like": "steel", "layers": [{"material": "water"}]}), "layers[0].thickness_m: is missing"),
         (
@@ -346,7 +346,7 @@ fn materials() {
         ),
         (
             json!({"like": "steel", "layers": [{"material": "pec", "thickness_m": 1e-4}]}),
-            "layers[0] = 0.0001: a perfect conductor hides what is under it",
+            "layers[0] = 0.0001: a perfect conductor hides the layers under it",
         ),
         (
             json!({"like": "steel", "layers": vec![json!({"material": "ice", "thickness_m": 1e-4}); 17]}),
@@ -354,7 +354,7 @@ fn materials() {
         ),
         (json!({"like": "stell"}), "did you mean 'steel'?"),
         (json!({"conductivity_s_per_m": -1}), "is not a number in range; allowed: 0..="),
-        (json!({}), "says nothing of what 'mud' is made of"),
+        (json!({}), "does not state what 'mud' is made of"),
     ] {
         v["materials"] = json!([{"name": "mud", "extras": {"catseye": extras}}]);
         let e = complaint(&v);

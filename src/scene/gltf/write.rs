@@ -106,7 +106,7 @@ pub fn to_glb(scene: &Scene) -> Result<Vec<u8>> {
             if corners.iter().flatten().any(|c| *c as usize >= points.len())
                 || material as usize >= scene.materials.len()
             {
-                return Err(failed(format!("mesh {m} points past its vertices or materials")));
+                return Err(failed(format!("mesh {m} names vertices or materials that do not exist")));
             }
             let indices = buffer.indices(corners);
             let mut attributes = json!({"POSITION": position});

@@ -83,7 +83,7 @@ pub fn from_arrays(name: &str, class: &str, arrays: MeshArrays) -> Result<Scene>
     }
     let normals = match normals {
         Some(n) if n.len() != vertices => {
-            let bad = BadInput::new("has another number of rows than vertices_m").key("normals");
+            let bad = BadInput::new("must have as many rows as vertices_m").key("normals");
             return Err(bad.value(n.len()).allowed(vertices.to_string()).into());
         }
         Some(n) => n,
@@ -94,7 +94,7 @@ pub fn from_arrays(name: &str, class: &str, arrays: MeshArrays) -> Result<Scene>
         return Err(bad.remedy("give zero where the facets are flat").into());
     }
     if materials.len() != 1 && materials.len() != count {
-        return Err(BadInput::new("has neither one name nor one for each triangle")
+        return Err(BadInput::new("must have one name, or one for each triangle")
             .key("material")
             .value(format!("{} names", materials.len()))
             .allowed(format!("1 or {count}"))
@@ -122,7 +122,7 @@ pub fn from_arrays(name: &str, class: &str, arrays: MeshArrays) -> Result<Scene>
     let dropped = drop_degenerate(&mut mesh);
     if mesh.triangles.is_empty() {
         let why = if dropped > 0 { format!(" ({dropped} have no area)") } else { String::new() };
-        return Err(BadInput::new(format!("there is no triangle{why}")).key("triangles").into());
+        return Err(BadInput::new(format!("there are no triangles{why}")).key("triangles").into());
     }
     if dropped > 0 {
         scene.import.degenerate_triangles_dropped = dropped;

@@ -44,8 +44,9 @@ impl Contents {
             gltf::Up::Z => "with z up".to_string(),
         });
         let said: Vec<String> = unit.into_iter().chain(up).collect();
-        (!said.is_empty())
-            .then(|| format!("the file says that it is {}, and is read otherwise, as stated", said.join(" ")))
+        (!said.is_empty()).then(|| {
+            format!("the file states that it is {}, but is read as the options state", said.join(" "))
+        })
     }
 }
 

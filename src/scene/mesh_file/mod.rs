@@ -105,9 +105,9 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
         "obj" => obj::read,
         _ => {
             input::regular(path, WHAT)?;
-            let bad = BadInput::new("is no file of a mesh that is read").file(path);
+            let bad = BadInput::new("meshes of this file type cannot be read").file(path);
             let list = READ.map(|e| format!(".{e}")).join(", ");
-            return Err(bad.allowed(list).remedy("export it as one of these").into());
+            return Err(bad.allowed(list).remedy("export the mesh as one of these").into());
         }
     };
     input::regular(path, WHAT)?;
@@ -143,7 +143,7 @@ pub fn import_sized(path: &Path, options: &ImportOptions, size_m: RangeInclusive
         .file(path)
         .key("unit")
         .allowed(format!("{} m to {} m without a unit", size_m.start(), size_m.end()))
-        .remedy("give --unit mm (in a scenario unit = \"mm\"), or m if it is right")
+        .remedy("give --unit mm (in a scenario unit = \"mm\"), or --unit m if the size is right")
         .into())
 }
 

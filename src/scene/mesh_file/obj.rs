@@ -73,8 +73,10 @@ pub(super) fn read(bytes: &[u8], file: &Path) -> Result<Contents> {
         return Err(other.into());
     }
     if bytes.contains(&0) {
-        let bad = BadInput::new("is no OBJ: it is binary").file(file);
-        return Err(bad.remedy("export it as OBJ, or name it by what it is, as .stl or .glb").into());
+        let bad = BadInput::new("is not OBJ: it is binary").file(file);
+        return Err(bad
+            .remedy("export it as OBJ, or give it the extension of its format, such as .stl or .glb")
+            .into());
     }
     let text = with_names(bytes);
     let mut reader = Reader {
@@ -116,8 +118,7 @@ pub(super) fn read(bytes: &[u8], file: &Path) -> Result<Contents> {
     reader.finish_part();
     if let (count @ 1.., most) = reader.warped {
         reader.note(&format!(
-            "not flat: {count} faces of more than three corners, by up to {most:.3} of the file's units; how they are cut into triangles is the reader's \
-             choice: export triangles"
+            "not flat: {count} faces of more than three corners, by up to {most:.3} of the file's units; the reader decides how to divide them into triangles: export triangles"
         ));
     }
     Ok(reader.out)
@@ -142,11 +143,11 @@ impl Reader<'_> {
         };
         let allowed = if key == "v" { "x y z, x y z w, x y z r g b, or x y z w r g b" } else { "x y z" };
         if !matches!((key, words.len()), (_, 3) | ("v", 4 | 6 | 7)) {
-            let b = bad("has another number of numbers").value(words.len()).allowed(allowed);
+            let b = bad("has the wrong number of values").value(words.len()).allowed(allowed);
             return Err(b.remedy("export the file again").into());
         }
         if matches!(read[3..], [Some(w)] | [Some(w), _, _, _] if w != 1.0) {
-            self.note("weights of vertices count for freeform surfaces alone and are left out");
+            self.note("weights of vertices apply only to freeform surfaces and are left out");
         }
         Ok(DVec3::new(x, y, z))
     }
@@ -199,15 +200,16 @@ impl Reader<'_> {
                 Ok(())
             }
             w if COMMANDS.contains(&w) => {
-                let b = bad("brings in another file, which is not read").key(w);
-                Err(b.remedy("export all in one file").into())
+                let b = bad("includes another file, which is not supported").key(w);
+                Err(b.remedy("export everything in one file").into())
             }
-            w if FREEFORM.contains(&w) => {
-                Err(bad("freeform curves and surfaces are not read").key(w).remedy("export polygons").into())
-            }
+            w if FREEFORM.contains(&w) => Err(bad("freeform curves and surfaces are not supported")
+                .key(w)
+                .remedy("export polygons")
+                .into()),
             "solid" if number == 1 => Err(bad("is ASCII STL").remedy("name it .stl").into()),
             w => {
-                let b = bad("is no line of an OBJ file").allowed("v, vn, vt, f, o, g, s, usemtl, …");
+                let b = bad("is not a line of an OBJ file").allowed("v, vn, vt, f, o, g, s, usemtl, …");
                 let b = BadInput { key: keyword(w).map(Into::into), ..b };
                 Err(b.remedy("export the file again").into())
             }
@@ -238,7 +240,7 @@ impl Reader<'_> {
                     0 => "none, there are none before this line".into(),
                     n => format!("1..={n}, or -{n}..=-1 from the last one"),
                 };
-                bad(format!("is no index of a {what}")).value(clip(text)).allowed(allowed)
+                bad(format!("is not the index of a {what}")).value(clip(text)).allowed(allowed)
             };
             from_start.filter(|i| *i < count).ok_or_else(|| bad().remedy("export the file again").into())
         };
@@ -249,12 +251,12 @@ impl Reader<'_> {
             let vertex = index(parts.next().unwrap_or(""), points.len(), "vertex")?;
             // Textures are not read, but what is no index is a fault.
             if let Some(t) = parts.next().filter(|t| !t.is_empty() && t.parse::<i64>().is_err()) {
-                let b = bad("is no index of a texture coordinate".into()).value(clip(t));
+                let b = bad("is not the index of a texture coordinate".into()).value(clip(t));
                 return Err(b.remedy("export the file again").into());
             }
             let normal = parts.next().filter(|n| !n.is_empty());
             if parts.next().is_some() {
-                let b = bad("is no corner of a face".into()).value(clip(word));
+                let b = bad("is not a corner of a face".into()).value(clip(word));
                 return Err(b.allowed("v, v/vt, v//vn or v/vt/vn").remedy("export the file again").into());
             }
             let normal = normal.map(|n| index(n, normals.len(), "normal")).transpose()?;
@@ -450,7 +452,7 @@ mod tests {
             (
                 "five numbers",
                 with("5.5", "5.5 1 1"),
-                Refused("a.obj:5: v = 5: has another number of numbers; allowed: x y z, x y z w"),
+                Refused("a.obj:5: v = 5: has the wrong number of values; allowed: x y z, x y z w"),
             ),
             (
                 "decimal comma",
@@ -460,33 +462,33 @@ mod tests {
             (
                 "a unit",
                 with("5.5", "5.5mm"),
-                Refused("v = 5.5mm: is not three finite numbers; leave the unit out"),
+                Refused("v = 5.5mm: is not three finite numbers; leave out the unit"),
             ),
             ("a word behind", with("5.5", "5.5 top"), Refused("v = top: is not three finite")),
             (
                 "a normal of four",
                 with("vn 1", "vn 0 1"),
-                Refused("a.obj:7: vn = 4: has another number of numbers; allowed: x y z"),
+                Refused("a.obj:7: vn = 4: has the wrong number of values; allowed: x y z"),
             ),
             (
                 "corner of four parts",
                 with("f 1 ", "f 1/1/1/1 "),
-                Refused("a.obj:9: f = 1/1/1/1: is no corner of a face; allowed: v, v/vt"),
+                Refused("a.obj:9: f = 1/1/1/1: is not a corner of a face; allowed: v, v/vt"),
             ),
             (
                 "texture of no number",
                 with("f 1 ", "f 1/x "),
-                Refused("f = x: is no index of a texture coordinate"),
+                Refused("f = x: is not the index of a texture coordinate"),
             ),
             (
                 "huge index",
                 with("f 1 ", "f 4294967297 "),
-                Refused("f = 4294967297: is no index of a vertex; allowed: 1..=4"),
+                Refused("f = 4294967297: is not the index of a vertex; allowed: 1..=4"),
             ),
-            ("upper case", PLAIN.to_uppercase().into(), Refused("a.obj:2: O: is no line of an OBJ file")),
-            ("another file", with("o wall", "call b.obj"), Refused("a.obj:2: call: brings in another file")),
+            ("upper case", PLAIN.to_uppercase().into(), Refused("a.obj:2: O: is not a line of an OBJ file")),
+            ("another file", with("o wall", "call b.obj"), Refused("a.obj:2: call: includes another file")),
             ("page", b"<html>".to_vec(), Refused("is a web page (HTML), not OBJ")),
-            ("binary STL", [&[b' '; 80][..], &[1, 0, 0, 0]].concat(), Refused("is no OBJ: it is binary")),
+            ("binary STL", [&[b' '; 80][..], &[1, 0, 0, 0]].concat(), Refused("is not OBJ: it is binary")),
             ("ASCII STL", b"solid x\nendsolid\n".to_vec(), Refused("is ASCII STL; name it .stl")),
             ("STEP", b"ISO-10303-21;\n".to_vec(), Refused("is a STEP file, not OBJ; export it as .stl")),
             ("UTF-16", PLAIN.encode_utf16().flat_map(u16::to_le_bytes).collect(), Refused("is UTF-16 text")),

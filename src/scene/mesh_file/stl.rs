@@ -38,9 +38,9 @@ pub(super) fn read(bytes: &[u8], file: &Path) -> Result<Contents> {
     }
     let Some(count) = count.filter(|_| text.is_none() || is_whole) else {
         let why = match text {
-            Some(_) => "is no STL: it is text that does not begin with 'solid'".to_string(),
+            Some(_) => "is not STL: it is text that does not begin with 'solid'".to_string(),
             None => format!(
-                "is no STL: a binary one has at least {HEADER} bytes, and the file has {}",
+                "is not STL: a binary STL has at least {HEADER} bytes, and the file has {}",
                 bytes.len()
             ),
         };
@@ -78,7 +78,7 @@ fn cut_off(count: u32, needed: u64, has: usize) -> String {
         u32::MAX => format!("its count, {count}, was never filled in"),
         n => format!("{n} triangles are {needed} bytes"),
     };
-    format!("is no whole STL: {says}, and the file has {has}, those of {there} triangles")
+    format!("is not a complete STL: {says}, and the file has {has}, those of {there} triangles")
 }
 
 /// The problem of a file with more bytes than its count asks for.
@@ -128,7 +128,7 @@ impl Weld {
 fn against(count: usize, of: usize) -> Option<String> {
     let note = || {
         format!(
-            "{count} of {of} facets have a normal against the order of their corners: the order says which side is outside"
+            "{count} of {of} facets have a normal against the order of their corners: the order determines the outer side"
         )
     };
     (count > 0).then(note)
@@ -273,7 +273,7 @@ fn misplaced(word: &str, line: usize, allowed: &str, file: &Path) -> BadInput {
         "" => BadInput::new("is cut off within a facet"),
         word => {
             let value = keyword(word).map(Into::into);
-            BadInput { value, ..BadInput::new("is no word of an ASCII STL here") }
+            BadInput { value, ..BadInput::new("is not a keyword of ASCII STL at this point") }
         }
     };
     bad.file(file).line(line).allowed(allowed).remedy(AGAIN)
@@ -379,7 +379,7 @@ mod tests {
             (
                 "a word a line",
                 with(" ", "\n").to_vec(),
-                Refused("part.stl:2: lid: is no word of an ASCII STL here"),
+                Refused("part.stl:2: lid: is not a keyword of ASCII STL at this point"),
             ),
             ("facets in words a line", with("vertex ", "vertex\n\n").to_vec(), Same),
             ("mark", format!("\u{feff}{SQUARE}").into(), Same),
@@ -425,7 +425,9 @@ mod tests {
             (
                 "four coordinates",
                 with("0 5 0", "0 5 0 1"),
-                Refused("part.stl:5: 1: is no word of an ASCII STL here; allowed: outer loop, vertex"),
+                Refused(
+                    "part.stl:5: 1: is not a keyword of ASCII STL at this point; allowed: outer loop, vertex",
+                ),
             ),
             ("huge", with("5.5", "1e400"), Refused("1e400: a vertex is not three finite")),
             (
@@ -442,9 +444,11 @@ mod tests {
             (
                 "a solid in a solid",
                 with("endsolid lid\n", ""),
-                Refused("part.stl:9: solid: is no word of an ASCII STL here; allowed: facet, endsolid"),
+                Refused(
+                    "part.stl:9: solid: is not a keyword of ASCII STL at this point; allowed: facet, endsolid",
+                ),
             ),
-            ("text behind it", format!("{SQUARE}bye\n").into(), Refused("part.stl:19: bye: is no word")),
+            ("text behind it", format!("{SQUARE}bye\n").into(), Refused("part.stl:19: bye: is not a keyword")),
             (
                 "web page",
                 b"<!DOCTYPE html><html>".to_vec(),
@@ -559,7 +563,7 @@ mod tests {
                 whole[..150].to_vec(),
                 Refused("2 triangles are 184 bytes, and the file has 150, those of 1"),
             ),
-            ("a header", whole[..83].to_vec(), Refused("is no STL")),
+            ("a header", whole[..83].to_vec(), Refused("is not STL")),
             ("not finite", binary_of("", 2, &[two[0], [f32::NAN; 12]]), Refused("facet 1 has a vertex")),
             ("turned normals", binary_of("", 2, &[facet(-1.0); 2]), Noted("2 of 2 facets")),
             ("normals of no number", binary_of("", 2, &[facet(f32::NAN); 2]), Same),

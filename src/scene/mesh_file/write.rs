@@ -29,7 +29,7 @@ pub fn write(scene: &Scene, path: &Path, unit: Option<&str>) -> Result<Written> 
         return match unit {
             None => Ok(Written { bytes: gltf::to_glb(scene)?, notes: Vec::new() }),
             Some(unit) => {
-                Err(BadInput::new("glTF is in metres").key("--unit").value(unit).remedy("take it out").into())
+                Err(BadInput::new("glTF is in metres").key("--unit").value(unit).remedy("remove it").into())
             }
         };
     }
@@ -58,8 +58,7 @@ pub fn write(scene: &Scene, path: &Path, unit: Option<&str>) -> Result<Written> 
         let smooth = |o| matches!(o, &Shape::Mesh(m) if scene.meshes[m].is_smooth());
         if scene.objects.iter().any(|o| smooth(&o.shape)) {
             notes.push(
-                "STL keeps the facets of curved surfaces only; .obj and .glb keep that they are curved"
-                    .into(),
+                "STL keeps only the facets of curved surfaces; .obj and .glb also keep the curvature".into(),
             );
         }
         stl(scene, unit, per_m)?
@@ -68,7 +67,9 @@ pub fn write(scene: &Scene, path: &Path, unit: Option<&str>) -> Result<Written> 
         let kept = |m: &u32| scene.materials.get(*m as usize).is_none_or(gltf::is_known_by_name);
         for m in used.iter().filter(|m| !kept(m)) {
             let name = &scene.materials[*m as usize].name;
-            notes.push(format!("OBJ keeps of the material '{name}' only the name; .glb keeps its values"));
+            notes.push(format!(
+                "OBJ keeps only the name of the material '{name}'; .glb also keeps its values"
+            ));
         }
         obj(scene, unit, per_m)?
     };

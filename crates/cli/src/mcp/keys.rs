@@ -226,7 +226,7 @@ mod tests {
             names.sort_unstable();
             assert!(top(name).unwrap().iter().all(|t| names.contains(&t.as_str())), "{name}");
         }
-        assert!(table(None, None, 10).unwrap_err().to_string().contains("more than one answer holds"));
+        assert!(table(None, None, 10).unwrap_err().to_string().contains("exceed the length of one answer"));
         assert!(table(Some("car"), None, 10).unwrap_err().to_string().contains("kind = car"));
         let found = table(Some("radar"), Some("BANDWIDTH_HZ"), 2000).unwrap();
         assert!(found["count"].as_u64().unwrap() > 0 && found["rows"][0][0] == "radar", "{found}");

@@ -216,7 +216,7 @@ fn a_reflector_in_two_formats_has_one_picture() {
     made(&["reflector", "trihedral:leg_m=0.1", "-o", "c.stl"]);
     let picture = std::fs::read(d.join("c.png")).unwrap();
     let said = made(&["reflector", "trihedral:leg_m=0.2", "-o", "c.glb"]);
-    assert!(said.contains("c.png exists and is kept"), "{said}");
+    assert!(said.contains("c.png exists and is left unchanged"), "{said}");
     assert_eq!(std::fs::read(d.join("c.png")).unwrap(), picture);
     refused(
         d,
@@ -235,9 +235,9 @@ fn a_file_name_is_no_kind_of_reflector() {
     refused(
         d,
         &["rcs", "part.step"],
-        &["part.step: is no file of a mesh that is read", ".glb, .gltf, .stl, .obj"],
+        &["part.step: meshes of this file type cannot be read", ".glb, .gltf, .stl, .obj"],
     );
-    refused(d, &["rcs", "bare"], &["bare: is no file of a mesh that is read"]);
+    refused(d, &["rcs", "bare"], &["bare: meshes of this file type cannot be read"]);
     for name in ["nosuch.glb", "nosuch.stl", "nosuch.step", "folder/nosuch"] {
         refused(d, &["rcs", name], &[&format!("{name}: no such file")]);
     }
@@ -727,7 +727,7 @@ fn ground_and_polarisations_on_the_command_line() {
         &["rcs", "point", "--ground", "pec", "--elevation-deg", "-1"],
         &["elevation", "below the ground"],
     );
-    refused(dir, &["rcs", "point", "--height-m", "-1", "--ground", "pec"], &["lies partly below the ground"]);
+    refused(dir, &["rcs", "point", "--height-m", "-1", "--ground", "pec"], &["is partly below the ground"]);
     refused(dir, &["rcs", "point", "--polarisation", "circular,circular"], &["--polarisation", "twice"]);
 }
 
@@ -860,7 +860,7 @@ fn where_physical_optics_ends_is_said_in_every_output() {
         "50",
     ];
     let json: serde_json::Value = serde_json::from_str(&done(d, &args)).unwrap();
-    assert!(json["warnings"].to_string().contains("the least is 4.0 deg"), "{json}");
+    assert!(json["warnings"].to_string().contains("the minimum is 4.0 deg"), "{json}");
     let low = ["--json", "rcs", "type1:height_m=0.005", "--elevation-deg", "0.9", "--ground", "pec"];
     let low: serde_json::Value = serde_json::from_str(&done(d, &low)).unwrap();
     assert!(low["warnings"].to_string().contains("ground: at elevation 0.900 deg"), "{low}");
@@ -901,7 +901,7 @@ fn a_study_says_where_physical_optics_ends_and_where_its_range_did() {
         (
             "t",
             &[
-                "size: the narrowest surfaces that make the echo measure 2.00 mm",
+                "size: the narrowest surfaces that contribute to the echo measure 2.00 mm",
                 "ground: at elevation 1.000 deg",
             ][..],
         ),

@@ -325,7 +325,7 @@ fn runs_are_verified() {
     };
     run(&["dataset", "r.toml", "--scene", "0", "-o", "s"]);
     run(&["simulate", "s/scenario.toml", "-o", "run", "--device", "cpu"]);
-    assert!(run(&["verify", "run"]).contains("is whole: 3 frames, "));
+    assert!(run(&["verify", "run"]).contains("is complete: 3 frames, "));
     let file = dir.path().join("run/frame_000001/points.csv");
     fs::write(dir.path().join("run/notes.txt"), "mine").unwrap();
     fs::write(&file, fs::read_to_string(&file).unwrap() + "\n").unwrap();
@@ -443,8 +443,8 @@ fn foreign_folders_and_recipes_are_left_alone() {
 
     fs::create_dir(dir.path().join("thesis")).unwrap();
     fs::write(dir.path().join("thesis/chapter.tex"), "years").unwrap();
-    refused(dir.path(), &run(&["-o", "thesis"]), &["holds something else", "another name"]);
-    refused(dir.path(), &run(&["-o", "thesis", "--force"]), &["holds something else"]);
+    refused(dir.path(), &run(&["-o", "thesis"]), &["holds something other than a dataset", "another name"]);
+    refused(dir.path(), &run(&["-o", "thesis", "--force"]), &["holds something other than a dataset"]);
     refused(dir.path(), &run(&["-o", "r.toml"]), &["is a file"]);
     refused(dir.path(), &["verify", "thesis"], &["no dataset.json"]);
     refused(dir.path(), &["verify", "nowhere"], &["no dataset.json"]);
@@ -471,7 +471,7 @@ fn damage_is_found_and_mended() {
     let d = dir.path().join("d");
     let whole = catseye(dir.path(), &["verify", "d"]);
     assert_eq!(whole.status.code(), Some(0), "{}{}", text(&whole.stdout), text(&whole.stderr));
-    assert!(text(&whole.stdout).contains("is whole: 36 frames in 18 shards"), "{}", text(&whole.stdout));
+    assert!(text(&whole.stdout).contains("is complete: 36 frames in 18 shards"), "{}", text(&whole.stdout));
 
     let found = |says: &[&str]| {
         let out = catseye(dir.path(), &["verify", "d"]);

@@ -215,7 +215,7 @@ fn runs() {
     refused(d, &["diff", "a", "s.toml"], &["s.toml"]);
     refused(d, &["diff", "a", "a/frame_000000/adc.npy"], &["'array'", "a is of the kind 'run'", "one kind"]);
     fs::create_dir(d.join("empty")).unwrap();
-    refused(d, &["diff", "a", "empty"], &["empty: is no result"]);
+    refused(d, &["diff", "a", "empty"], &["empty: is not a result"]);
     fs::write(d.join(truth), "{").unwrap();
     refused(d, &["diff", "a", "b"], &["truth.json", "damaged"]);
 }

@@ -228,7 +228,7 @@ fn opendrive_lengths_agree() {
     for (text, expect) in [
         (
             file("500", &whole, "0"),
-            "a.xodr:1: road = length 500 m: the road is to be that long, and its geometry ends at 100 m",
+            "a.xodr:1: road = length 500 m: the stated length differs from the end of the geometry, 100 m",
         ),
         (file("-100", &whole, "0"), "road = length -100 m"),
         (file("100", &whole, "250"), "laneSection = 250: begins outside the road"),
@@ -404,7 +404,7 @@ fn pictures_of_what_is_no_number() {
     assert!(!d.join("all.png").exists());
     let out = catseye(d, &["plot", "some.csv", "--json"]);
     assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
-    assert!(text(&out.stderr).contains("some.csv: 4 values are no numbers"), "{}", text(&out.stderr));
+    assert!(text(&out.stderr).contains("some.csv: 4 values are not numbers"), "{}", text(&out.stderr));
     let said: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
     assert_eq!(said["values_left_out"], serde_json::json!([4]));
 }

@@ -101,7 +101,7 @@ fn a_missing_radar_is_told_with_file_method_and_remedy() {
         let path = path.to_str().unwrap();
         let e = refused(&["lane", method, path, "-o", o]);
         let problem = format!("the method {method} cannot use any radar of the scenario; allowed: a");
-        for part in [path, ": radar = ", " channel", &problem, "; take radar = \""] {
+        for part in [path, ": radar = ", " channel", &problem, "; use radar = \""] {
             assert!(e.contains(part), "{method}: '{part}' is not in: {e}");
         }
     }
@@ -111,7 +111,7 @@ fn a_missing_radar_is_told_with_file_method_and_remedy() {
     let report: serde_json::Value = serde_json::from_slice(&made.stdout).unwrap();
     let table = report["notes"][0].as_str().unwrap();
     for method in ["markers", "range-doppler", "signature", "hd-map", "camera-fusion"] {
-        let said = format!("cannot: radar = uwb9 (pulse, 1 channel): the method {method} can take no radar");
+        let said = format!("cannot: radar = uwb9 (pulse, 1 channel): the method {method} cannot use any radar");
         assert!(table.contains(&said), "{method}: {table}");
     }
 }

@@ -239,7 +239,7 @@ fn conjugate_cubes_are_said_and_read() {
     catseye_io::cube::write_cube(d.join("conj.npy"), shape, &data, &Default::default(), false).unwrap();
     let wrong = done(d, &["process", "conj.npy", "--radar", "r.toml", "-o", "wrong"]);
     let line = wrong["assumed"].to_string();
-    assert!(line.contains("other sign of phase") && line.contains("--conjugate"), "{line}");
+    assert!(line.contains("opposite sign of phase") && line.contains("--conjugate"), "{line}");
     let right = done(d, &["process", "conj.npy", "--radar", "r.toml", "--conjugate", "-o", "right"]);
     assert_eq!(right["assumed"], serde_json::json!([]));
     assert_eq!(points(d, "right"), points(d, "first"));

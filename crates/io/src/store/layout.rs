@@ -230,7 +230,7 @@ impl TryFrom<String> for Compression {
             ("none", _) if text == "none" => Ok(Compression::None),
             ("zstd", Some(level @ 1..=22)) => Ok(Compression::Zstd(level as i32)),
             ("deflate", Some(level @ 1..=9)) => Ok(Compression::Deflate(level)),
-            _ => Err(BadInput::new("is not a compression")
+            _ => Err(BadInput::new("is no compression")
                 .key("compression")
                 .value(&text)
                 .allowed("none, zstd:LEVEL (1 to 22), deflate:LEVEL (1 to 9)")),
@@ -383,7 +383,7 @@ impl DatasetLayout {
                 Format::Hdf5 => "none, deflate:1 to deflate:9",
                 Format::Frames => "none",
             };
-            return Err(bad(&format!("is not available in the format {}", self.format.name()))
+            return Err(bad(&format!("cannot be had in the format {}", self.format.name()))
                 .key("compression")
                 .value(self.compression)
                 .allowed(allowed)

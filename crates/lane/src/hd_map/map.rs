@@ -257,6 +257,6 @@ lanes = [
         }
         assert!(fault(&|w| w.lanes[2].kind = LaneKind::Shoulder).starts_with("strip 2 lies between lanes"));
         assert!(fault(&|w| w.lanes[3].kind = LaneKind::Median).starts_with("strip 3 lies between lanes"));
-        assert_eq!(fault(&|w| w.lanes[4].number = 2), "lane number 2 is given twice");
+        assert_eq!(fault(&|w| w.lanes[4].number = 2), "two lanes have the number 2");
     }
 }

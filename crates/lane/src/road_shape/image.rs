@@ -166,7 +166,7 @@ impl Imager {
             return Err(BadInput::new("the radar image needs FM-CW with two chirp types, one transmitter and three channels or more in one line")
                 .key("radar")
                 .value(&radar.name)
-                .remedy("take fmcw76, or source = \"points\" in [lane.road_shape]")
+                .remedy("use fmcw76, or source = \"points\" in [lane.road_shape]")
                 .into());
         };
         let parts = ramps

@@ -560,7 +560,7 @@ mod tests {
             why.push(uwb.estimate(&one(&s)).no_lane.map(|w| w.to_string()).unwrap_or_default());
         }
         assert!(why[0].contains("no energy exceeds the threshold"), "{}", why[0]);
-        assert!(why[why.len() - 1].contains("something else than plates"), "{}", why[why.len() - 1]);
+        assert!(why[why.len() - 1].contains("something other than plates"), "{}", why[why.len() - 1]);
     }
 
     /// The slope of a line that comes nearer by 2 % follows from the two last markers as far as their

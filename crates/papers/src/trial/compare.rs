@@ -64,7 +64,7 @@ fn markdown(standings: &[Standing]) -> String {
             Some(why) => {
                 // What a user wrote must not end a cell.
                 let (name, rest, why) = (s.variant.name(), " |".repeat(10), why.replace('|', "\\|"));
-                out += &format!("| {} | {name} | cannot: {why} |{rest}\n", s.scenario);
+                out += &format!("| {} | {name} | not possible: {why} |{rest}\n", s.scenario);
             }
         }
     }

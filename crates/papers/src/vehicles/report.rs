@@ -283,7 +283,7 @@ fn distribution(grid: &Grid, cars: &[&Look]) -> Chart {
     let mut chart = lines(
         "passenger cars about the published median of their direction",
         "level less the published median (dB)",
-        "share of looks",
+        "share of frames",
         &curves,
     );
     chart.x = Axis::new(chart.x.label.clone(), -25.0, 20.0);

@@ -384,7 +384,7 @@ fn several_faults_at_once_are_said() {
                 clean.name
             );
             changed += usize::from(off_db > SAME_DB);
-            if !said.iter().any(|l| l.contains("look against")) {
+            if !said.iter().any(|l| l.contains("face another one")) {
                 largest = largest.max(off_db);
             }
         }

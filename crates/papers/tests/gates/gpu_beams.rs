@@ -324,7 +324,10 @@ fn more_pieces_than_there_is_room_for_are_an_error() {
     let options = BeamOptions::new(1, 0.1, true);
     let e = beam_sum::by_beams(compare::test_gpu(), &g, &tones, &looks, Distance::Infinite, &options)
         .unwrap_err();
-    assert!(e.to_string().contains("more than 32 pieces") && e.to_string().contains("--device cpu"), "{e}");
+    assert!(
+        e.to_string().contains("more than 32 fragments") && e.to_string().contains("--device cpu"),
+        "{e}"
+    );
 }
 
 #[test]

@@ -69,7 +69,7 @@ fn wall_and_barrier_are_found_and_the_report_repeats() {
     assert!((width.value - 10.9).abs() < 0.4 && width.std < 0.3, "{width:?}");
     assert!(last.curvature_per_m.unwrap().value.abs() < 3e-4, "{:?}", last.curvature_per_m);
     assert!(last.heading_rad.is_none(), "the model has none");
-    assert_eq!(row(&first, "standing points that are on moving vehicles"), 0.0);
+    assert_eq!(row(&first, "static points that are on moving vehicles"), 0.0);
     let names: Vec<&str> = first.pictures.iter().map(|p| p.0.as_str()).collect();
     assert_eq!(names, ["image", "votes", "road", "curvature"]);
     // From what was kept, and from nothing: the same.
@@ -117,11 +117,11 @@ fn music_and_esprit_part_what_a_beam_does_not() {
     let settings = RoadShapeOptions { task: Task::Corners, subarray: 4, ..RoadShapeOptions::default() };
     let t = trial("road_shape_corners.toml", &settings, 12, None, |_| {}).unwrap();
     for way in ["MUSIC", "Bi-SVD MUSIC", "ESPRIT"] {
-        assert_eq!(row(&t, &format!("{way}: both reflectors told apart")), 100.0);
+        assert_eq!(row(&t, &format!("{way}: both reflectors separated")), 100.0);
         let error_deg = row(&t, &format!("{way}: error of a direction"));
         assert!(error_deg < 0.3, "{way} {error_deg}");
     }
-    assert_eq!(row(&t, "beamforming: both reflectors told apart"), 0.0);
+    assert_eq!(row(&t, "beamforming: both reflectors separated"), 0.0);
     assert!(row(&t, "Bi-SVD: multiplications") < 0.5 * row(&t, "decomposition: multiplications"));
     // Three reflectors are another question.
     let e = trial("road_shape_corners.toml", &settings, 1, None, |s| s.objects.push(s.objects[0].clone()));
@@ -141,7 +141,7 @@ fn scenes_without_edges_and_radars_without_slopes() {
         "{:?}",
         t.steps
     );
-    assert!(t.notes.iter().any(|n| n.contains("nothing to find")), "{:?}", t.notes);
+    assert!(t.notes.iter().any(|n| n.contains("nothing to detect")), "{:?}", t.notes);
     // Its one slope gives no image; its points serve.
     let one_slope = |s: &mut Scenario| {
         empty(s);

@@ -102,12 +102,12 @@ fn a_drive_is_located_in_another_ones_map() {
         let found = t.rows.iter().find(|r| r.quantity == name);
         found.and_then(|r| r.ours).unwrap_or_else(|| panic!("{name}: {:?}", t.rows))
     };
-    assert_eq!(row("looks with a place"), 100.0);
+    assert_eq!(row("frames with a position"), 100.0);
     // Inertial poses are good to 0.03 m along each axis.
-    assert!(row("largest place error") < 0.2, "{}", t.markdown());
+    assert!(row("largest position error") < 0.2, "{}", t.markdown());
     assert!(row("offset error (rms)") < 0.12 && row("F1 within 0.3 m") > 95.0, "{}", t.markdown());
     assert_eq!((row("lane number right"), row("first search along the whole map right")), (100.0, 100.0));
-    assert!(row("points of moving things taken out") > 90.0, "{}", t.markdown());
+    assert!(row("points of moving objects removed") > 90.0, "{}", t.markdown());
     assert!(t.steps.iter().all(|s| s.estimate.lines.len() == 2 && s.estimate.confidence > 0.9));
     assert!(t.pictures.iter().any(|p| p.0 == "map") && t.sheets.iter().any(|s| s.name == "places"));
 }

@@ -175,26 +175,26 @@ impl Judged {
 
     pub(super) fn rows(&self, rows: &mut Vec<Row>) {
         let why = "by leave-one-out; document: figure 4, by eye";
-        let name = "ways where the parabola is better than the B-spline";
+        let name = "tracks for which the parabola is better than the B-spline";
         self.parabola_better.row(rows, name, Some(100.0), why);
         let middles = "of their middles, with lane.camera_fusion.to_middle";
         for (name, errors, why) in [
-            ("ways of cars, from the lane's middle (rms)", &self.ways, middles),
+            ("tracks of cars, from the lane's middle (rms)", &self.ways, middles),
             ("parabolas through them (rms)", &self.fits[0], ""),
             ("B-splines through them (rms)", &self.fits[1], ""),
-            ("near lines of the camera (rms)", &self.parts[0], "over the whole length that it sees"),
+            ("near lines of the camera (rms)", &self.parts[0], "over its whole visible length"),
             ("built middle (rms)", &self.parts[1], "over the blind middle, both lines"),
-            ("far lines of the radar (rms)", &self.parts[2], "half a lane beside the way of a car"),
+            ("far lines of the radar (rms)", &self.parts[2], "half a lane beside the track of a car"),
         ] {
             if let Some(rms) = rms(errors.iter().copied()) {
                 rows.one(name, "m", Some(rms)).why(why);
             }
         }
         for (name, share, why) in [
-            ("lanes of several targets told apart", self.apart, "by arc extension, against the first target"),
-            ("looks whose parts were joined", self.joined, "of those with a near lane and a way"),
-            ("ways put in their true lane", self.matched, "by goodness of fit and slope"),
-            ("road models right on the drive", self.model_right, "of the turns that belong to a model"),
+            ("lanes of several targets separated", self.apart, "by arc extension, against the first target"),
+            ("frames whose parts were joined", self.joined, "of those with a near lane and a track"),
+            ("tracks assigned to their true lane", self.matched, "by goodness of fit and slope"),
+            ("correct road models on the drive", self.model_right, "of the turns that belong to a model"),
         ] {
             share.row(rows, name, None, why);
         }
@@ -202,7 +202,7 @@ impl Judged {
 
     pub(super) fn sheet(&self) -> Sheet {
         let mut s = Sheet::new("models", "true_model chosen_model looks").noted(format!(
-            "What the network said on the drive. Ways of cars lie {} m (rms) from the lane's middle.",
+            "Result of the network on the drive. Tracks of cars are {} m (rms) from the lane's middle.",
             number(rms(self.ways.iter().copied()))
         ));
         for ((truly, chosen), n) in &self.models {

@@ -214,7 +214,7 @@ fn networks(settings: &CameraFusionOptions) -> (Vec<f64>, Option<Sheet>) {
         right.push(hits as f64);
         if seed == 0 {
             let mut s = Sheet::new("table_1", "sample near_slope_deg far_slope_deg actual judged correct")
-                .noted("Table 1 of the document: one network and 100 bends that it has not seen.");
+                .noted("Table 1 of the document: one network and 100 unseen bends.");
             for (i, ((bend, model), choice)) in unseen.iter().zip(&chosen).enumerate() {
                 let judged = choice.map_or_else(String::new, |c| c.to_string());
                 let (near, far) = (bend.near_slope_rad.to_degrees(), bend.far_slope_rad.to_degrees());
@@ -230,7 +230,7 @@ fn networks(settings: &CameraFusionOptions) -> (Vec<f64>, Option<Sheet>) {
 fn report(settings: &CameraFusionOptions, courses: &[Course], judged: &Judged, trial: &mut Trial) {
     trial.rows = common_rows(&courses[1].steps);
     let (right, table) = networks(settings);
-    let what = format!("road models right of {UNSEEN} unseen bends");
+    let what = format!("correct road models of {UNSEEN} unseen bends");
     let row = trial.rows.mean(what, "", &right);
     row.document(98.0)
         .why(format!("mean of {NETWORKS} networks; the document's is one draw, its bends are not stated"));
@@ -239,7 +239,7 @@ fn report(settings: &CameraFusionOptions, courses: &[Course], judged: &Judged, t
     let columns = "condition sensors looks with_lane_percent precision_percent recall_percent f1_percent error_10_m \
                    error_20_m error_40_m offset_error_m most_frequent_refusal";
     let mut table = Sheet::new("conditions", columns).noted(format!(
-        "Lines of the own lane between {} and {} m; errors are root mean squares over the looks that state them.",
+        "Lines of the own lane between {} and {} m; errors are root mean squares over the frames that have them.",
         settings.range_m[0], settings.range_m[1]
     ));
     for c in courses {
@@ -255,7 +255,7 @@ fn report(settings: &CameraFusionOptions, courses: &[Course], judged: &Judged, t
             None => "none reaches 40 m".into(),
         };
         let (condition, sensors) = (c.condition.name(), c.sensors.name());
-        let why = format!("lane in {:.0} % of the looks; {far}", lane.unwrap_or(0.0));
+        let why = format!("lane in {:.0} % of the frames; {far}", lane.unwrap_or(0.0));
         trial.rows.mean(format!("{condition}, {sensors}: F1 within 0.3 m"), "%", &f1).why(why);
         let lines = [&|s: &Step| s.score.precision, &|s: &Step| s.score.recall] as [&dyn Fn(&Step) -> _; 2];
         let [precision, recall] = lines.map(|of| middle(&share(of)));
@@ -273,21 +273,22 @@ fn report(settings: &CameraFusionOptions, courses: &[Course], judged: &Judged, t
 
 fn notes(scenario: &Scenario, settings: &CameraFusionOptions, trial: &mut Trial) {
     trial.notes.push(format!(
-        "The method tells the vehicle's own lane, so that recall is over its two lines, between {} and {} m. Pictures and radar are of \
-         the same scene; speed and yaw rate come from a bus with noise, and the camera's pitch shakes by {} degrees, which the \
-         estimator does not know.",
+        "The method estimates the vehicle's own lane, so recall is over its two lines, between {} and {} m. \
+         Images and radar frames are of the same scene; speed and yaw rate come from a bus with noise, and \
+         the camera's pitch shakes by {} degrees, which the estimator does not know.",
         settings.range_m[0], settings.range_m[1], settings.pitch_std_deg
     ));
     if settings.conditions.contains(&Condition::Fog) && scenario.weather == Default::default() {
         trial.notes.push(
-            "Light and fog are those of the picture alone. The radar's frames are the same in all conditions: fog of 25 m visibility \
-             takes less than 0.1 dB from an echo at 77 GHz over 60 m."
+            "Light and fog affect only the image. The radar's frames are the same in all conditions: fog of \
+             25 m visibility takes less than 0.1 dB from an echo at 77 GHz over 60 m."
                 .into(),
         );
     }
     trial.notes.push(
-        "Road models are right when the true lane turns between the two parts by up to 4 degrees (straight), 10 to 60 (curve) or 80 to \
-         100 (right angle); other turns are not counted. The document gives no limits."
+        "Road models are correct when the true lane turns between the two parts by up to 4 degrees \
+         (straight), 10 to 60 (curve) or 80 to 100 (right angle); other turns are not counted. The document \
+         gives no limits."
             .into(),
     );
 }

@@ -205,10 +205,10 @@ fn fits(s: &Shown) -> Option<Chart> {
     let all = || points.iter().chain(&parabola).chain(&spline);
     let most = all().map(|p| p[1].abs()).fold(0.05, f64::max);
     let title = format!(
-        "Way of a car ahead: left-out errors {:.3} m (parabola), {:.3} m (B-spline)",
+        "Track of a car ahead: left-out errors {:.3} m (parabola), {:.3} m (B-spline)",
         c.parabola_left_out_rms_m, c.spline_left_out_rms_m
     );
-    let x = Axis::new("along the way (m)", a - 1.0, b + 1.0);
+    let x = Axis::new("along the track (m)", a - 1.0, b + 1.0);
     let y = Axis::new("across (m)", -1.2 * most, 1.2 * most);
     let mut chart = Chart::new(title, x, y).sized(680.0, 330.0);
     let (red, green) = (Pen::solid(FOUND, 2.0), Pen::solid(OTHER, 2.0));

@@ -65,7 +65,7 @@ impl Drawing {
         let (y_low, y_high) = finite_range(near.iter().map(|p| p[1]))?;
         let x = Axis::new("x forward of the radar's post (m)", x_low.min(0.0) - 5.0, x_high + 10.0);
         let y = Axis::new("y left (m)", y_low.min(-20.0) - 4.0, y_high.max(20.0) + 4.0);
-        let title = format!("{name}: lanes that tracks were given");
+        let title = format!("{name}: lanes assigned to tracks");
         let mut chart = Chart::new(title, x, y).equal_scale(1000.0, 640.0);
         self.lines.iter().for_each(|line| chart.line(line.clone(), Pen::solid(LINE, 1.0)));
         let dark = Pen::solid([90, 90, 90], 1.0);

@@ -168,13 +168,14 @@ impl<'a> All<'a> {
         }
         trial.rows.extend(common_rows(&self.steps));
         if self.scenes.iter().all(|s| s.tally(0).counted() + s.missed == 0) {
-            trial.notes.push("No vehicle was on a lane of the map in the radar's view.".into());
+            trial.notes.push("No vehicle was on a lane of the map in the radar's field of view.".into());
         }
         trial.notes.push(format!(
-            "Map: points every {} m or less with {} m of error across; radar's place {} m, azimuth {} deg (standard deviations). \
-             Tracks come from the whole chain. Intervals are Wilson's, 95 %. A vehicle's lane is the one with the greatest sum of \
-             probabilities over its scans. Causes: measurement, right from the true place; method, wrong from there too; dropped, \
-             beside all lanes.",
+            "Map: points every {} m or less with {} m of error across; radar's position {} m, azimuth {} deg \
+             (standard deviations). Tracks come from the whole chain. Intervals are Wilson's, 95 %. A \
+             vehicle's lane is the one with the greatest sum of probabilities over its scans. Causes: \
+             measurement, right from the true position; method, wrong from there too; dropped, beside all \
+             lanes.",
             self.settings.map_spacing_m,
             self.settings.map_std_m,
             self.settings.place_std_m,
@@ -245,7 +246,7 @@ fn rows(rows: &mut Vec<Row>, s: &Scene, settings: &Settings) {
         rows.one(format!("{name}: {what}"), unit, value).why(why);
     };
     let other = s.tally(1);
-    let why = format!("{} of {}; the document's way across the road", other.right, other.counted());
+    let why = format!("{} of {}; the document's line across the road", other.right, other.counted());
     row("the same, by the line square to the radar's axis", "%", percent(other), why);
     if settings.to_middle {
         let plain = s.tally(2);
@@ -274,8 +275,8 @@ fn rows(rows: &mut Vec<Row>, s: &Scene, settings: &Settings) {
             row(&format!("wrong by {}", cause.name()), "vehicles", Some(f64::from(n)), String::new());
         }
     }
-    let why = format!("of {} looks at tracks of no vehicle; they count for none", s.strays[0]);
-    row("tracks of no vehicle that got a lane", "", Some(f64::from(s.strays[1])), why);
+    let why = format!("of {} frames of tracks without a vehicle; they count for none", s.strays[0]);
+    row("tracks without a vehicle that were assigned a lane", "", Some(f64::from(s.strays[1])), why);
 }
 
 /// Error across by the angle between the line of sight and the vehicle.

@@ -165,7 +165,7 @@ fn rows(out: &mut Vec<Row>, seen: &[MarkerLook], options: &MarkerSearch) {
         |of: &dyn Fn(&MarkerLook) -> Option<f64>| of_runs(seen, |run| mean(run.iter().filter_map(|s| of(s))));
     let speed = rms_of(&|s| Some(s.steps.motion?.velocity_mps[0] - s.true_speed_mps));
     out.mean("ego speed from the points, error (rms)", "m/s", &speed).document(0.19).why(
-        "fig. 5.2 reads the edge of the clutter, 4.65 for 4.46 m/s; here all points at rest with their angles",
+        "fig. 5.2 reads the edge of the clutter, 4.65 for 4.46 m/s; here all static points with their angles",
     );
     let ahead = options.radar_ahead_m;
     if ahead.abs() > 0.5 {
@@ -182,7 +182,7 @@ fn rows(out: &mut Vec<Row>, seen: &[MarkerLook], options: &MarkerSearch) {
         })
     };
     out.mean("markers in view with a point within reach of them", "%", &share(Tally::detected_share))
-        .why("what the radar gives: rows that fall into one cell and are not parted stand elsewhere");
+        .why("limited by the radar: rows that fall into one cell and are not separated appear elsewhere");
     out.mean("markers in view that a line has (recall)", "%", &share(Tally::recall));
     out.mean("of the markers with a point those that a line has", "%", &share(Tally::of_detected));
     out.mean("members of lines that are markers (precision)", "%", &share(Tally::precision));
@@ -208,7 +208,7 @@ fn rows(out: &mut Vec<Row>, seen: &[MarkerLook], options: &MarkerSearch) {
         let middle = of_runs(seen, |run| {
             mean(run.iter().flat_map(|s| over(s)).flatten().map(|(_, seen, expected)| expected - seen))
         });
-        out.mean("expected level of a row's markers over the seen", "dB", &middle)
+        out.mean("expected cross section of a row's markers over the measured", "dB", &middle)
             .document(-7.5)
             .why("fig. 5.4d: its estimates lie 5 to 10 dB under the measured; ours are in free space, without the road's mirror image");
         let spread = of_runs(seen, |run| {
@@ -217,16 +217,16 @@ fn rows(out: &mut Vec<Row>, seen: &[MarkerLook], options: &MarkerSearch) {
                 l.into_iter().map(move |(_, a, b)| a - b - m)
             }))
         });
-        out.mean("spread of the levels round the expected ones (rms)", "dB", &spread)
-            .why("rows in one cell share its power; with lane.markers.levels = true members off by 8 dB go");
+        out.mean("deviation of the cross sections from the expected ones (rms)", "dB", &spread)
+            .why("rows in one cell share its power; with lane.markers.levels = true members that deviate by 8 dB are removed");
     }
     out.mean("width between the rows", "m", &mean_of(&|s| Some(s.step.estimate.width_m?.value)));
     // What following the lines over frames changes.
     let alone = rms_of(&|s| Some(s.single.offset_m?.value - s.step.truth.offset_m?));
-    out.mean("offset error of a look by itself (rms)", "m", &alone);
+    out.mean("offset error of a single frame (rms)", "m", &alone);
     if options.track.is_some() {
         let followed = rms_of(&|s| s.step.score.offset_error_m);
-        out.mean("offset error of lines followed over looks (rms)", "m", &followed);
+        out.mean("offset error of lines tracked over frames (rms)", "m", &followed);
     }
     let mut index = 0..;
     out.retain(|r| index.next() < Some(before) || r.ours.is_some());
@@ -272,7 +272,7 @@ fn by_range(seen: &[MarkerLook], settings: &MarkersOptions, view: &View) -> Shee
 fn robustness(seen: &[MarkerLook], options: &MarkerSearch, settings: &MarkersOptions, view: &View) -> Sheet {
     let columns = "missing_share extra_points hough recall precision looks_with_two_lines";
     let mut sheet = Sheet::new("robustness", columns).noted(
-        "# Points were taken away at random and points at rest strewn over 5 to 40 m ahead, 10 m to each side, after the chain.",
+        "# Points were removed at random, and static points were added at random over 5 to 40 m ahead, 10 m to each side, after the chain.",
     );
     let mut cases: Vec<(f64, u32)> = settings.missing_share.iter().map(|m| (*m, 0)).collect();
     cases.extend(settings.extra_points.iter().filter(|n| **n > 0).map(|n| (0.0, *n)));
@@ -331,7 +331,7 @@ fn injected(s: &MarkerLook, missing: f64, extra: u32) -> Vec<LanePoint> {
 fn notes(options: &MarkerSearch, settings: &MarkersOptions, radar: &Radar) -> Vec<String> {
     let spacings: Vec<String> = options.patterns.iter().map(|p| format!("{} m", p.spacing_m)).collect();
     let mut out = vec![format!(
-        "Rows are looked for at spacings of {} with a tolerance of {} m; lines and markers count from {} to {} m in the radar's view.",
+        "Rows are searched at spacings of {} with a tolerance of {} m; lines and markers count from {} to {} m in the radar's view.",
         spacings.join(" and "),
         settings.tolerance_m,
         settings.reach_m[0],
@@ -339,11 +339,11 @@ fn notes(options: &MarkerSearch, settings: &MarkersOptions, radar: &Radar) -> Ve
     )];
     out.push(match settings.bus_speed_std_mps {
         None => "The vehicle's speed comes from the points.".into(),
-        Some(std) => format!("The bus tells the vehicle's speed with a standard deviation of {std} m/s."),
+        Some(std) => format!("The bus reports the vehicle's speed with a standard deviation of {std} m/s."),
     });
     if matches!(radar.processing.angle.method, AngleMethod::Bartlett) {
         out.push(
-            "The radar's beamformer gives one direction for each cell: markers at equal distance on the left and on the right give one point between them. An angle method with sources = \"residual\" parts them."
+            "The radar's beamformer gives one direction for each cell: markers at equal distance on the left and on the right give one point between them. An angle method with sources = \"residual\" separates them."
                 .into(),
         );
     }

@@ -32,7 +32,7 @@ pub(super) fn pictures(
     let map = given.kept(&format!("map{}", look.step.frame), || near_map(drive, which, look))?;
     let truth = truth_in_view(drive, look.time_s(), view);
     let lanes =
-        lanes_chart(&titled("Lanes followed over frames"), &look.kept.points, &truth, &look.step.estimate);
+        lanes_chart(&titled("Lanes tracked over frames"), &look.kept.points, &truth, &look.step.estimate);
     let charts = [
         ("fig_5_1_points", Some(points(look, view))),
         ("fig_5_2_speed", speed(&map, look)),
@@ -143,7 +143,7 @@ fn speed(map: &NearMap, look: &MarkerLook) -> Option<Chart> {
     }
     let dbm: Vec<f64> = map.dbm.iter().map(|d| f64::from(*d)).collect();
     let scale = noise_scale(&dbm);
-    let title = format!("Speed from what stands, {:.2} s", look.time_s());
+    let title = format!("Speed from static points, {:.2} s", look.time_s());
     let [range, rate] = [map.range_m, map.rate_mps].map(|v| (v[0], v[1]));
     let cells = (rows, map.columns);
     let mut chart = heat_map(&title, ("range (m)", range), ("range rate (m/s)", rate), cells, dbm, scale)
@@ -232,7 +232,7 @@ fn paths(look: &MarkerLook, view: &View, options: &MarkerSearch) -> Chart {
         chart.line(places(look, path.iter().copied()), dashed);
     }
     if !look.steps.by_hough.is_empty() {
-        chart.key("rows by Hough", Symbol::Line(dashed));
+        chart.key("rows from Hough", Symbol::Line(dashed));
     }
     dots(&mut chart, places(look, look.steps.at_rest.iter().copied()), SMALL, PALE, "at rest");
     let members = look.single.lines.iter().flat_map(|l| l.members.clone());
@@ -245,7 +245,7 @@ fn levels(look: &MarkerLook, options: &MarkerSearch) -> Option<Chart> {
     let lines = excess_db(look, &Markers::new(options.clone()));
     let (lo, hi) = finite_range(lines.iter().flatten().flat_map(|(_, a, b)| [*a, *b]))?;
     let far = lines.iter().flatten().map(|l| l.0).fold(0.0, f64::max);
-    let title = format!("Levels of the markers, {:.2} s", look.time_s());
+    let title = format!("Cross sections of the markers, {:.2} s", look.time_s());
     let x = Axis::new("distance (m)", 0.0, far + 2.0);
     let mut chart = Chart::new(title, x, Axis::new("cross section (dBsm)", lo - 3.0, hi + 3.0).to_ticks(8));
     for (k, line) in lines.iter().enumerate() {
@@ -275,12 +275,12 @@ fn field(drive: &Drive<'_>, seen: &[MarkerLook]) -> Chart {
         let (lo, hi) = finite_range(all).unwrap_or((0.0, 1.0));
         Axis::new(label, lo - 3.0, hi + 3.0)
     };
-    let title = "The field, and what the drive found";
+    let title = "The field and the detections of the drive";
     let mut chart = Chart::new(title, axis("x (m)", 0), axis("y (m)", 1)).equal_scale(BOX.0, 620.0);
     dots(&mut chart, true_markers, Mark::Diamond { radius: 2.5 }, TRUE, "markers");
-    dots(&mut chart, members, SMALL, FOUND, "members of lines, all looks");
+    dots(&mut chart, members, SMALL, FOUND, "members of lines, all frames");
     chart.line(way.clone(), Pen::solid(SEEN, 2.0));
-    dots(&mut chart, way, DOT, SEEN, "vehicle at each look");
+    dots(&mut chart, way, DOT, SEEN, "vehicle in each frame");
     chart
 }
 
@@ -326,7 +326,7 @@ fn over_time(run: u32, seen: &[MarkerLook]) -> Option<Chart> {
     let all = truth.iter().chain(&alone).chain(&followed).map(|p| p[1]);
     let (lo, hi) = finite_range(all).filter(|_| seen.len() > 1)?;
     let y = Axis::new("offset from the middle (m), positive left", lo - 0.1, hi + 0.1);
-    let mut chart = Chart::new("Place in the lane", Axis::new("time (s)", first, last), y);
+    let mut chart = Chart::new("Position in the lane", Axis::new("time (s)", first, last), y);
     chart.named_line("true", truth, Pen::solid(TRUE, 2.0));
     dots(&mut chart, alone, DOT, SEEN, "each look");
     chart.named_line("followed", followed, Pen::solid(FOUND, 1.5));

@@ -154,7 +154,7 @@ pub(super) fn rows(rows: &mut Vec<Row>, s: &Settings, made: &[RadarLook]) {
         if let Some(radius) = case.radius_m() {
             let told: Vec<f64> = lanes().filter_map(|(_, l)| Some(l.radius_m()?[0])).collect();
             bends.extend(told.iter().map(|r| (r / radius - 1.0).abs() * 100.0));
-            let why = format!("told in {} of {} looks; {why}", told.len(), looks.len());
+            let why = format!("estimated in {} of {} frames; {why}", told.len(), looks.len());
             rows.mean(format!("radius, {name}"), "m", &told).document(radius).why(why);
             let observed = lanes().filter(|(_, l)| l.curve_start_m.observed);
             let start: Vec<f64> = observed.map(|(_, l)| l.curve_start_m.value).collect();
@@ -174,7 +174,7 @@ pub(super) fn rows(rows: &mut Vec<Row>, s: &Settings, made: &[RadarLook]) {
             .why("of all bends whose curvature is beyond two standard deviations");
     }
     let gross = made.iter().filter(|m| is_gross(m)).count();
-    rows.one("looks with a lane that is not the true one", "", Some(gross as f64))
+    rows.one("frames with a lane that is not the true one", "", Some(gross as f64))
         .why(format!("more than five standard deviations off, of {}", made.len()));
 }
 

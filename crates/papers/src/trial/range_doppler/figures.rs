@@ -138,7 +138,7 @@ fn drive(trial: &mut Trial, made: &[RadarLook]) -> Result<()> {
     let label = "curvature of the bend ahead (1/m)";
     let mut chart = over("First drive", "time (s)", label, &bend, truth.collect());
     if let Some(key) = chart.keys.first_mut() {
-        key.label = "true, where the vehicle stands".into();
+        key.label = "true, at the position of the vehicle".into();
     }
     trial.pictures.push(("curvature_over_time".into(), chart.draw()?));
     Ok(())

@@ -78,7 +78,7 @@ fn report(trial: &mut Trial, settings: &Settings, made: Vec<RadarLook>) -> Resul
     trial.steps = made.iter().map(|m| m.step.clone()).collect();
     trial.rows = common_rows(&trial.steps);
     let rows = &mut trial.rows;
-    let truth = "of the radar; where the sign is open, of the nearer reading";
+    let truth = "of the radar; where the sign is ambiguous, of the nearer candidate";
     rows.mean("offset of the radar, error (rms)", "m", &rms(&|m| Some(errors(m)?[0]))).why(truth);
     let heading = rms(&|m| Some(errors(m)?[1].to_degrees()));
     rows.mean("heading of its motion, error (rms)", "deg", &heading).why(truth);
@@ -89,8 +89,8 @@ fn report(trial: &mut Trial, settings: &Settings, made: Vec<RadarLook>) -> Resul
     rows.mean("errors of offset and heading (rms)", "std", &rms(&chi))
         .why("over their own standard deviations; 1 where these are right");
     let open = share(&|m| m.look.lane.as_ref().map(|_| m.look.estimate.mirror));
-    rows.mean("looks whose sign is open", "%", &open)
-        .why("the mirrored lane fits as well; with equal spacings always");
+    rows.mean("frames with an ambiguous sign", "%", &open)
+        .why("the mirrored lane fits as well; always with equal spacings");
     // An offset or heading that is nothing has no sign.
     let right = |m: &RadarLook| {
         let (l, [offset, heading]) = (m.look.lane.as_ref().filter(|_| !m.look.estimate.mirror)?, m.radar?);
@@ -102,7 +102,7 @@ fn report(trial: &mut Trial, settings: &Settings, made: Vec<RadarLook>) -> Resul
         }
     };
     rows.mean("sign right", "%", &share(&right))
-        .why("of looks whose sign is told, with an offset or heading beyond three standard deviations");
+        .why("of frames whose sign is resolved, with an offset or heading beyond three standard deviations");
     let speed = rms(&|m| Some(m.look.lane.as_ref()?.speed_mps.value - m.speed_mps));
     rows.mean("speed of the radar, error (rms)", "m/s", &speed);
     if !settings.case.is_empty() {

@@ -169,7 +169,7 @@ pub fn run(given: &TrialContext<'_>, settings: &RoadShapeOptions) -> Result<Tria
         } else if *averages {
             row.document(2.0);
         }
-        rows.mean(format!("{method}: both reflectors told apart"), "%", &share)
+        rows.mean(format!("{method}: both reflectors separated"), "%", &share)
             .why("two directions, each within a quarter of the gap");
         rows.mean(format!("{method}: error of a direction (rms)"), "deg", &errors);
     }
@@ -195,8 +195,7 @@ pub fn run(given: &TrialContext<'_>, settings: &RoadShapeOptions) -> Result<Tria
     trial.pictures.push(("spectra".into(), picture(first, shown)?));
     trial.sheets.push(sheet);
     trial.notes.push(
-        "The reflectors' distances are drawn anew in each run: the relative phase of their echoes is any, as nothing is known of the \
-         document's."
+        "The reflectors' distances are drawn anew in each run: the relative phase of their echoes is random, because that of the document is unknown."
             .into(),
     );
     Ok(trial)

@@ -224,7 +224,7 @@ fn drives(given: &TrialContext<'_>, settings: &RoadShapeOptions) -> Result<Trial
             .into(),
     );
     if nothing {
-        let why = "The scene has no wall, rail or fence along a road: there is nothing to find.";
+        let why = "The scene has no wall, rail or fence along a road: there is nothing to detect.";
         trial.notes.push(why.into());
     }
     Ok(trial)
@@ -300,7 +300,7 @@ fn rows(trial: &mut Trial, tallies: &[Tally], settings: &RoadShapeOptions) {
     for (k, name) in ["right", "left"].into_iter().enumerate() {
         let row = more.mean(format!("{name} edge stated"), "%", &share(&|t| t.stated[k]));
         if k == 0 {
-            row.why("of the looks in which there is one; the first looks confirm it");
+            row.why("of the frames in which there is one; the first frames confirm it");
         }
     }
     for (i, x) in AHEAD_M.iter().enumerate() {
@@ -326,14 +326,14 @@ fn rows(trial: &mut Trial, tallies: &[Tally], settings: &RoadShapeOptions) {
     more.mean("tracked curvature, error over its stated deviation (rms)", "", &surprise)
         .why("1 where the deviations are right");
     more.mean("moving vehicles found by range and speed", "%", &share(&|t| t.cars))
-        .why("of those within reach, hidden ones too");
+        .why("of those within reach, including hidden ones");
     more.mean("direction of a moving vehicle, error (rms)", "deg", &rms(&|t| t.directions.clone()))
-        .why("in its beat frequency lies a stretch of wall, too: five elements part no more than two");
-    more.mean("standing points that are on moving vehicles", "%", &share(&|t| t.taken))
+        .why("its beat frequency also contains a stretch of wall: five elements separate no more than two");
+    more.mean("static points that are on moving vehicles", "%", &share(&|t| t.taken))
         .why("most of the vehicles' peaks are eliminated, the document says");
     let used = mean_of_runs(&trial.steps, |s| Some(s.estimate.provenance.used as f64));
     let given = mean_of_runs(&trial.steps, |s| Some(s.estimate.provenance.given as f64));
-    more.mean("points in a look", "", &given);
+    more.mean("points in a frame", "", &given);
     more.mean("points on the edges", "", &used);
     more.retain(|r| r.ours.is_some());
     trial.rows.extend(more);

@@ -24,19 +24,19 @@ pub(super) fn place_rows(rows: &mut Vec<Row>, places: &[Located]) {
         Some(if error(p).is_some_and(|e| e < 0.5) { 100.0 } else { 0.0 })
     });
     let none = "the document gives no figure";
-    rows.mean("place error in the plane (rms)", "m", &plane).why(format!("{none}; asked for: below 0.2"));
-    rows.mean("place error along the road (rms)", "m", &rms(0)).why(none);
-    rows.mean("place error across the road (rms)", "m", &rms(1)).why(none);
-    rows.mean("heading error of the place (rms)", "deg", &heading).why(none);
-    rows.one("largest place error", "m", worst).why("over all looks with a place");
-    rows.mean("looks with a place", "%", &share(&|p| p.place.is_some()));
-    rows.mean("looks with a place within 0.2 m", "%", &share(&|p| error(p).is_some_and(|e| e < 0.2)));
+    rows.mean("position error in the plane (rms)", "m", &plane).why(format!("{none}; asked for: below 0.2"));
+    rows.mean("position error along the road (rms)", "m", &rms(0)).why(none);
+    rows.mean("position error across the road (rms)", "m", &rms(1)).why(none);
+    rows.mean("heading error of the position (rms)", "deg", &heading).why(none);
+    rows.one("largest position error", "m", worst).why("over all frames with a position");
+    rows.mean("frames with a position", "%", &share(&|p| p.place.is_some()));
+    rows.mean("frames with a position within 0.2 m", "%", &share(&|p| error(p).is_some_and(|e| e < 0.2)));
     let wrong = share(&|p| error(p).is_some_and(|e| e > 0.5));
-    rows.mean("looks with a wrong place (over 0.5 m)", "%", &wrong);
+    rows.mean("frames with a wrong position (over 0.5 m)", "%", &wrong);
     rows.mean("first search along the whole map right", "%", &first)
-        .why("without GNSS, nothing known before");
-    rows.mean("squared error over its covariance, per freedom", "", &nees)
-        .why("1 where the covariance is honest; the map's own error is shared by all looks");
+        .why("without GNSS and without prior knowledge");
+    rows.mean("squared error over its covariance, per degree of freedom", "", &nees)
+        .why("1 where the covariance is correct; the error of the map is common to all frames");
 }
 
 pub(super) fn map_rows(rows: &mut Vec<Row>, map: &SignatureMap, errors: &[f64], moving: &Moving) {
@@ -48,7 +48,7 @@ pub(super) fn map_rows(rows: &mut Vec<Row>, map: &SignatureMap, errors: &[f64], 
     let mut taken_out = |what: &str, [all, out]: [usize; 2], why: &str| {
         if all > 0 {
             let share = 100.0 * out as f64 / all as f64;
-            rows.one(format!("points of {what} things taken out"), "%", Some(share)).why(why);
+            rows.one(format!("points of {what} objects removed"), "%", Some(share)).why(why);
         }
     };
     taken_out("moving", moving.moving, "by range rate and own speed, as the document asks");
@@ -62,7 +62,7 @@ pub(super) fn word_rows(rows: &mut Vec<Row>, s: &Settings, words: &[WordRead]) {
             let with = match worse {
                 Worse::No => String::new(),
                 Worse::Row => format!(", {shares}"),
-                Worse::Looks => format!(", {shares} in each look by itself"),
+                Worse::Looks => format!(", {shares} in each frame separately"),
             };
             let over_runs = |of: &dyn Fn(&[&WordRead]) -> Option<f64>| {
                 over_runs(
@@ -88,10 +88,11 @@ pub(super) fn word_rows(rows: &mut Vec<Row>, s: &Settings, words: &[WordRead]) {
                 Some(if is_read(w, true) { 100.0 } else { 0.0 })
             });
             let name = &table.name;
-            rows.mean(format!("word of the row {name} read at the end{with}"), "%", &last)
-                .why("right and sure; the document asks for words and gives no code");
-            rows.mean(format!("looks at which the row {name} is read{with}"), "%", &share(true));
-            let wrongly = format!("looks at which the row {name} is read wrongly and called sure{with}");
+            rows.mean(format!("word of the row {name} decoded at the end{with}"), "%", &last)
+                .why("correct and certain; the document asks for words and gives no code");
+            rows.mean(format!("frames in which the row {name} is decoded{with}"), "%", &share(true));
+            let wrongly =
+                format!("frames in which the row {name} is decoded wrongly, but called certain{with}");
             rows.mean(wrongly, "%", &share(false));
         }
     }
@@ -168,13 +169,14 @@ fn said(zone: &Zone) -> String {
 
 pub(super) fn notes(steps: &[Step], rows: &[Option<RowPicture>]) -> Vec<String> {
     let mut out = vec![
-        "Lane lines come from a survey in the map's coordinates; the place of the vehicle comes from radar points alone, \
-         without GNSS. Poses of the mapped drive are those of an inertial system with the errors of the settings."
+        "Lane lines come from a survey in the map's coordinates; the position of the vehicle comes from \
+         radar points alone, without GNSS. Poses of the mapped drive are those of an inertial system with \
+         the errors of the settings."
             .to_string(),
     ];
     for r in rows.iter().flatten() {
         let word = bits(&r.reading.word);
-        let says = zone(&r.table, &r.reading).map_or_else(|| "no zone that is sure".into(), |z| said(&z));
+        let says = zone(&r.table, &r.reading).map_or_else(|| "no certain zone".into(), |z| said(&z));
         out.push(format!("Row {}: last read {word} ({says}).", r.table.name));
     }
     let refused: Vec<String> = steps
@@ -186,7 +188,7 @@ pub(super) fn notes(steps: &[Step], rows: &[Option<RowPicture>]) -> Vec<String> 
         })
         .collect();
     if let Some(first) = refused.first() {
-        out.push(format!("{} looks told no lane, the first because: {first}.", refused.len()));
+        out.push(format!("{} frames have no lane, the first because: {first}.", refused.len()));
     }
     out
 }

@@ -119,7 +119,7 @@ impl LaneMethod for Settings {
         let Mapped { map, way, errors, road, moving, .. } = mapped;
         let DriveResults { steps, places, words, row_pictures, shown } = found;
         let mut trial =
-            Trial::new("signature", format!("{}: place in a map of static points", scenario.name));
+            Trial::new("signature", format!("{}: position in a map of static points", scenario.name));
         trial.rows = common_rows(&steps);
         place_rows(&mut trial.rows, &places);
         map_rows(&mut trial.rows, &map, &errors, &moving);

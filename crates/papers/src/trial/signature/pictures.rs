@@ -29,7 +29,7 @@ pub(super) fn all(
         }
     }
     if let Some((points, step)) = shown {
-        let chart = lanes_chart("Lane by the place in the map", points, &step.truth, &step.estimate);
+        let chart = lanes_chart("Lane from the position in the map", points, &step.truth, &step.estimate);
         out.push(("lane".into(), chart.draw()?));
     }
     Ok(out)
@@ -59,7 +59,7 @@ fn of_map(map: &SignatureMap, road: Option<&RoadTruth>, way: &[[f64; 2]], places
     chart.marks("landmarks", points, SMALL, SEEN);
     chart.named_line("mapped drive", way.to_vec(), Pen::solid(DARK, 1.5));
     let found = places.iter().filter_map(|p| p.place.as_ref()).map(|p| [p.vehicle.x_m, p.vehicle.y_m]);
-    chart.marks("places found, all runs", found.collect(), SMALL, FOUND);
+    chart.marks("estimated positions, all runs", found.collect(), SMALL, FOUND);
     chart
 }
 
@@ -102,7 +102,7 @@ fn of_errors(places: &[Located]) -> Result<Picture> {
             chart.line(line, if run == 0 { red } else { thin });
         }
         if k == 0 {
-            chart.title = "Error of the place over the drive".into();
+            chart.title = "Position error over the drive".into();
             chart.key("run 0", Symbol::Line(red));
             chart.key("its 2σ", Symbol::Line(dashed));
             if runs > 0 {

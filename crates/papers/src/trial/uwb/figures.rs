@@ -119,7 +119,7 @@ fn rows(
     let [beside, between] = slow_shares(made, tuned, e)?;
     rows.one(named("slow drive: scans beside a plate over the threshold"), "%", beside)
         .document(d.histogram)
-        .why("the document does not say whether scans between plates are in its share; a strip 0.15 m wide has nulls 0.15 and 0.31 m to the side");
+        .why("the document does not state whether scans between plates are in its share; a strip 0.15 m wide has nulls 0.15 and 0.31 m to the side");
     rows.one(named("slow drive: scans between plates over the threshold"), "%", between);
     let exceeded = over(&|_, s| share(s.energies.iter().filter(|v| **v > level).count(), s.energies.len()));
     let none = (made.settings.stands_for == Some(StandsFor::Scenario1)).then_some(0.0);
@@ -139,7 +139,7 @@ fn rows(
     let found = over(&|_, s| s.score.marker_rate().map(|v| 100.0 * v));
     rows.mean(named("plates found"), "%", &found)
         .document(d.runs)
-        .why("the document's rate in runs: of scans, plates or spacings is not said");
+        .why("the document's rate in runs: whether of scans, plates or spacings is not stated");
     let right = over(&|_, s| s.score.spacing_rate().map(|v| 100.0 * v));
     rows.mean(named("spacings right"), "%", &right).document(d.runs);
     let errors = || runs.iter().flat_map(|run| &run.seen[r][e].score.spacing_errors_m);
@@ -165,7 +165,7 @@ fn rows(
     rows.mean(named("warnings where a plate was due, a run"), "", &wrong);
     let departed = |s: &RunResult| s.result.departures().last().map(|(_, d)| *d);
     let delay = over(&|_, s| departed(s).map(|d| d.delay_m));
-    rows.mean(named("warning behind the missing plate's place"), "m", &delay);
+    rows.mean(named("warning behind the position of the missing plate"), "m", &delay);
     let since = over(&|_, s| departed(s).map(|d| db(d.peak_energy / level)));
     rows.mean(named("largest energy since the last plate over the threshold"), "dB", &since)
         .document(d.departed_db);
@@ -178,7 +178,8 @@ fn rows(
         let outside = s.result.markers.iter().filter(|m| m.verdict != uwb::Verdict::Lane).count();
         share(outside, s.result.markers.len()).filter(|_| !run.covers[e].is_empty())
     });
-    rows.mean(named("passes rejected for want of a period"), "%", &rejected).document(d.covers.map(|c| c[1]));
+    rows.mean(named("passes rejected because they are not periodic"), "%", &rejected)
+        .document(d.covers.map(|c| c[1]));
     for (k, by) in ["counted plates", "the speed alone"].into_iter().enumerate() {
         let error = over(&|_, s| s.odometer_m.map(|o| o[k].abs()));
         rows.mean(named(&format!("distance by {by}, error")), "m", &error);
@@ -200,8 +201,9 @@ fn notes(trial: &mut Trial, made: &UwbResults<'_>) {
     ));
     if made.rules.len() > 1 {
         trial.notes.push(
-            "The document's rule takes the scans as they are and the scan of the greatest energy as the centre of a pass. The settings' \
-             rule first takes the mean scan of the bare road away, which is mostly the mirror reflection under the radar."
+            "The document's rule takes the scans as they are and the scan of the greatest energy as the \
+             centre of a pass. The settings' rule first subtracts the mean scan of the bare road, which is \
+             mostly the specular reflection under the radar."
                 .into(),
         );
     }
