@@ -1,4 +1,10 @@
 //! Cells to points (CONVENTIONS eq. 15, 16, 20).
+//!
+//! A detected cell has a column, a row and a direction, each between cells of its grid. The row gives the range rate
+//! (eq. 16), and the column the range after the Doppler shift is taken out of the beat (eq. 15), so that a point is
+//! at the position of its target in the middle of the frame. Range and angles are transformed from the middle of the
+//! array, where they are measured, to the sensor's origin (eq. 20). The cross section follows from the power by the radar
+//! equation (eq. 9) with the gain of the antennas in that direction: it assumes a single path, without multipath.
 
 use super::accuracy::{PointAccuracy, PointStd};
 use super::ambiguity::Ambiguity;

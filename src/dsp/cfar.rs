@@ -1,5 +1,10 @@
-//! What the CFAR detectors have in common: the training region, how it shrinks at the ends of the
-//! range axis, and the table of factors (CONVENTIONS eq. 17).
+//! What the CFAR detectors have in common: the training region, how it shrinks at the ends of the range axis, and the
+//! table of factors (CONVENTIONS eq. 17).
+//!
+//! A cell is detected when its power exceeds a factor times a statistic of the training cells around it. The factor
+//! gives the probability of false alarm on noise alone, where each cell is the mean of as many independent exponentials
+//! as there are channels. Correlation between cells, by windows and zero padding, is outside that model, and so are
+//! echoes in the training cells, which raise the threshold and can hide weak targets.
 
 use super::cfar_factor::Factor;
 use super::cfar_window::{Column, Halves, Reach, Window, halves, kind_number, reach, upload_columns};

@@ -84,8 +84,8 @@ pub fn rain_attenuation_db_per_m(freq_hz: f64, rain_mm_per_h: f64) -> [f64; 2] {
 /// Relative permittivity eps' - j eps'' of water: the double Debye model of ITU-R P.840-8 (2019), eq. 3-9.
 ///
 /// # Example
-/// Water at 300 K has ε = 77.7 at low frequencies. At 77 GHz, far above the relaxation at 20 GHz, a tenth of it is
-/// left, with losses that are as large.
+/// Water at 300 K has ε = 77.7 at low frequencies. At 77 GHz, far above the relaxation at 20 GHz, an eighth of it is
+/// left, with a loss part that is nearly twice as large.
 ///
 /// ```
 /// use catseye::em::weather::water_eps;

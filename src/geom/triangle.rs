@@ -1,4 +1,7 @@
-//! A triangle of the world.
+//! A triangle of the world, and where a ray meets it.
+//!
+//! Distances and barycentric coordinates come from vectors that are stored with the triangle, in f64. Both sides are
+//! met; a ray in the plane of the triangle meets nothing.
 
 use glam::DVec3;
 

@@ -1,4 +1,10 @@
 //! The radar description: what the TOML says, checked, in SI.
+//!
+//! Antennas are phase centres in the sensor frame, each with a polarisation, a peak gain and a pattern. A pair of a
+//! transmitter and a receiver is a virtual channel, whose phase centre is the sum of both positions (CONVENTIONS eq.
+//! 19). The waveform gives lines (eq. 12a), the processing its windows and transforms; cells of range and range rate
+//! follow from both (eq. 14-16) and are computed here, so that no file states them. Range rates and directions are
+//! measured at the frequency in the middle of the samples (eq. 15a), not at the carrier.
 
 use super::front_end::FrontEndSettings;
 use super::motion::{Motion, Moving};
