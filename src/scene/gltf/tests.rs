@@ -307,7 +307,7 @@ fn extras_of_nodes() {
     }
     v["nodes"] =
         json!([{"mesh": 0, "extras": {"catseye": {"id": 3}}}, {"mesh": 0, "extras": {"catseye": {"id": 3}}}]);
-    assert!(complaint(&v).contains("nodes[1].extras.catseye.id = 3: is given twice"));
+    assert!(complaint(&v).contains("nodes[1].extras.catseye.id = 3: another node has this id"));
 }
 
 #[test]
