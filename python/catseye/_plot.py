@@ -268,7 +268,7 @@ def plot_rcs(
     index: list[Any] = [slice(None)] * len(axes)
     for name, value in (at or {}).items():
         if name not in axes or name == over:
-            raise dsp._bad("at", name, "is no axis across the cut", ", ".join(n for n in names if n != over))
+            raise dsp._bad("at", name, "is not an axis across the cut", ", ".join(n for n in names if n != over))
         near = int(np.argmin(np.abs(axes[name] - value)))
         if not np.isclose(axes[name][near], value, rtol=1e-9, atol=1e-9):
             raise dsp._bad(f"at.{name}", value, "the table has no such value", ", ".join(f"{v:g}" for v in axes[name][:20]))
@@ -281,7 +281,7 @@ def plot_rcs(
         raise dsp._bad("at", at, f"the cut has {curves} curves", f"up to {_MOST_CURVES}", remedy)
     ax = _axes(ax, **({"projection": "polar"} if polar else {}))
     if polar and ax.name != "polar":
-        raise dsp._bad("ax", ax.name, "are no polar Axes", None, 'make them with subplot_kw={"projection": "polar"}')
+        raise dsp._bad("ax", ax.name, "are not polar Axes", None, 'make them with subplot_kw={"projection": "polar"}')
     scale = 1e-9 if over == "frequency_hz" else 1.0
     # Curves are told apart by brightness and dashes too, so that no colour has to be known.
     viridis = _pyplot().get_cmap("viridis")

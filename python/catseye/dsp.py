@@ -512,7 +512,7 @@ def _bodies(objects: Any, classes: Sequence[str]) -> tuple[NDArray[np.int64], ND
     if not classes:
         raise _bad("classes", "()", "no class is named", None, "give the names of the classes that labels are made of")
     if not isinstance(objects, np.ndarray) or objects.dtype.names is None or "class" not in objects.dtype.names:
-        raise _bad("objects", type(objects).__name__, "is no table of objects or points", None, "give what dsp.objects makes, or Frame.points")
+        raise _bad("objects", type(objects).__name__, "is not a table of objects or points", None, "give what dsp.objects makes, or Frame.points")
     names = objects["class"].astype(str)
     wanted = np.isin(names, list(classes))
     if "share" in objects.dtype.names:

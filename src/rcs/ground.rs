@@ -327,7 +327,7 @@ impl std::fmt::Display for GroundRemark {
         write!(
             f,
             "ground: at elevation {:.3} deg and {:.4} GHz the reflecting part of the ground is {:.3} m long and begins {:.3} m before the \
-             middle of the target, which has a radius of {:.3} m: the reflection of a plane is not valid there; compare with the target \
+             middle of the target, which has a radius of {:.3} m: a plane's reflection is not valid there; compare with the target \
              alone and with a conducting ground (--ground none, --ground pec)",
             self.elevation.to_degrees(),
             self.frequency_hz / 1e9,

@@ -313,7 +313,7 @@ impl ScatteringTable {
         for (axis, n) in [("azimuth", az), ("elevation", el)] {
             if n.len() == 1 {
                 notes.push(format!(
-                    "{name}: has one {axis}, {} deg; its values are taken for every {axis}",
+                    "{name}: has one {axis}, {} deg; its values are used for every {axis}",
                     n[0]
                 ));
             }
@@ -375,7 +375,7 @@ impl ScatteringTable {
         let step = step * std::f64::consts::FRAC_PI_3 / worst.0;
         Some(format!(
             "{}: the phase turns by {:.0} deg from one {} to the next at {}; values between are wrong by \
-             about {:.2} dB; take steps of {:.3} {} or less, or move the origin nearer to the scatterers",
+             about {:.2} dB; use steps of {:.3} {} or less, or move the origin nearer to the scatterers",
             self.source.display(),
             worst.0.to_degrees(),
             ["azimuth", "elevation", "frequency"][axis],
@@ -671,7 +671,9 @@ mod tests {
                     }
                 })
                 .collect();
-        assert!(complaint(apart).contains("t.csv:2: rx_azimuth_deg = 5: the receiver is not in the direction of the transmitter"));
+        assert!(complaint(apart).contains(
+            "t.csv:2: rx_azimuth_deg = 5: the receiver is not in the direction of the transmitter"
+        ));
         // Scattered directions: a grid of 1e6 x 1e6 is not built to find that out.
         let scattered =
             (0..2000).map(|i| format!("77e9,{},{},,,,,1,0,0,0,0,0,1,0\n", i as f64 * 0.01, i as f64 * 0.02));

@@ -33,7 +33,7 @@ pub fn parse_list(key: &str, text: &str) -> Result<Vec<f64>> {
                 let steps = ((b - a) / step * (1.0 + 1e-12) + 1e-9).floor();
                 if steps >= LONGEST as f64 {
                     return Err(bad(&format!("{:.0} values are too many", steps + 1.0))
-                        .remedy(format!("at most {LONGEST} values; take a larger step"))
+                        .remedy(format!("at most {LONGEST} values; use a larger step"))
                         .into());
                 }
                 // Rounded to a millionth of the step: 0.30000000000000004 would end up in files.

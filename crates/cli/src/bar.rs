@@ -250,27 +250,27 @@ pub fn watch() -> Result<()> {
         }
         let at_work = lock(&AT_WORK).clone();
         let said = match at_work {
-            None => "interrupted; the same command begins anew".to_string(),
+            None => "interrupted; the same command starts again from the beginning".to_string(),
             Some((bar, Kept::Itself)) => {
-                return bar.suspend(|| eprintln!("stopping at a safe point; Ctrl-C again ends at once"));
+                return bar.suspend(|| eprintln!("stopping at a safe point; press Ctrl-C again to stop at once"));
             }
             Some((bar, kept)) => {
                 let (pos, all, label) = (bar.position(), bar.length().unwrap_or(0), bar.message());
                 bar.finish_and_clear();
                 match kept {
                     Kept::All => {
-                        format!("interrupted: {pos} of {all} {label} are complete; the same command goes on")
+                        format!("interrupted: {pos} of {all} {label} are complete; the same command continues")
                     }
                     Kept::Parts => {
                         format!(
-                            "interrupted at {pos} of {all} ({label}): finished parts are kept; the same command goes on"
+                            "interrupted at {pos} of {all} ({label}): finished parts are kept; the same command continues"
                         )
                     }
                     _ if all == 0 => {
-                        format!("interrupted ({label}): nothing is kept; the same command begins anew")
+                        format!("interrupted ({label}): nothing is kept; the same command starts again from the beginning")
                     }
                     _ => format!(
-                        "interrupted at {pos} of {all} {label}: nothing is kept; the same command begins anew"
+                        "interrupted at {pos} of {all} {label}: nothing is kept; the same command starts again from the beginning"
                     ),
                 }
             }

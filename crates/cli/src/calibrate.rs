@@ -74,7 +74,7 @@ impl Calibrate {
             return Err(BadInput::new(format!("{angles} positions of the turntable"))
                 .key("--azimuth-deg")
                 .allowed("up to 4096, azimuths times elevations")
-                .remedy("take larger steps")
+                .remedy("use larger steps")
                 .into());
         }
         let outputs: Vec<&Path> =

@@ -127,7 +127,7 @@ impl Dataset {
                 0 if report.shards_complete == 0 => "no frame is complete".to_string(),
                 n => format!("{n} of {} frames are complete", report.frames),
             };
-            return Err(Error::Interrupted(format!("{complete}; the same command goes on")));
+            return Err(Error::Interrupted(format!("{complete}; the same command continues")));
         }
         summary(&report, global)
     }

@@ -147,7 +147,7 @@ impl FitSensor {
         let head = [
             format!("Front end fitted to {name} by catseye {}", env!("CARGO_PKG_VERSION")),
             format!(
-                "Powers, delays and phase noise hold for the radar '{}'{}; levels by {how}",
+                "Powers, delays and phase noise are valid for the radar '{}'{}; powers by {how}",
                 radar.name,
                 if is_assumed { ", whose waveform is an assumption" } else { "" }
             ),

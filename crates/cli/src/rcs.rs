@@ -485,7 +485,7 @@ fn aspects(keys: [&str; 2], azimuth: &str, elevation: &str) -> Result<Vec<Aspect
             .key(format!("--{} x --{}", keys[0], keys[1]))
             .value(azimuths.len() as u128 * elevations.len() as u128)
             .allowed(format!("at most {LONGEST}"))
-            .remedy("take larger steps or split the sweep")
+            .remedy("use larger steps or split the sweep")
             .into());
     }
     let aspect = |az: &f64, el: &f64| Aspect { azimuth: az.to_radians(), elevation: el.to_radians() };

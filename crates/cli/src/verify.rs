@@ -36,7 +36,7 @@ impl Verify {
             })
             .file(&self.folder)
             .value(found.problems.iter().map(|p| p.problem).collect::<Vec<_>>().join(", "))
-            .remedy("what is right stays as it is")
+            .remedy("follow the hint of each problem; correct files are not changed")
             .into());
         }
         if global.json {

@@ -75,7 +75,10 @@ impl View {
     fn inline_bytes(&self) -> Result<usize> {
         if !(0.0..=2048.0).contains(&self.inline_mib) {
             let bad = BadInput::new("is out of range").key("--inline-mib").value(self.inline_mib);
-            return Err(bad.allowed("0..=2048").remedy("browsers take pages of some hundred MiB").into());
+            return Err(bad
+                .allowed("0..=2048")
+                .remedy("browsers can load pages of up to some hundred MiB")
+                .into());
         }
         Ok((self.inline_mib * f64::from(1 << 20)) as usize)
     }

@@ -103,8 +103,9 @@ pub struct Cut<'a> {
 pub fn cut(scene: &Scene, cut: &Cut<'_>) -> Result<Vec<f64>> {
     let n = cut.azimuth_deg.len();
     if n != cut.elevation_deg.len() || n > MOST_DIRECTIONS {
-        let bad = BadInput::new("as many azimuths as elevations are needed").key("directions").value(n);
-        return Err(bad.allowed(format!("up to {MOST_DIRECTIONS}")).remedy("take wider steps").into());
+        let bad =
+            BadInput::new("the numbers of azimuths and elevations must be equal").key("directions").value(n);
+        return Err(bad.allowed(format!("up to {MOST_DIRECTIONS}")).remedy("use larger steps").into());
     }
     let looks: Vec<BistaticAspect> = cut
         .azimuth_deg
@@ -168,6 +169,11 @@ mod tests {
     fn lists_that_do_not_fit_are_refused() {
         let s = scene("sphere").unwrap();
         let at = Cut { frequency_hz: 77e9, azimuth_deg: &[0.0], elevation_deg: &[], bounces: 1, ptd: false };
-        assert!(cut(&s, &at).unwrap_err().to_string().contains("as many azimuths"));
+        assert!(
+            cut(&s, &at)
+                .unwrap_err()
+                .to_string()
+                .contains("the numbers of azimuths and elevations must be equal")
+        );
     }
 }

@@ -62,13 +62,13 @@ pub fn open(path: &Path, dataset: Option<&str>, axes: Option<&[Axis]>) -> Result
         let datatype = dataset.datatype().map_err(|e| bad(format!("no type: {e}")))?;
         let (number, big, pair) = number_of(&datatype).map_err(&bad)?;
         if two && pair.is_some() {
-            return Err(bad("the dataset is complex already".into()).remedy("name it alone").into());
+            return Err(bad("the dataset is complex already".into()).remedy("name only this dataset").into());
         }
         let layout = array_layout(&shape, axes, false, number, big, pair)
             .map_err(|p| bad(p).key("shape").value(format!("{shape:?}")))?;
         if two && layout.is_complex() {
             return Err(bad("the dataset has an axis of real and imaginary parts already".into())
-                .remedy("name it alone")
+                .remedy("name only this dataset")
                 .into());
         }
         if layout.bytes() > size.saturating_mul(MOST_OF_A_BYTE) {

@@ -98,7 +98,7 @@ impl KeptDataset {
                     .key("radars.name")
                     .value(radar)
                     .allowed(names.join(", "))
-                    .remedy("name the radar as the dataset does")
+                    .remedy("use the name of the radar in the dataset")
             })?,
         };
         let name = &names[at];

@@ -78,7 +78,7 @@ impl KeptRun {
     /// Returns `BadInput` that says what is missing.
     pub fn check(&self, scenario: &SitedScenario) -> Result<()> {
         if scenario.frames.count > self.frames {
-            return Err(BadInput::new("the run has fewer frames")
+            return Err(BadInput::new("the scenario has more frames than the run")
                 .file(&self.folder)
                 .key("frames.count")
                 .value(scenario.frames.count)
@@ -103,7 +103,7 @@ impl KeptRun {
                 .key("radars.name")
                 .value(radar)
                 .allowed(names.as_ref().map_or("one radar alone".into(), |n| n.join(", ")))
-                .remedy("name the radar as the run does")
+                .remedy("use the name of the radar in the run")
                 .into()),
         }
     }

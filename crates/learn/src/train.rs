@@ -269,7 +269,7 @@ fn checkpoints(notes: &Path) -> Result<Vec<PathBuf>> {
 }
 
 fn interrupted(epochs: usize) -> Error {
-    Error::Interrupted(format!("{epochs} epochs are complete; the same command goes on"))
+    Error::Interrupted(format!("{epochs} epochs are complete; the same command continues"))
 }
 
 /// Trains the network of a file and writes the folder `out`: weights of the best epoch, the file itself, scores of each epoch, the

@@ -157,7 +157,7 @@ fn a_training_that_goes_on_ends_with_the_same_bytes() {
         };
         let control = Control { progress: Some(&progress), cancel: Some(&stop) };
         let e = train(&config, &broken, false, &cpu(), control, &tell).unwrap_err();
-        assert!(e.exit_code() == 130 && e.to_string().contains("the same command goes on"), "{e}");
+        assert!(e.exit_code() == 130 && e.to_string().contains("the same command continues"), "{e}");
         assert!(!broken.exists());
     }
     let told = std::sync::atomic::AtomicUsize::new(0);

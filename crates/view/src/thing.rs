@@ -88,7 +88,7 @@ impl Thing {
                 return Err(BadInput::new("cannot be shown together with other results")
                     .file(other)
                     .allowed("several tables of cross sections (.csv), a run and its lane estimates, or one of anything else")
-                    .remedy("give it alone")
+                    .remedy("show it separately")
                     .into());
             }
             return Ok(Thing::Rcs(paths.to_vec()));

@@ -246,7 +246,7 @@ pub fn choose_material(
     match (row(name), default) {
         (Ok(m), _) => Ok((m, None)),
         (Err(_), Some(d)) => {
-            let note = format!("material '{}' is taken as {}, the default", clip(name), d.name);
+            let note = format!("material '{}' is replaced by {}, the default", clip(name), d.name);
             Ok((d, Some(note)))
         }
         (Err(Error::Input(e)), None) => {

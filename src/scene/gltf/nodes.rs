@@ -151,7 +151,7 @@ impl Importer<'_> {
             }
             if !ids.all.insert(id) {
                 return Err(self
-                    .bad(format!("{key}.extras.catseye.id"), "is given twice")
+                    .bad(format!("{key}.extras.catseye.id"), "another node has this id")
                     .value(id)
                     .remedy("give a unique id, or leave it out to have one assigned")
                     .into());

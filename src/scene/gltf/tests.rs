@@ -307,7 +307,7 @@ fn extras_of_nodes() {
     }
     v["nodes"] =
         json!([{"mesh": 0, "extras": {"catseye": {"id": 3}}}, {"mesh": 0, "extras": {"catseye": {"id": 3}}}]);
-    assert!(complaint(&v).contains("nodes[1].extras.catseye.id = 3: is given twice"));
+    assert!(complaint(&v).contains("nodes[1].extras.catseye.id = 3: another node has this id"));
 }
 
 #[test]
@@ -371,7 +371,7 @@ fn materials() {
     let mut o = ImportOptions { default_material: Some("copper".into()), ..Default::default() };
     let s = read_with(&v, &o).unwrap();
     assert_eq!(s.materials[0].name, "copper");
-    assert!(s.import.notes[0].contains("'Stahl' is taken as copper"));
+    assert!(s.import.notes[0].contains("'Stahl' is replaced by copper"));
     o.material_map = vec![("Stahl".into(), "steel".into())];
     assert_eq!(read_with(&v, &o).unwrap().materials[0].name, "steel");
     o.material_map = vec![("Stahll".into(), "steel".into())];

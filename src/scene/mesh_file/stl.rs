@@ -448,7 +448,11 @@ mod tests {
                     "part.stl:9: solid: is not a keyword of ASCII STL at this point; allowed: facet, endsolid",
                 ),
             ),
-            ("text behind it", format!("{SQUARE}bye\n").into(), Refused("part.stl:19: bye: is not a keyword")),
+            (
+                "text behind it",
+                format!("{SQUARE}bye\n").into(),
+                Refused("part.stl:19: bye: is not a keyword"),
+            ),
             (
                 "web page",
                 b"<!DOCTYPE html><html>".to_vec(),

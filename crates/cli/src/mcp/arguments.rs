@@ -221,7 +221,10 @@ mod tests {
     #[test]
     fn wrong_inputs_are_named() {
         let e = refused::<RcsInput>(json!({ "target": "plate", "azimut_deg": 1 }));
-        assert!(e.contains("azimut_deg: is not an input") && e.contains("did you mean 'azimuth_deg'?"), "{e}");
+        assert!(
+            e.contains("azimut_deg: is not an input") && e.contains("did you mean 'azimuth_deg'?"),
+            "{e}"
+        );
         let e = refused::<RcsInput>(json!({ "azimuth_deg": 1 }));
         assert!(e.contains("target: is missing"), "{e}");
         let e = refused::<RcsInput>(json!({ "target": "plate", "bounces": "three", "azimuth_deg": 1 }));

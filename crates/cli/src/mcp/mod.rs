@@ -38,9 +38,7 @@ impl Mcp {
     pub fn run(&self, _: &Global) -> Result<()> {
         Err(catseye::base::error::BadInput::new("this program was built without the server for assistants")
             .key("mcp")
-            .remedy(
-                "take an archive of a release, or cargo install --path crates/cli --locked --features mcp",
-            )
+            .remedy("use an archive of a release, or cargo install --path crates/cli --locked --features mcp")
             .into())
     }
 }

@@ -297,7 +297,7 @@ fn interruptions_say_how_to_go_on() {
     };
     let said = (0..50).find_map(|_| trial()).expect("every run was over before it could be interrupted");
     let line = said.lines().find(|l| l.starts_with("interrupted: ")).unwrap();
-    assert!(line.ends_with(" of 36 frames are complete; the same command goes on"), "{line}");
+    assert!(line.ends_with(" of 36 frames are complete; the same command continues"), "{line}");
     let frames: usize = line["interrupted: ".len()..].split(' ').next().unwrap().parse().unwrap();
     assert_eq!(frames, 2 * markers(&dir.path().join("d")));
     make(dir.path(), "d", &[]);
@@ -311,7 +311,7 @@ fn interruptions_say_how_to_go_on() {
         interrupt(child, "-TERM")
     };
     let said = (1..50).find_map(trial).expect("every one was over before it could be interrupted");
-    assert!(said.contains("nothing is kept; the same command begins anew"), "{said}");
+    assert!(said.contains("nothing is kept; the same command starts again from the beginning"), "{said}");
 }
 
 /// `verify` takes what `simulate` wrote too.

@@ -111,7 +111,9 @@ fn a_missing_radar_is_told_with_file_method_and_remedy() {
     let report: serde_json::Value = serde_json::from_slice(&made.stdout).unwrap();
     let table = report["notes"][0].as_str().unwrap();
     for method in ["markers", "range-doppler", "signature", "hd-map", "camera-fusion"] {
-        let said = format!("cannot: radar = uwb9 (pulse, 1 channel): the method {method} cannot use any radar");
+        let said = format!(
+            "not possible: radar = uwb9 (pulse, 1 channel): the method {method} cannot use any radar"
+        );
         assert!(table.contains(&said), "{method}: {table}");
     }
 }

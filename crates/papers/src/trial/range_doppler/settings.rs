@@ -212,7 +212,7 @@ impl Settings {
         RangeDopplerLane::new(self.options(radar, equal)).map_err(|r: LaneError| {
             BadInput::new(r.to_string())
                 .key("lane.range_doppler")
-                .remedy("compare the table with its defaults")
+                .remedy("change the setting that the message names")
                 .into()
         })
     }
