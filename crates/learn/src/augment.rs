@@ -4,25 +4,31 @@ use crate::scan::{Scan, ScanCell};
 use catseye::base::rng::Draws;
 use catseye::road::mask::{CellClass, Grid};
 use glam::{DMat2, DVec2};
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// The table `[training.augment]`: how pictures are moved at random, anew in each epoch.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+/// Random changes of the examples, new in each epoch.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Augment {
-    /// Whether every second picture is mirrored, left for right.
+    /// true: every second example is mirrored left to right.
     pub mirror: bool,
-    /// Largest turn around the radar either way, degrees, 0 to 180.
+    /// Maximum rotation about the radar in either direction, degrees.
+    #[schemars(range(min = 0.0, max = 180.0))]
     pub turn_deg: f64,
-    /// Largest shift ahead, back and to the sides, m, 0 to 30.
+    /// Maximum shift forward, backward and to either side, m.
+    #[schemars(range(min = 0.0, max = 30.0))]
     pub shift_m: f64,
-    /// Points nearer than this are left out of pictures that are turned or shifted, m: echoes of the ground lie there and would not
-    /// move with the road (Feng 2019, section 5.2.8).
+    /// Points nearer than this are left out of examples that are rotated or shifted, m: they include echoes of the ground, which
+    /// would not move with the road (Feng 2019, section 5.2.8).
+    #[schemars(range(min = 0.0, max = 60.0))]
     pub near_m: f64,
-    /// Largest share of the points that are left out, 0 to 0.9.
+    /// Maximum share of the points that are left out.
+    #[schemars(range(min = 0.0, max = 0.9))]
     pub drop: f64,
-    /// Most points of noise that are put anywhere into a picture, 0 to 10000: for networks of grids. Few are as likely as many:
-    /// their number is even in its logarithm. They are as strong as a point of the picture, and no truth goes with them.
+    /// Maximum number of noise points that are added at random positions, for networks of grids. The logarithm of their number is
+    /// uniformly distributed. They have the power of a random point of the example and no true class.
+    #[schemars(range(max = 10_000))]
     pub noise: u32,
 }
 
@@ -38,26 +44,10 @@ impl Augment {
         self.turn_deg > 0.0 || self.shift_m > 0.0
     }
 
-    /// Why the numbers cannot be used with a network, or are out of their ranges: key, value and the range. `fixed` says what is
-    /// allowed where a network sees what depends on the places of points and would not move with them.
+    /// Why the numbers cannot be used with a network: key, value and the range. `fixed` is the range for a network that uses
+    /// quantities which depend on the positions of points and would not move with them.
     pub fn wrong(&self, fixed: Option<&'static str>) -> Option<(&'static str, String, &'static str)> {
-        let out = |x: f64, most: f64| !(0.0..=most).contains(&x);
-        if out(self.turn_deg, 180.0) {
-            return Some(("turn_deg", self.turn_deg.to_string(), "0 to 180"));
-        }
-        if out(self.shift_m, 30.0) {
-            return Some(("shift_m", self.shift_m.to_string(), "0 to 30"));
-        }
-        if out(self.near_m, 60.0) {
-            return Some(("near_m", self.near_m.to_string(), "0 to 60"));
-        }
-        if out(self.drop, 0.9) {
-            return Some(("drop", self.drop.to_string(), "0 to 0.9"));
-        }
-        if self.noise > 10_000 {
-            return Some(("noise", self.noise.to_string(), "0 to 10000"));
-        }
-        // How strong a point is depends on where it stands.
+        // The power of a point depends on its position.
         fixed.filter(|_| self.moves()).map(|allowed| {
             let key = if self.turn_deg > 0.0 { "turn_deg" } else { "shift_m" };
             let value = if self.turn_deg > 0.0 { self.turn_deg } else { self.shift_m };
@@ -224,6 +214,7 @@ impl Move {
 mod tests {
     use super::*;
     use crate::data::Input;
+    use catseye::scene::toml_file::Document;
 
     /// 10 x 10 cells of 1 m.
     const SMALL: Grid = Grid { rows: 10, columns: 10, ahead_m: 10.0, across_m: 10.0 };
@@ -327,10 +318,15 @@ mod tests {
         let turn = Augment { turn_deg: 5.0, ..Augment::default() };
         assert_eq!(wrong(turn, Input::B), None);
         assert_eq!(wrong(turn, Input::A), Some("turn_deg"));
-        assert_eq!(wrong(Augment { turn_deg: 200.0, ..turn }, Input::B), Some("turn_deg"));
-        assert_eq!(wrong(Augment { drop: 1.0, ..turn }, Input::B), Some("drop"));
-        assert_eq!(wrong(Augment { noise: 10_001, ..turn }, Input::B), Some("noise"));
-        assert_eq!(wrong(Augment { shift_m: f64::NAN, ..turn }, Input::B), Some("shift_m"));
+        for (key, a) in [
+            ("turn_deg", Augment { turn_deg: 200.0, ..turn }),
+            ("drop", Augment { drop: 1.0, ..turn }),
+            ("noise", Augment { noise: 10_001, ..turn }),
+            ("shift_m", Augment { shift_m: f64::NAN, ..turn }),
+        ] {
+            let e = Document::check_bounds("training.augment", &a).unwrap_err().to_string();
+            assert!(e.starts_with(&format!("training.augment.{key} = ")), "{e}");
+        }
         assert_eq!(wrong(Augment { mirror: true, ..Augment::default() }, Input::C4), None);
     }
 

@@ -21,6 +21,7 @@
 
 use crate::groups::{NEIGHBOURS, ball, farthest_points, nearest};
 use glam::DVec2;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
@@ -57,7 +58,7 @@ pub struct Cloud {
 }
 
 /// What a network is told of a point beside its place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Feature {
     /// √power over the largest of the scan.

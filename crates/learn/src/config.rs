@@ -5,11 +5,12 @@ use crate::class_aim::Judged;
 use crate::classes::Classes;
 use crate::data::{GridKind, Split};
 use crate::detection::Detected;
-use crate::network::{Network, NetworkTable, within};
+use crate::network::{Network, NetworkTable};
 use crate::task::Verdict;
 use catseye::base::error::{BadInput, Error, Result};
 use catseye::formats::stage::sha256_of_bytes;
 use catseye::scene::toml_file::{At, Document, read_text};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -26,56 +27,74 @@ pub struct Config {
     pub text: String,
 }
 
-/// The tables of a file.
-#[derive(Deserialize)]
+/// A training file: the network, its training and its data.
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(title = "catseye training")]
 struct Tables {
+    /// The network.
     network: NetworkTable,
+    /// How the network is trained.
     training: Training,
+    /// What the network is trained on.
     data: Data,
 }
 
-/// The table `[training]`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// JSON schema of the file: (file name in `schema/`, text).
+pub fn schema() -> (&'static str, String) {
+    let schema = schemars::schema_for!(Tables);
+    ("training.schema.json", serde_json::to_string_pretty(&schema).unwrap_or_default() + "\n")
+}
+
+/// How the network is trained.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Training {
-    /// Largest number of passes over the training set.
+    /// Maximum number of passes over the training set.
+    #[schemars(range(min = 1, max = 100_000))]
     pub epochs: At<usize>,
     /// Number of frames in a batch.
+    #[schemars(range(min = 1, max = 4_096))]
     pub batch: At<usize>,
     /// Learning rate of Adam.
     #[serde(default = "rate")]
+    #[schemars(range(min = 1e-8, max = 1.0))]
     pub rate: At<f64>,
-    /// Seed of the first weights, of the sets and of the order of the batches.
+    /// Seed of the initial weights, of the sets and of the order of the batches; default 0.
     #[serde(default)]
     pub seed: At<u32>,
-    /// The training ends after so many epochs without a better mean figure of the validation set.
+    /// Number of epochs without a better mean score of the validation set after which the training ends.
     #[serde(default = "patience")]
+    #[schemars(range(min = 1, max = 100_000))]
     pub patience: At<usize>,
-    /// Classes are weighted with their share of cells to the power of minus this, 0 to 1: 0 weighs all cells the same, 1 all classes.
+    /// Exponent of the class weights: a class is weighted with its share of cells to the power of minus this. 0 weights all cells
+    /// equally, 1 all classes.
     #[serde(default = "balance")]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub balance: At<f64>,
-    /// How pictures are moved before they are learned.
+    /// Random changes of the examples, new in each epoch; default none.
     pub augment: Option<At<Augment>>,
 }
 
-/// The table `[data]`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+/// What the network is trained on.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Data {
-    /// Which grid is learned; a network of grids needs it, and one of points has none.
+    /// Grid that the network is trained on; required by networks of grids, and not allowed for networks of points.
     pub grid: Option<At<GridKind>>,
-    /// Folders of runs and datasets, relative to that of the file; once read, as they can be opened.
+    /// Folders of runs and datasets, relative to the file.
     pub runs: Vec<At<String>>,
-    /// So many rows and columns become one; only for grids, where it is 1 unless given.
+    /// Number of rows and columns of the grid that are combined into one; for grids only, default 1.
+    #[schemars(range(min = 1, max = 64))]
     pub scale: Option<At<usize>>,
-    /// Names of the classes, "undefined" first; of points "others" first.
+    /// Names of the classes: for grids "undefined" first, for points "others" first.
     pub classes: At<Vec<String>>,
-    /// What is shared out among the sets.
+    /// What is divided among training, validation and test; default "runs".
     #[serde(default = "runs")]
     pub split: Split,
-    /// Number of frames in a block.
+    /// "blocks": number of frames in a block.
     #[serde(default = "block_frames")]
+    #[schemars(range(min = 1, max = 100_000))]
     pub block_frames: At<usize>,
 }
 
@@ -114,7 +133,7 @@ impl Config {
     /// Returns the errors of [`Config::read`] but for those of the file itself.
     pub fn parse(path: &Path, text: String) -> Result<Config> {
         let doc = Document::parse(path, &text)?;
-        let Tables { network, training, data } = doc.read_unbounded()?;
+        let Tables { network, training, data } = doc.read()?;
         let mut config = Config { network: Network::of(&doc, network)?, training, data, text: String::new() };
         config.check(&doc)?;
         for run in &mut config.data.runs {
@@ -139,14 +158,6 @@ impl Config {
             }
             _ => {}
         }
-        if let Some(scale) = &d.scale {
-            within(doc, scale, 1..=64)?;
-        }
-        within(doc, &t.epochs, 1..=100_000)?;
-        within(doc, &t.batch, 1..=4_096)?;
-        within(doc, &t.patience, 1..=100_000)?;
-        within(doc, &t.rate, 1e-8..=1.0)?;
-        within(doc, &t.balance, 0.0..=1.0)?;
         let of_points = matches!(network, Network::Points(_));
         let wrong = |a: &Augment| match a.noise {
             0 => a.wrong(network.fixed()),
@@ -162,7 +173,6 @@ impl Config {
             bad.value = Some(format!("{key} = {value}"));
             return Err(bad.allowed(allowed).remedy("change it or remove it").into());
         }
-        within(doc, &d.block_frames, 1..=100_000)?;
         self.classes().map(|_| ()).map_err(|e| match e {
             Error::Input(b) => {
                 let place = doc.bad(&d.classes.span, "");
@@ -270,6 +280,17 @@ classes = ["undefined", "lane"]
         let path = t.path().join("training.toml");
         std::fs::write(&path, text).unwrap();
         Config::read(&path)
+    }
+
+    #[test]
+    fn the_committed_schema_is_that_of_the_code() {
+        let (name, text) = schema();
+        let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../schema")).join(name);
+        if std::env::var_os("CATSEYE_WRITE_SCHEMA").is_some() {
+            std::fs::write(&path, &text).unwrap();
+        }
+        let committed = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(committed == text, "{name} is out of date: run this test with CATSEYE_WRITE_SCHEMA=1");
     }
 
     #[test]

@@ -17,6 +17,7 @@ use crate::source::Source;
 use catseye::base::error::{BadInput, Result};
 use catseye::base::rng::Draws;
 use catseye::road::mask::{CellClass, Grid};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 
@@ -184,7 +185,7 @@ impl Example {
 }
 
 /// What is shared out among training, validation and test.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Split {
     /// Whole runs, or whole scenes of datasets: nothing of a scene of the test is seen in training.

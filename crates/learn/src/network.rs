@@ -4,13 +4,13 @@ use crate::cloud::{Feature, Sight, Step};
 use crate::scan::Input;
 use crate::segnet::Shape;
 use catseye::base::error::{Error, Result};
-use catseye::scene::toml_file::{At, Document, RangeText};
+use catseye::scene::toml_file::{At, Document};
+use schemars::JsonSchema;
 use serde::Deserialize;
-use std::fmt::Display;
-use std::ops::{Range, RangeBounds};
+use std::ops::Range;
 
 /// Kinds of networks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 pub enum Kind {
     /// Encoders and decoders with unpooling, for grids.
     #[serde(rename = "segnet")]
@@ -133,19 +133,38 @@ const CENTROIDS: [usize; 5] = [256, 64, 16, 8, 4];
 const SAMPLES: usize = 32;
 
 /// The table `[network]` as it stands in the file, with the keys of all kinds.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct NetworkTable {
+    /// Kind of network.
     kind: At<Kind>,
+    /// Number of channels between layers.
+    #[schemars(range(min = 1, max = 512))]
     channels: At<usize>,
+    /// "segnet" and "detector": number of encoders, and of the decoders of a segnet.
+    #[schemars(range(min = 1, max = 6))]
     layers: Option<At<usize>>,
+    /// "segnet" and "detector": width of the square kernels, cells; odd.
+    #[schemars(range(min = 1, max = 15))]
     kernel: Option<At<usize>>,
+    /// "segnet" and "detector": planes of the grid that the network receives.
     input: Option<At<Input>>,
+    /// "pointnet" and "pointnet++": features of a point in addition to its position, each at most once.
     features: Option<At<Vec<Feature>>>,
+    /// Radii of the circles in which neighbours are counted, m; required by the features counts and covariance.
+    #[schemars(length(min = 1, max = 8), inner(range(min = 1e-3, max = 1000.0)))]
     circles_m: Option<At<Vec<f64>>>,
+    /// Points nearer than this belong to the same lobe for the feature r_min, m; default 0.5.
+    #[schemars(range(min = 0.0, max = 64.0))]
     r_threshold_m: Option<At<f64>>,
+    /// "pointnet++": radius of the groups of each level, m.
+    #[schemars(length(min = 1, max = 5), inner(range(min = 1e-3, max = 1000.0)))]
     radii_m: Option<At<Vec<f64>>>,
+    /// "pointnet++": maximum number of centroids of a frame at each level; default 256, 64, 16, 8, 4.
+    #[schemars(length(min = 1, max = 5), inner(range(min = 1, max = 4096)))]
     centroids: Option<At<Vec<usize>>>,
+    /// "pointnet++": number of points of a group; default 32.
+    #[schemars(range(min = 1, max = 512))]
     samples: Option<At<usize>>,
 }
 
@@ -233,9 +252,6 @@ impl Network {
 }
 
 fn check_grids(doc: &Document<'_>, n: &GridNetwork) -> Result<()> {
-    within(doc, &n.layers, 1..=6)?;
-    within(doc, &n.channels, 1..=512)?;
-    within(doc, &n.kernel, 1..=15)?;
     if n.kernel.value.is_multiple_of(2) {
         let bad = doc.bad(&n.kernel.span, "is even, so the kernel has no middle");
         return Err(bad.allowed("1, 3, 5 and so on to 15").remedy("give an odd number").into());
@@ -244,7 +260,6 @@ fn check_grids(doc: &Document<'_>, n: &GridNetwork) -> Result<()> {
 }
 
 fn check_points(doc: &Document<'_>, n: &PointNetwork) -> Result<()> {
-    within(doc, &n.channels, 1..=512)?;
     let features = &n.features.value;
     if let Some(twice) = (1..features.len()).find(|k| features[..*k].contains(&features[*k])) {
         let bad = doc.bad(&n.features.span, format!("names {} twice", features[twice].name()));
@@ -257,54 +272,23 @@ fn check_points(doc: &Document<'_>, n: &PointNetwork) -> Result<()> {
             return Err(bad.remedy("add it, as in circles_m = [1.0, 2.0, 4.0]").into());
         }
         (Some(c), false) => return Err(unread(doc, &c.span, "counts or covariance")),
-        (Some(c), true) => list(doc, c, 8, "larger than 0 and at most 1000", |r| *r > 0.0 && *r <= 1e3)?,
-        (None, false) => {}
+        _ => {}
     }
-    match &n.threshold_m {
-        Some(t) if !has(&[Feature::RMin]) => return Err(unread(doc, &t.span, "r_min")),
-        Some(t) => within(doc, t, 0.0..=64.0)?,
-        None => {}
+    if let Some(t) = n.threshold_m.as_ref().filter(|_| !has(&[Feature::RMin])) {
+        return Err(unread(doc, &t.span, "r_min"));
     }
-    let Some(g) = &n.groups else { return Ok(()) };
-    list(doc, &g.radii_m, 5, "larger than 0 and at most 1000", |r| *r > 0.0 && *r <= 1e3)?;
-    list(doc, &g.centroids, 5, "1 to 4096", |c| (1..=4096).contains(c))?;
-    if g.centroids.value.len() != g.radii_m.value.len() {
-        let bad = doc.bad(&g.centroids.span, "must have the length of radii_m");
-        let allowed = format!("{} numbers", g.radii_m.value.len());
-        return Err(bad.allowed(allowed).remedy("give one number for each level").into());
+    match &n.groups {
+        Some(g) if g.centroids.value.len() != g.radii_m.value.len() => {
+            let bad = doc.bad(&g.centroids.span, "must have the length of radii_m");
+            let allowed = format!("{} numbers", g.radii_m.value.len());
+            Err(bad.allowed(allowed).remedy("give one number for each level").into())
+        }
+        _ => Ok(()),
     }
-    within(doc, &g.samples, 1..=512)
 }
 
 /// A key of a feature that is not asked for.
 fn unread(doc: &Document<'_>, span: &Range<usize>, feature: &str) -> Error {
     let bad = doc.bad(span, format!("is not used, because network.features has no {feature}"));
     bad.remedy("remove it, or add the feature").into()
-}
-
-/// Checks the length and the values of a list.
-fn list<T>(
-    doc: &Document<'_>,
-    at: &At<Vec<T>>,
-    most: usize,
-    range: &str,
-    fits: impl Fn(&T) -> bool,
-) -> Result<()> {
-    if (1..=most).contains(&at.value.len()) && at.value.iter().all(fits) {
-        return Ok(());
-    }
-    let bad = doc.bad(&at.span, "is not a list of numbers in range");
-    Err(bad.allowed(format!("1 to {most} numbers, each {range}")).remedy("change the list").into())
-}
-
-/// Checks that a value lies in a range.
-///
-/// # Errors
-/// Returns `BadInput` with the place of the value.
-pub(crate) fn within<T, R>(doc: &Document<'_>, at: &At<T>, range: R) -> Result<()>
-where
-    T: PartialOrd + Copy + Display,
-    R: RangeBounds<T> + RangeText,
-{
-    doc.in_range(at, range, "give a value in this range").map(|_| ())
 }

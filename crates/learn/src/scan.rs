@@ -2,10 +2,11 @@
 
 use catseye::detect::grid::PointGrid;
 use catseye::road::mask::Grid;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Which planes of a grid a network sees.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Input {
     /// 1 where there is a point, else 0.
     B,
@@ -35,7 +36,7 @@ impl Input {
 }
 
 /// Which of a frame's grids is learned.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum GridKind {
     /// `grid_road.npy` with `mask_road.npy`, 450 x 300 cells over 60 x 40 m.

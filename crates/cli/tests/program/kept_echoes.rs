@@ -94,7 +94,7 @@ fn kept_echoes_serve_other_radars() {
         &[("chirps = 32", "chirps = 16"), ("bandwidth_hz = 375e6", "bandwidth_hz = 250e6")],
         &[],
     );
-    let e = refused(d, &["simulate", &short, "--from", "run", "-o", "no"], &["waveform", "farther"]);
+    let e = refused(d, &["simulate", &short, "--from", "run", "-o", "no"], &["waveform", "exceeds"]);
     assert!(!d.join("no").exists(), "{e}");
     let short = write(
         d,
@@ -136,7 +136,7 @@ fn what_kept_echoes_do_not_hold_is_refused() {
         (("bandwidth_hz = 375e6", "bandwidth_hz = 500e6"), as_it_is, ["waveform", "band is not within"]),
         (("carrier_hz = 77e9", "carrier_hz = 76.5e9"), as_it_is, ["waveform", "not within"]),
         (("chirps = 32", "chirps = 64"), as_it_is, ["waveform", "is longer"]),
-        (("sample_rate_hz = 20e6", "sample_rate_hz = 25e6"), as_it_is, ["waveform", "farther"]),
+        (("sample_rate_hz = 20e6", "sample_rate_hz = 25e6"), as_it_is, ["waveform", "exceeds"]),
         (as_it_is, ("speed_mps = 10", "speed_mps = 11"), ["ego", "another ego"]),
         (as_it_is, ("rcs_dbsm = 10", "rcs_dbsm = 11"), ["scene", "another scene"]),
         (as_it_is, ("interval_s = 0.05", "interval_s = 0.06"), ["frames.interval_s", "another time"]),
