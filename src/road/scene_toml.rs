@@ -95,7 +95,10 @@ fn own_materials(doc: &Document<'_>, tables: &[MaterialTable]) -> Result<Vec<Mat
             return Err(e.allowed("a name without + and without spaces around it, other than none").into());
         }
         if material::by_name(name).is_ok() || made.iter().any(|m| m.name == name) {
-            let known = bad("is the name of an existing material", "choose another name, and give like = \"the existing one\"");
+            let known = bad(
+                "is the name of an existing material",
+                "choose another name, and give like = \"the existing one\"",
+            );
             return Err(known.into());
         }
         let pair = |at: &Option<At<[f64; 2]>>, good: fn([f64; 2]) -> bool, allowed: &str| {
@@ -196,7 +199,7 @@ impl Reader<'_> {
         let t = self.t;
         let Some(name) = &t.opendrive else {
             if let Some(r) = &t.opendrive_road {
-                return self.refuse(&r.span, "is without opendrive", "name the file");
+                return self.refuse(&r.span, "needs opendrive", "give the name of the file");
             }
             return Ok(None);
         };
@@ -297,16 +300,20 @@ impl Reader<'_> {
     fn element(&self, e: &ElementTable, before: f64) -> Result<Course> {
         let span = &e.kind.span;
         let only = |key: &str, at: &Option<At<f64>>, of: &str| match at {
-            Some(a) => Err(Error::from(
-                self.doc.bad(&a.span, format!("{key} is a key of {of}")).remedy("remove it"),
-            )),
+            Some(a) => {
+                Err(Error::from(self.doc.bad(&a.span, format!("{key} is a key of {of}")).remedy("remove it")))
+            }
             None => Ok(()),
         };
         let curvature = |a: &At<f64>| -> Result<f64> {
             if a.value.is_finite() && a.value.abs() >= 0.1 {
                 return Ok(1.0 / a.value);
             }
-            Err(self.doc.bad(&a.span, "is not a radius").allowed("0.1 m and more, negative to the right").into())
+            Err(self
+                .doc
+                .bad(&a.span, "is not a radius")
+                .allowed("0.1 m and more, negative to the right")
+                .into())
         };
         let needed = || self.missing(span, "length_m", "give the length of the element");
         if e.kind.value != ElementKind::Arc {
@@ -330,7 +337,11 @@ impl Reader<'_> {
                     (Some(l), None) => l,
                     (None, Some(a)) => a.value.to_radians() / k.abs(),
                     (Some(_), Some(a)) => {
-                        return self.refuse(&a.span, "the arc has a length as well", "keep one");
+                        return self.refuse(
+                            &a.span,
+                            "angle_deg and length_m exclude each other",
+                            "keep one of them",
+                        );
                     }
                     (None, None) => return Err(needed()),
                 };
@@ -570,7 +581,11 @@ impl Reader<'_> {
             return Ok(span);
         }
         let at = to.as_ref().or(from.as_ref()).map_or(0..0, |a| a.span.clone());
-        Err(self.doc.bad(&at, "does not end beyond its start").remedy("give a to_m larger than from_m").into())
+        Err(self
+            .doc
+            .bad(&at, "does not end beyond its start")
+            .remedy("give a to_m larger than from_m")
+            .into())
     }
 
     fn lateral(&self, road: &Road, at: &At<LateralTable>) -> Result<Lateral> {
@@ -619,7 +634,8 @@ impl Reader<'_> {
     fn row(&self, road: &Road, r: &RowTable, i: usize) -> Result<RowPlan> {
         let ways = [r.spacing_m.is_some(), r.gaps_m.is_some(), r.code.is_some()];
         if ways.iter().filter(|x| **x).count() != 1 {
-            let e = self.doc.bad(&r.reflector.span, "the row needs exactly one of spacing_m, gaps_m and code");
+            let e =
+                self.doc.bad(&r.reflector.span, "the row needs exactly one of spacing_m, gaps_m and code");
             return Err(e
                 .allowed("one of spacing_m, gaps_m, code")
                 .remedy("give it as in spacing_m = 2")

@@ -396,11 +396,7 @@ fn a_scene_has_materials_of_its_own() {
         ),
         ("\"clay\"\neps_r", "\"rough asphalt\"\neps_r", "is the name of an existing material"),
         ("\"clay\"\neps_r", "\"a+b\"\neps_r", "is not a name for a material"),
-        (
-            "eps_r = [6.0, 0.5]",
-            "",
-            "has no electrical properties; allowed: at least one of like, eps_r",
-        ),
+        ("eps_r = [6.0, 0.5]", "", "has no electrical properties; allowed: at least one of like, eps_r"),
         ("[6.0, 0.5]", "[6.0, -0.5]", "allowed: eps' above 0, eps'' (loss) 0 or more"),
         ("[6.0, 0.5]", "[6.0]", "material[1].eps_r"),
         ("[76e9, 81e9]", "[81e9, 76e9]", "allowed: lowest and highest frequency"),

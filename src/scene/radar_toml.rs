@@ -1339,7 +1339,7 @@ mod tests {
             ("noise_figure_db = ", "noise_figure_db = -", "receiver.noise_figure_db = -"),
             ("false_alarm_probability = 1e-5", "false_alarm_probability = 2", "processing.cfar.false_alarm"),
             ("train_range_cells = 8", "train_range_cells = 300", "up to the map's 512 range cells"),
-            ("[processing]", "[processing]\nrange_fft = 256", "at least the lines of a chirp = 512"),
+            ("[processing]", "[processing]\nrange_fft = 256", "the lines of a chirp = 512 or more"),
             ("polarisation = \"V\"", "polarisation = \"X\"", "allowed: V, H, +45, -45, RHCP, LHCP"),
             ("pattern = \"cosine-power\"", "pattern = \"isotropic\"", "only a cosine-power pattern has"),
             (

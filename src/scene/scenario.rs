@@ -1014,7 +1014,10 @@ fn radars(places: &mut PlaceReader<'_, '_>, f: &ScenarioFile) -> Result<Vec<Rada
                         .into());
                 }
                 if list.iter().any(|o| o.name.eq_ignore_ascii_case(name)) {
-                    return Err(doc.bad(&r.name.span, "is the name of two radars").remedy("rename one").into());
+                    return Err(doc
+                        .bad(&r.name.span, "is the name of two radars")
+                        .remedy("rename one")
+                        .into());
                 }
                 let mut radar = radar_toml::named(doc, &r.radar.value, &r.radar.span)?;
                 radar.name = name.clone();
@@ -1023,7 +1026,8 @@ fn radars(places: &mut PlaceReader<'_, '_>, f: &ScenarioFile) -> Result<Vec<Rada
                 }
                 if let Some(t) = &r.trajectory {
                     if r.mounting.is_some() {
-                        let e = doc.bad(&r.name.span, "mounting and trajectory of a radar exclude each other");
+                        let e =
+                            doc.bad(&r.name.span, "mounting and trajectory of a radar exclude each other");
                         return Err(e.remedy("keep one of the two").into());
                     }
                     let key = format!("radars[{}].trajectory", list.len());
@@ -1131,7 +1135,9 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             (file, reflector, vehicle, table) => {
                 let given = [file, reflector, vehicle, table].into_iter().flatten().next();
                 let problem = match given {
-                    Some(first) => doc.bad(&first.span, "file, reflector, vehicle and rcs_table exclude each other"),
+                    Some(first) => {
+                        doc.bad(&first.span, "file, reflector, vehicle and rcs_table exclude each other")
+                    }
                     None => {
                         BadInput::new("the object is missing").file(doc.file()).key(format!("object[{i}]"))
                     }
@@ -1231,15 +1237,12 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
     if f.output.angle_spectra
         && let Some(radar) = radars.iter().find(gridless)
     {
-        return Err(BadInput::new(format!(
-            "radar '{}' has an angle method without a spectrum",
-            radar.name
-        ))
-        .file(doc.file())
-        .key("output.angle_spectra")
-        .value(true)
-        .remedy("remove it, or give the radar another angle method, such as music")
-        .into());
+        return Err(BadInput::new(format!("radar '{}' has an angle method without a spectrum", radar.name))
+            .file(doc.file())
+            .key("output.angle_spectra")
+            .value(true)
+            .remedy("remove it, or give the radar another angle method, such as music")
+            .into());
     }
     Ok(Scenario {
         name: f.name,
@@ -1330,16 +1333,16 @@ fn on_road(doc: &Document<'_>, f: &ScenarioFile) -> Result<Option<OnRoad>> {
         return Err(e.remedy("give scene.road = \"FILE.toml\"").into());
     }
     if ego.position_m.value != [0.0; 3] || ego.yaw_deg.value != 0.0 {
-        let e = doc.bad(&ego.position_m.span, "ego.position_m, ego.yaw_deg and ego.on_road exclude each other").key("ego.position_m");
+        let e = doc
+            .bad(&ego.position_m.span, "ego.position_m, ego.yaw_deg and ego.on_road exclude each other")
+            .key("ego.position_m");
         return Err(e.remedy("keep position_m and yaw_deg, or on_road").into());
     }
     let drive = match &ego.drive {
         None => Drive::steady(doc.in_range(&ego.speed_mps, -150.0..=150.0, "give metres per second")?),
         Some(d) if ego.speed_mps.value != 0.0 => {
             let e = doc.bad(&ego.speed_mps.span, "ego.speed_mps and ego.drive exclude each other");
-            return Err(e
-                .remedy(format!("keep the speed of [ego.drive], {}", d.speed_mps.value))
-                .into());
+            return Err(e.remedy(format!("keep the speed of [ego.drive], {}", d.speed_mps.value)).into());
         }
         Some(d) => super::drive::build(doc, d)?,
     };

@@ -263,7 +263,10 @@ pub fn build(
                 || want.round() as usize != r.samples.value
             {
                 return Err(doc
-                    .bad(&r.samples.span, format!("the samples do not cover one code of {} chips", code.len()))
+                    .bad(
+                        &r.samples.span,
+                        format!("the samples do not cover one code of {} chips", code.len()),
+                    )
                     .allowed(format!("code length x sample_rate_hz / chip_rate_hz, here {want}"))
                     .remedy("sample one code at the chip rate or a multiple of it")
                     .into());
@@ -396,7 +399,7 @@ fn fits(doc: &Document<'_>, w: &WaveformTable, r: &ReceiverTable, period_s: f64,
     if last > period_s * (1.0 + 1e-9) {
         let span = w.chirp_period_s.as_ref().map_or(&w.carrier_hz.span, |p| &p.span);
         return Err(doc
-            .bad(span, format!("{what} end only after {last:e} s"))
+            .bad(span, format!("{what} end {last:e} s after the start, beyond the period"))
             .allowed(format!("a period of at least {last:e} s"))
             .remedy("lengthen the period, sample faster or use fewer samples")
             .into());
@@ -553,7 +556,10 @@ fn multiplex(doc: &Document<'_>, w: &WaveformTable, transmitters: usize) -> Resu
             let bands = transmitters + empty;
             if !w.chirps.value.is_multiple_of(bands) {
                 return Err(doc
-                    .bad(&w.chirps.span, format!("the number of chirps is not a multiple of the {bands} Doppler bands"))
+                    .bad(
+                        &w.chirps.span,
+                        format!("the number of chirps is not a multiple of the {bands} Doppler bands"),
+                    )
                     .allowed(format!("a multiple of {bands}"))
                     .remedy("change chirps or empty_bands")
                     .into());

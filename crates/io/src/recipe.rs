@@ -321,12 +321,16 @@ impl Recipe {
         };
         let scenario = self.tree.get("scenario");
         let of = |key: &str| scenario.and_then(|s| s.get(key));
-        refuse(of("seed"), "is set by the recipe: each scene has its own seed", "give seed at the top of the recipe")?;
+        refuse(
+            of("seed"),
+            "is set by the recipe: each scene has its own seed",
+            "give seed at the top of the recipe",
+        )?;
         refuse(of("output"), "is set by [keep]", "remove it")?;
         let count = of("frames").and_then(|f| f.get("count"));
-        refuse(count, "is decided by frames_per_scene", "remove it")?;
+        refuse(count, "is set by frames_per_scene", "remove it")?;
         if self.tree.get("road").is_some() {
-            refuse(of("scene"), "is given twice: there is a [road]", "take one of them out")?;
+            refuse(of("scene"), "scenario.scene and [road] exclude each other", "remove one of them")?;
         }
         Ok(())
     }
@@ -974,9 +978,7 @@ fn split(
             for s in range {
                 let at = &mut of[s as usize];
                 if *at != u8::MAX {
-                    return Err(doc
-                        .bad(&share.span, format!("scene {s} is listed twice"))
-                        .into());
+                    return Err(doc.bad(&share.span, format!("scene {s} is listed twice")).into());
                 }
                 *at = k as u8;
             }
@@ -1096,10 +1098,13 @@ mod tests {
             (TINY.replace("scenes = 4", "scenes = 0"), "allowed: 1..="),
             (TINY.replace("seed = 3", "seed = -3"), "seed = -3"),
             (TINY.replace("seed = 3", "sead = 3"), "did you mean 'seed'?"),
-            (more("interval_s = 0.1", "count = 3"), "is decided by frames_per_scene"),
+            (more("interval_s = 0.1", "count = 3"), "is set by frames_per_scene"),
             (more("[scenario]", "seed = 3"), "is set by the recipe"),
             (more("[scenario]", "output = { adc = true }"), "is set by [keep]"),
-            (more("[scenario]", "scene = { builtin = \"w3\" }"), "there is a [road]"),
+            (
+                more("[scenario]", "scene = { builtin = \"w3\" }"),
+                "scenario.scene and [road] exclude each other",
+            ),
             (more("format = \"frames\"", "compression = \"zstd:3\""), "cannot be had in the format frames"),
             (more("format = \"frames\"", "compression = \"lzma\""), "is no compression"),
             (TINY.replace("\"frames\"", "\"tar\""), "is not one of the choices"),
@@ -1213,7 +1218,7 @@ mod tests {
         let two = "[[road.road.vehicle]]\nkind = \"sedan\"\ns_m = 30\nlateral = { lane = 1 }\n";
         let fixed = TINY.replace("repeat = { integer = [0, 2] }", "repeat = 0");
         let e = parse(&format!("{fixed}\n{two}{two}")).unwrap().draw(0).unwrap_err().to_string();
-        assert!(e.contains("the vehicle stands in another and nothing of either is drawn"), "{e}");
+        assert!(e.contains("the vehicle overlaps another vehicle, and no value of either is drawn"), "{e}");
     }
 
     #[test]

@@ -367,8 +367,9 @@ impl Reader<'_> {
                 return Err(self.about("sweep", "nothing varies").remedy(remedy).into());
             }
             if axes > 3 {
-                let bad =
-                    self.about("sweep", "there are more sweeps than a plot has axes, curves and panels").value(axes);
+                let bad = self
+                    .about("sweep", "there are more sweeps than a plot has axes, curves and panels")
+                    .value(axes);
                 let bad = bad.allowed("up to 3 that are not reduced");
                 return Err(bad.remedy("fix or reduce some, or write two studies").into());
             }
@@ -521,16 +522,20 @@ impl Reader<'_> {
                 continue;
             }
             if study.quantities != [Quantity::Margin] {
-                let bad =
-                    BadInput::new("a detection range needs margin_db").allowed("quantities = [\"margin_db\"]");
+                let bad = BadInput::new("a detection range needs margin_db")
+                    .allowed("quantities = [\"margin_db\"]");
                 return Err(self.here(at, bad.remedy("list only margin_db in quantities")));
             }
             let ascending = s.numbers().is_some_and(|x| x.windows(2).all(|w| w[0] < w[1]));
             if !ascending || s.values.len() < 2 {
-                return self.refused(at, "a detection range needs distances in ascending order", "sweep longitudinal_m");
+                return self.refused(
+                    at,
+                    "a detection range needs distances in ascending order",
+                    "sweep longitudinal_m",
+                );
             }
             if study.sweeps.iter().filter(|o| o.reduce.is_some()).count() > 1 {
-                let problem = "a detection range is the only thing that may be reduced";
+                let problem = "a detection range excludes other reductions";
                 return self.refused(at, problem, "keep one");
             }
         }
@@ -598,7 +603,7 @@ impl Reader<'_> {
                 && c.value.windows(2).all(|w| w[0][0] < w[1][0]);
             match sound {
                 true => Ok(c.value.clone()),
-                false => self.only(c, "is not a curve", "[[range in m, dB], …] with growing ranges"),
+                false => self.only(c, "is not a curve", "[[range in m, dB], …] with ascending ranges"),
             }
         };
         let magnitudes = match d.method {
@@ -684,7 +689,7 @@ impl Reader<'_> {
         for (i, p) in t.parameter.iter().enumerate() {
             own(&p.name)?;
             if p.name == t.front || t.parameter[..i].iter().any(|l| l.name == p.name) {
-                return self.refused(&p.name, "is given twice", "keep one");
+                return self.refused(&p.name, "is listed twice", "keep one of them");
             }
             if !(p.min.value.is_finite() && p.max.value.is_finite() && p.min.value < p.max.value) {
                 let remedy = "give a fixed parameter in target";
@@ -765,7 +770,7 @@ fn grid(start: f64, stop: f64, step: f64) -> Result<Vec<f64>, BadInput> {
     }
     let steps = ((stop - start) / step * (1.0 + 1e-12) + 1e-9).floor();
     if steps >= MOST_POINTS as f64 {
-        return Err(BadInput::new(format!("the sweep has {:.0} values", steps + 1.0))
+        return Err(BadInput::new(format!("the sweep has too many values ({:.0})", steps + 1.0))
             .allowed(format!("up to {MOST_POINTS}"))
             .remedy("use a larger step"));
     }
