@@ -254,8 +254,8 @@ pub fn dsp_power(
     reals(py, map.data, &[map.doppler_bins, map.range_bins], wide)
 }
 
-/// A detector's settings and the looks of its map: (kind, rank, (guard, train) in cells [doppler, range], false alarm probability, looks),
-/// of which what is None is the radar's.
+/// Settings of a detector and the number of looks (independent powers in a cell) of its map: (kind, rank, (guard, train) in cells [doppler, range],
+/// false alarm probability, looks); the radar gives the values that are None.
 type Detector =
     (Option<String>, Option<usize>, Option<[usize; 2]>, Option<[usize; 2]>, Option<f64>, Option<usize>);
 
@@ -313,7 +313,7 @@ fn detector(
     let bands = |r: &Arc<Radar>| r.channels() * (r.processing.doppler_fft / r.doppler_rows().max(1));
     let Some(looks) = looks.or(radar.as_ref().map(bands)) else { return missing(py, "looks") };
     if looks == 0 {
-        return refuse(py, BadInput::new("no look").key("looks").value(0).allowed("1 or more"));
+        return refuse(py, BadInput::new("is out of range").key("looks").value(0).allowed("1 or more"));
     }
     Ok((Cfar { kind, guard, train, pfa }, looks))
 }
@@ -435,7 +435,8 @@ pub fn dsp_separate(
     ))
 }
 
-/// Snapshots [cell, look, channel], or such as have the covariances [cell, channel, channel].
+/// Snapshots [cell, snapshot, channel], or snapshots that have the given covariances [cell, channel,
+/// channel].
 fn looks_of(
     py: Python<'_>,
     radar: &Radar,
@@ -450,7 +451,7 @@ fn looks_of(
     };
     match (snapshots, covariance) {
         (Some(s), None) => {
-            let g = given::<Complex64>("snapshots", &["cell", "look", "channel"], s)?;
+            let g = given::<Complex64>("snapshots", &["cell", "snapshot", "channel"], s)?;
             if g.shape[2] != radar.virtual_channels() || g.shape[1] == 0 {
                 return refuse(py, of_shape(&g.shape, "snapshots"));
             }

@@ -183,7 +183,7 @@ pub fn resolve_for(
                 if let Some(word) = trace
                     && word != opened.tracing().word()
                 {
-                    let e = BadInput::new("this Engine traces in another way").key("trace").value(word);
+                    let e = BadInput::new("this Engine traces elsewhere").key("trace").value(word);
                     let e = e.allowed(opened.tracing().word());
                     return refuse(py, e.remedy("give trace to Engine(...)"));
                 }

@@ -14,7 +14,7 @@ use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
-/// How far apart the points of a line are, m.
+/// Spacing of the points of a line, m.
 const LINE_STEP_M: f64 = 1.0;
 
 /// Estimates lanes with one method on the drive of a scenario, as `catseye lane METHOD SCENARIO -o OUT` does: writes estimates, scores, report and
@@ -210,7 +210,7 @@ fn column(table: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<Vec<f64>>> {
     }
 }
 
-/// Columns of one length, with what stands for those that are missing; None: it must be there.
+/// Columns of one length, with the value that replaces a missing column; None: the column is required.
 fn columns<const N: usize>(
     key: &str,
     table: &Bound<'_, PyAny>,

@@ -358,7 +358,7 @@ pub fn axes(py: Python<'_>, radar: &Described) -> PyResult<[Py<PyAny>; 2]> {
     ])
 }
 
-/// The columns of points.csv; NaN where the array cannot tell an angle.
+/// Points with the columns of points.csv; NaN for an angle that the array cannot measure.
 pub fn points(py: Python<'_>, list: &[Point]) -> PyResult<Py<PyAny>> {
     Ok(Records::new(list.len()).columns(py, &columns::POINTS, list)?.build(py)?.unbind())
 }
@@ -440,7 +440,7 @@ pub fn simulate(
     let kept = match source {
         None => None,
         Some(folder) => {
-            // As many frames as are asked for, which may be fewer than the scenario has.
+            // The number of requested frames, which may be smaller than the scenario's.
             let mut asked = scenario::SitedScenario::clone(&scenario);
             asked.frames.count = indices.iter().max().map_or(0, |last| last + 1);
             let open = move |_: &work::Watch| {

@@ -74,7 +74,7 @@ pub fn dsp_plots(py: Python<'_>, points: &Bound<'_, PyAny>, labels: Option<Vec<i
     let mut own = Vec::new();
     for i in 0..count {
         let at = |k: usize| columns[k][i];
-        // An elevation that the array cannot tell is that of the boresight.
+        // An elevation that the array cannot measure is set to that of the boresight.
         let elevation = if at(6).is_finite() { at(6).to_radians() } else { 0.0 };
         let place = [at(0), at(1), at(2).to_radians(), elevation];
         let plot = Plot::of_point(place, [at(3), at(4), at(5).to_radians()]);

@@ -1286,7 +1286,7 @@ fn frames(t: &FramesTable) -> Frames {
     Frames { count: t.count, interval_s: t.interval_s }
 }
 
-/// Returns an error if the vehicle has a trajectory and a place, heading, speed or road as well.
+/// Returns an error if the vehicle has a trajectory and also a position, heading, speed or road.
 fn check_ego_once(doc: &Document<'_>, ego: &EgoTable) -> Result<()> {
     let place = (ego.position_m.value != [0.0; 3]).then_some(("ego.position_m", &ego.position_m.span));
     let yaw = (ego.yaw_deg.value != 0.0).then_some(("ego.yaw_deg", &ego.yaw_deg.span));
@@ -1296,9 +1296,9 @@ fn check_ego_once(doc: &Document<'_>, ego: &EgoTable) -> Result<()> {
     match place.or(yaw).or(speed).or(on_road).or(drive) {
         None => Ok(()),
         Some((key, span)) => Err(doc
-            .bad(span, "ego.trajectory determines it")
+            .bad(span, format!("{key} and ego.trajectory exclude each other"))
             .key(key)
-            .remedy("keep it or ego.trajectory")
+            .remedy("keep one of them")
             .into()),
     }
 }

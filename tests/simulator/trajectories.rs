@@ -178,7 +178,7 @@ fn a_way_is_given_once() {
     for (rest, says) in [
         (
             format!("[ego]\nspeed_mps = 3\ntrajectory = {two}"),
-            "s.toml:4: ego.speed_mps = 3: ego.trajectory determines it",
+            "s.toml:4: ego.speed_mps = 3: ego.speed_mps and ego.trajectory exclude each other",
         ),
         (
             format!("[[point]]\nrcs_dbsm = 1\nposition_m = [1, 0, 0]\ntrajectory = {two}"),

@@ -193,7 +193,9 @@ fn objects_may_scatter_as_a_table_says() {
 
     let both =
         format!("{BASE}[[object]]\nrcs_table = \"t.csv\"\nreflector = \"type1\"\nposition_m = [9, 0, 0]\n");
-    assert!(complaint(&both).contains("s.toml:5: position_m") || complaint(&both).contains("exclude each other"));
+    assert!(
+        complaint(&both).contains("s.toml:5: position_m") || complaint(&both).contains("exclude each other")
+    );
     let unit = format!("{BASE}[[object]]\nrcs_table = \"t.csv\"\nposition_m = [9, 0, 0]\nunit = \"mm\"\n");
     assert!(complaint(&unit).contains("applies only to a mesh file"));
     let gone = format!("{BASE}[[object]]\nrcs_table = \"gone.csv\"\nposition_m = [9, 0, 0]\n");
