@@ -1334,7 +1334,7 @@ fn on_road(doc: &Document<'_>, f: &ScenarioFile) -> Result<Option<OnRoad>> {
     }
     if ego.position_m.value != [0.0; 3] || ego.yaw_deg.value != 0.0 {
         let e = doc
-            .bad(&ego.position_m.span, "ego.position_m, ego.yaw_deg and ego.on_road exclude each other")
+            .bad(&ego.position_m.span, "ego.on_road excludes ego.position_m and ego.yaw_deg")
             .key("ego.position_m");
         return Err(e.remedy("keep position_m and yaw_deg, or on_road").into());
     }

@@ -265,7 +265,7 @@ pub fn build(
                 return Err(doc
                     .bad(
                         &r.samples.span,
-                        format!("the samples do not cover one code of {} chips", code.len()),
+                        format!("the samples are not exactly one code of {} chips", code.len()),
                     )
                     .allowed(format!("code length x sample_rate_hz / chip_rate_hz, here {want}"))
                     .remedy("sample one code at the chip rate or a multiple of it")
