@@ -1,8 +1,8 @@
-"""catseye: automotive-radar simulator. Scenes to radar cross sections, samples, detections, points and datasets.
+"""catseye: automotive-radar simulator, from scenes to radar cross sections, samples, detections, points and datasets.
 
-NumPy arrays in and out; lengths in metres, angles in degrees where a name says ``_deg``, otherwise SI; axes of ISO 8855 (x
-forward, y left, z up); range rates are positive when receding. Everything but the first argument is given by keyword, and
-names carry their units.
+Functions take and return NumPy arrays. Lengths are in metres, angles in degrees where a name ends in ``_deg``, all else in SI units;
+axes are those of ISO 8855 (x forward, y left, z up); range rates are positive when the target recedes. All arguments except the
+first are given by keyword, and names contain their units.
 
 >>> import catseye
 >>> plate = catseye.rcs("plate:width_m=0.1,height_m=0.1", frequency_hz=77e9, engine="cpu")

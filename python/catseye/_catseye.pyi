@@ -72,7 +72,7 @@ _Floats: TypeAlias = NDArray[np.float64]
 __version__: str
 
 class BadInput(ValueError):
-    """What was given is at fault. str() is the line of the command line."""
+    """An input is not valid. str() is the message that the command line prints."""
 
     file: str | None
     line: int | None
@@ -83,11 +83,11 @@ class BadInput(ValueError):
     remedy: str | None
 
 class Failed(RuntimeError):
-    """Anything else that went wrong: a device, a file, a result that cannot be right."""
+    """Any error other than bad input: of a device, of a file, or a result that fails a check."""
 
 @final
 class Engine:
-    """What computes: the cpu, or a GPU."""
+    """The device that computes: the cpu, or a GPU."""
 
     def __new__(cls, device: str = "auto", *, precision: str = "f32", trace: str | None = None) -> Engine: ...
     @property
@@ -104,7 +104,7 @@ class Engine:
 
 @final
 class Scene:
-    """Everything that can return an echo."""
+    """A scene: all objects that can return an echo."""
 
     def __new__(cls) -> Scene: ...
     @staticmethod
@@ -228,7 +228,7 @@ class Radar:
 
 @final
 class RcsResult:
-    """Scattering matrices of a sweep."""
+    """Scattering matrices of a sweep over frequency and direction."""
 
     @property
     def target(self) -> str: ...
@@ -282,7 +282,7 @@ class RcsResult:
 
 @final
 class Scenario:
-    """What stands in the scene, who drives, which radar looks."""
+    """A scenario: objects, the vehicle's motion, radars and frames."""
 
     def __new__(cls, path: _Path) -> Scenario: ...
     @staticmethod
@@ -301,7 +301,7 @@ class Scenario:
 
 @final
 class Frames:
-    """Frames that are computed one after another as they are asked for."""
+    """An iterator of Frame; each frame is computed when it is requested."""
 
     def __iter__(self) -> Frames: ...
     def __next__(self) -> Frame: ...
@@ -350,7 +350,7 @@ class Frame:
 
 @final
 class Detections:
-    """What the chain finds in a cube."""
+    """Result of process: the power maps, detections and points of one cube."""
 
     @property
     def range_doppler(self) -> NDArray[np.floating[Any]]: ...
@@ -387,7 +387,7 @@ class Store:
 
 @final
 class Tracker:
-    """Tracks of many bodies with constant velocity in the plane of the road."""
+    """A tracker of many bodies that move with constant velocity in the plane of the road."""
 
     def __new__(
         cls,

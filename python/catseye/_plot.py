@@ -1,4 +1,4 @@
-"""Plots with matplotlib, which is asked for when one is drawn and not before."""
+"""Plots with matplotlib, which is imported only when a plot is drawn."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _Floats = NDArray[np.float64]
 
 #: The kinds of plots of a frame.
 KINDS = ("range_doppler", "birds_eye")
-#: Classes that lie under everything else: their outlines would only frame the plot.
+#: Classes of the ground, whose outlines would only frame the plot.
 _GROUND = frozenset({"road", "verge", "ground", "terrain", "lane_line"})
-#: Most curves in one plot.
+#: Maximum number of curves in one plot.
 _MOST_CURVES = 10
-#: What lies lower under the largest level of a cut is cross-polarisation that symmetry forbids.
+#: Span of the RCS axis below the maximum of a cut; lower values are cross-polarisation that symmetry forbids.
 _SPAN_DB = 60.0
 
 
@@ -31,7 +31,7 @@ def _pyplot() -> Any:
 
 
 def _axes(ax: Any, **subplot: Any) -> Any:
-    """Where to draw: what is given, or a figure's own."""
+    """The Axes to draw into: the given ones, or those of a new figure."""
     plt = _pyplot()
     if ax is not None:
         return ax
@@ -40,12 +40,12 @@ def _axes(ax: Any, **subplot: Any) -> Any:
 
 
 def _plain(text: str) -> str:
-    """A name as it is: matplotlib takes what stands between dollar signs for a formula."""
+    """The text with dollar signs escaped: matplotlib takes text between dollar signs for a formula."""
     return text.replace("$", r"\$")
 
 
 def _short(text: str, most: int = 60) -> str:
-    """A name that fits over a plot: a reflector's tells every parameter."""
+    """The text, cut to a length that fits over a plot: the name of a reflector contains every parameter."""
     return _plain(text if len(text) <= most else text[: most - 1] + "…")
 
 
@@ -55,21 +55,21 @@ def _check_kind(kind: str) -> None:
 
 
 def decibel(power: Any) -> _Floats:
-    """Powers in W as dBm; -inf where there is none."""
+    """Powers in W as dBm; -inf for power 0."""
     with np.errstate(divide="ignore"):
         levels: _Floats = 10 * np.log10(np.asarray(power, np.float64)) + 30
     return levels
 
 
 def folded(range_rate_mps: Any, axis_mps: Any) -> _Floats:
-    """Range rates as the map shows them, whose rows tell them only but for multiples of its span."""
+    """Range rates modulo the span of the map's Doppler axis, which is ambiguous by multiples of its span."""
     rate, axis = np.asarray(range_rate_mps, np.float64), np.asarray(axis_mps, np.float64)
     if len(axis) < 2:
         return rate
     step = axis[1] - axis[0]
     lowest, span = axis[0] - step / 2, step * len(axis)
     turns = np.floor((rate - lowest) / span)
-    # In the last place a rate at the edge may be on either side.
+    # After rounding, a rate at the edge may be on either side.
     within = (rate >= lowest - 1e-6 * span) & (rate <= lowest + span * (1 + 1e-6))
     out: _Floats = np.where(within, rate, rate - span * turns)
     return out
@@ -78,7 +78,7 @@ def folded(range_rate_mps: Any, axis_mps: Any) -> _Floats:
 def _draw_map(ax: Any, power_w: Any, range_m: Any, range_rate_mps: Any, points: Any, title: str, colorbar: bool) -> Any:
     levels = decibel(power_w)
     finite = levels[np.isfinite(levels)]
-    # From just under the noise, which fills most of a map, as in the pictures of `catseye simulate`.
+    # From just under the noise, which fills most of a map, as in the images of `catseye simulate`.
     top = float(finite.max()) if finite.size else 0.0
     bottom = max(float(np.median(finite)) - 2, top - 90) if finite.size else -1.0
     half = [float(a[1] - a[0]) / 2 if len(a) > 1 else 0.5 for a in (range_m, range_rate_mps)]
@@ -89,7 +89,7 @@ def _draw_map(ax: Any, power_w: Any, range_m: Any, range_rate_mps: Any, points: 
     if points is not None and len(points):
         rates = folded(points["range_rate_mps"], range_rate_mps)
         ax.scatter(points["range_m"], rates, s=36, facecolors="none", edgecolors="white", linewidths=1.2, label=f"points ({len(points)})")
-        # A point beside the map does not stretch it.
+        # A point outside the map does not enlarge the axes.
         ax.set_xlim(extent[:2])
         ax.set_ylim(extent[2:])
     ax.set_xlabel("range (m)")
@@ -114,7 +114,7 @@ def _rotation(xyzw: Any) -> _Floats:
 
 
 def footprints(centre_m: Any, size_m: Any, rotation_xyzw: Any, position_m: Any, radar_xyzw: Any) -> _Floats:
-    """float64 [box, 4, 2]: the lower corners of boxes of the world in the frame of a radar, x forward and y left."""
+    """The lower corners of boxes of the world in the frame of a radar, x forward and y left, in m: float64 [box, 4, 2]."""
     signs = np.array([[1, 1, -1], [-1, 1, -1], [-1, -1, -1], [1, -1, -1]]) / 2
     local = signs[None] * np.asarray(size_m, np.float64)[:, None]
     world = np.einsum("bij,bcj->bci", _rotation(rotation_xyzw), local) + np.asarray(centre_m, np.float64)[:, None]
@@ -147,7 +147,7 @@ def _draw_birds_eye(ax: Any, points: Any, boxes: Any, classes: Sequence[str], ra
     far = min(max(max(reach), float(np.max(np.asarray(x)[known], initial=1.0))) * 1.08, float(range_m[-1]))
     wide = max(float(np.max(np.abs(np.asarray(y)[known]), initial=0.0)) * 1.1, far / 4)
     ax.set_aspect("equal")
-    # What is left of the radar stands left.
+    # The left side of the radar is on the left of the plot.
     ax.set_xlim(wide, -wide)
     ax.set_ylim(-0.04 * far, far)
     ax.set_xlabel("y left (m)")
@@ -158,7 +158,7 @@ def _draw_birds_eye(ax: Any, points: Any, boxes: Any, classes: Sequence[str], ra
 
 
 def plot_frame(frame: Any, kind: str = "range_doppler", points: bool = True, ax: Any = None) -> Any:
-    """A Frame or Detections; see ``Frame.plot``."""
+    """Draws a Frame or Detections; see ``Frame.plot``."""
     _check_kind(kind)
     ax = _axes(ax)
     title = f"{frame.radar}, frame {frame.index}" if hasattr(frame, "index") else ""
@@ -179,7 +179,7 @@ def plot_frame(frame: Any, kind: str = "range_doppler", points: bool = True, ax:
 def plot_sample(
     sample: Mapping[str, Any], arrays: Sequence[str], kind: str, radar: str | None, points: bool, colorbar: bool, ax: Any
 ) -> Any:
-    """A frame of a dataset with its tables ``radars``, ``points`` and ``boxes`` where they are stored; see ``Dataset.plot``."""
+    """Draws a frame of a dataset with its tables ``radars``, ``points`` and ``boxes`` where they are stored; see ``Dataset.plot``."""
     rows = sample["radars"]
     names = [str(name) for name in rows["radar"]]
     if radar is None:
@@ -195,15 +195,15 @@ def plot_sample(
     title = f"frame {sample['frame']}" + (f", {radar}" if len(names) > 1 else "")
     if kind == "range_doppler":
         if name not in sample:
-            raise dsp._bad("kind", kind, "the dataset holds no maps", None, "make it again with range_doppler = true in [keep] of its recipe")
+            raise dsp._bad("kind", kind, "the dataset contains no maps", None, "make it again with range_doppler = true in [keep] of its recipe")
         power = sample[name]
         range_rate = row["first_range_rate_mps"] + row["range_rate_bin_mps"] * np.arange(power.shape[-2])
         range_m = row["first_range_m"] + row["range_bin_m"] * np.arange(power.shape[-1])
         return _draw_map(_axes(ax), power, range_m, range_rate, found, title, colorbar)
     if found is None and "boxes" not in sample:
-        raise dsp._bad("kind", kind, "the dataset holds neither points nor truth", None, "make it again with points = true in [keep] of its recipe")
+        raise dsp._bad("kind", kind, "the dataset contains neither points nor truth", None, "make it again with points = true in [keep] of its recipe")
     bins = sample[name].shape[-1] if name in sample else 0
-    # Without a map nothing tells how far the radar sees.
+    # Without a map, the maximum range is unknown.
     range_m = np.array([row["first_range_m"] + row["range_bin_m"] * (bins - 1) if bins else np.inf])
     boxes: Any = []
     classes: list[str] = []
@@ -217,7 +217,7 @@ def plot_sample(
     return _draw_birds_eye(_axes(ax), found, boxes, classes, range_m, title, colorbar)
 
 
-#: Axes of a table of cross sections in their order: name, and what stands on the axis of a plot.
+#: Axes of a table of cross sections in their order: name, and label of the axis of a plot.
 _RCS_AXES = {
     "frequency_hz": "frequency (GHz)",
     "elevation_deg": "elevation (deg), positive up",
@@ -227,7 +227,7 @@ _RCS_AXES = {
 }
 
 
-#: The place in S of the polarisations that follow from V and H, as (pair, received, sent).
+#: The entry of S of the polarisations derived from V and H, as (pair, received, transmitted).
 _DERIVED = {
     **{f"{p}{q}": ("circular", i, j) for i, p in enumerate("rl") for j, q in enumerate("rl")},
     **{f"{p}{q}": ("linear45", i, j) for i, p in enumerate(("p45", "m45")) for j, q in enumerate(("p45", "m45"))},
@@ -235,7 +235,7 @@ _DERIVED = {
 
 
 def _levels(result: Any, polarisation: str) -> _Floats:
-    """dBsm in the shape of the table's axes."""
+    """Cross sections in dBsm in the shape of the table's axes."""
     if polarisation not in _DERIVED:
         own: _Floats = getattr(result, f"{polarisation}_dbsm")
         return own
@@ -248,7 +248,7 @@ def _levels(result: Any, polarisation: str) -> _Floats:
 def plot_rcs(
     result: Any, polarisation: Any = None, over: str | None = None, at: Mapping[str, float] | None = None, polar: bool = False, ax: Any = None
 ) -> Any:
-    """A cut through an RcsResult; see ``RcsResult.plot``."""
+    """Draws a cut through an RcsResult; see ``RcsResult.plot``."""
     axes = {name: np.asarray(getattr(result, name)) for name in _RCS_AXES if getattr(result, name) is not None}
     wanted = ["vv"] if polarisation is None else [polarisation] if isinstance(polarisation, str) else list(polarisation)
     pairs = {pair: [name for name, entry in _DERIVED.items() if entry[0] == pair] for pair in ("circular", "linear45")}
@@ -283,7 +283,7 @@ def plot_rcs(
     if polar and ax.name != "polar":
         raise dsp._bad("ax", ax.name, "are not polar Axes", None, 'make them with subplot_kw={"projection": "polar"}')
     scale = 1e-9 if over == "frequency_hz" else 1.0
-    # Curves are told apart by brightness and dashes too, so that no colour has to be known.
+    # Curves differ in brightness and dashes too, so that they can be distinguished without colours.
     viridis = _pyplot().get_cmap("viridis")
     dashes = ["-", "--", "-.", ":"]
     top = -np.inf
@@ -296,7 +296,7 @@ def plot_rcs(
             words += [f"{v * 1e-9:g} GHz" if name == "frequency_hz" else f"{name.removesuffix('_deg').replace('_', ' ')} {v:g}°" for name, v in values]
             x = axes[over] * (np.pi / 180 if polar else scale)
             style = {"color": viridis(0.85 * number / max(curves - 1, 1)), "linestyle": dashes[number % len(dashes)]}
-            # A zero amplitude is a level far below, not a gap.
+            # An amplitude of zero becomes a very small value, not a gap.
             y = np.maximum(levels[place], -400.0)
             ax.plot(x, y, label=", ".join(words), marker="o" if len(x) == 1 else None, **style)
             top = max(top, float(y.max()))

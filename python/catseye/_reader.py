@@ -19,26 +19,27 @@ Sample = dict[str, Any]
 
 
 class Dataset(Sequence[Sample]):
-    """The frames of a dataset that :func:`catseye.dataset` or ``catseye dataset`` wrote, whatever its format.
+    """The frames of a dataset that :func:`catseye.dataset` or ``catseye dataset`` wrote, in any of its formats.
 
     ``dataset[i]`` is a dictionary: ``"frame"`` (number of the frame), each array by its name (``"adc"``: complex64 [chirp, rx_virtual, sample] in
     sqrt(W); ``"range_doppler"``: float32 [doppler, range] in W) and each table by its name (``"points"``, ``"boxes"``, ...) as a structured array
-    with the frame's rows, whose units are in the column names. ``dataset[a:b]`` is a dataset of fewer frames. Nothing is read before it is asked for.
-    Instances can be pickled, and sent to processes that were forked or spawned.
+    with the frame's rows, whose units are in the column names. ``dataset[a:b]`` is a dataset of fewer frames. Data are read only when a frame is
+    requested. Instances can be pickled, and sent to processes that were forked or spawned.
 
     folder: of the dataset. split: "train", "validation" or "test", default all frames. arrays, tables: names of those to read, default all.
 
-    tensors: names of tensors that are computed of the stored samples when a frame is read, and added to its dictionary: "range_doppler",
-    "range_azimuth", "angle_doppler", "rad", "chirps_azimuth", "tensor4d", "sparse" ("sparse_indices", "sparse_power_w"), and labels of them, "masks"
-    ("mask_range_azimuth", "mask_range_doppler", "mask_angle_doppler"), "confidence" and "objects" (boxes as the radar sees them). A dictionary in
-    place of the list gives the options of each, as those of the functions of :mod:`catseye.dsp`. engine: to compute them with.
+    tensors: names of tensors that are computed from the stored samples when a frame is read, and added to its dictionary: "range_doppler",
+    "range_azimuth", "angle_doppler", "rad", "chirps_azimuth", "tensor4d", "sparse" ("sparse_indices", "sparse_power_w"), and their labels, "masks"
+    ("mask_range_azimuth", "mask_range_doppler", "mask_angle_doppler"), "confidence" and "objects" (boxes in the radar's frame). A dictionary in place
+    of the list gives the options of each, as keywords of the functions of :mod:`catseye.dsp`. engine: device that computes them.
 
-    radar: the radar of the samples. By default those that the dataset contains; with several, the names of tensors end with that of the radar
-    ("range_azimuth_left"). A name takes one of several; a list of names takes these; a Radar, preset or path, also in a dictionary by name,
-    computes with other settings of the processing, and is compared with the dataset's in all that places a target: waveform, sampling, antenna
-    positions and their order, windows, lengths of transforms. Other windows are options of a tensor.
+    radar: the radar of the samples. By default the radars that the dataset contains; with several, the names of tensors end with the name of the
+    radar ("range_azimuth_left"). A name selects one of several; a list of names selects these. A Radar, preset or path, also in a dictionary by name,
+    computes with other settings of the processing. It is compared with the dataset's radar in everything that determines the cell of a target:
+    waveform, sampling, antenna positions and their order, windows, transform lengths. Other windows are options of a tensor.
 
-    Raises BadInput for a folder that is no dataset, a radar that differs from that of the samples, with key and both values, and for a frame whose shard is missing or broken when it is read.
+    Raises BadInput for a folder that is not a dataset, for a radar that differs from that of the samples (with key and both values), and, when a
+    frame is read, for a missing or damaged shard.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class Dataset(Sequence[Sample]):
         engine: Engine | str | None = None,
     ) -> None:
         self._store = Store(os.path.abspath(folder))
-        # It stays what it is when the process works elsewhere later.
+        # An absolute path, which stays valid when the process changes its folder.
         self._folder = os.path.abspath(folder)
         self._arrays = None if arrays is None else list(arrays)
         self._tables = None if tables is None else list(tables)
@@ -75,32 +76,32 @@ class Dataset(Sequence[Sample]):
 
     @property
     def folder(self) -> str:
-        """Where the dataset lies."""
+        """Absolute path of the dataset's folder."""
         return self._folder
 
     @property
     def layout(self) -> dict[str, Any]:
-        """What is stored: format, compression, frames, frames_per_shard, arrays and tables with their units."""
+        """Layout of the stored data: format, compression, frames, frames_per_shard, arrays and tables with their units."""
         return self._store.layout
 
     @property
     def radars(self) -> list[str]:
-        """Names of the radars that the dataset contains; none of a dataset that was made before datasets contained them."""
+        """Names of the radars that the dataset contains; empty for a dataset made before datasets contained radars."""
         return self._store.radar_names() or []
 
     def radar(self, index: int = 0, name: str | None = None) -> Radar:
-        """The radar of this name that took the samples of a frame of these; default the first. Raises BadInput for a name that the dataset does not
-        have, and for a dataset that contains no radars."""
+        """The radar that recorded the samples of the frame at this index. name: of the radar, default the dataset's first. Raises BadInput for a name
+        that the dataset does not contain, and for a dataset that contains no radars."""
         frame = int(self._frames[operator.index(index)])
         return self._store.radar(frame, (self.radars or [""])[0] if name is None else name)
 
     @property
     def frames(self) -> NDArray[np.int64]:
-        """int64 [item]: the number in the whole dataset of each frame here."""
+        """Numbers of these frames in the whole dataset, int64 [item]."""
         return self._frames
 
     def split(self, name: str) -> Dataset:
-        """The frames of "train", "validation" or "test" among these."""
+        """Returns those of these frames that belong to "train", "validation" or "test". Raises KeyError for another name."""
         splits = self._store.splits()
         if name not in splits:
             raise KeyError(f"no split {name!r}; splits are {', '.join(splits)}")
@@ -108,7 +109,7 @@ class Dataset(Sequence[Sample]):
 
     @property
     def tables(self) -> list[str]:
-        """Names of the tables that the frames are read with."""
+        """Names of the tables that are read with the frames."""
         return self._stored_tables() + self._made_tables()
 
     def _made_tables(self) -> list[str]:
@@ -120,12 +121,12 @@ class Dataset(Sequence[Sample]):
     def plot(
         self, index: int = 0, kind: str = "range_doppler", *, radar: str | None = None, points: bool = True, colorbar: bool = True, ax: Any = None
     ) -> Any:
-        """A frame of these drawn with matplotlib; returns the Axes.
+        """Draws one of these frames with matplotlib; returns the Axes.
 
-        kind: "range_doppler", the stored map in dBm with the points, or "birds_eye", the points in the radar's frame (x forward, y left, m),
-        coloured by range rate, over the boxes of what is there. What the dataset does not hold is left out. radar: name of one of several, default
-        the first. ax: Axes to draw into, without which a figure is made. Raises ImportError without matplotlib, and BadInput where the
-        dataset holds nothing of what is asked for.
+        kind: "range_doppler", the stored map in dBm with the points, or "birds_eye", the points in the radar's frame (x forward, y left, m), coloured
+        by range rate, over the boxes of the objects. Points and boxes that the dataset does not contain are left out. radar: name of one radar of
+        several, default the first. ax: Axes to draw into, default those of a new figure. Raises ImportError without matplotlib, and BadInput where
+        the dataset contains nothing of the requested kind.
         """
         _check_kind(kind)
         layout = self._store.layout
@@ -142,15 +143,15 @@ class Dataset(Sequence[Sample]):
     def torch(
         self, *, rows: Mapping[str, int] | None = None, transform: Callable[[Sample], Any] | None = None
     ) -> TorchDataset:
-        """The same for ``torch.utils.data.DataLoader`` and its own collation: arrays as tensors, tables as dictionaries of
-        tensors that are filled up to one length (:class:`TorchDataset` says shapes and types).
+        """The same frames for ``torch.utils.data.DataLoader`` and its own collation: arrays as tensors, tables as dictionaries of tensors that are
+        padded to one length (:class:`TorchDataset` describes shapes and types).
 
-        rows: lengths of tables by name. transform: called with the dictionary of a frame before that.
+        rows: lengths of tables by name. transform: called with the dictionary of a frame before the conversion.
         """
         return TorchDataset(self, rows=rows, transform=transform)
 
     def _rows_and_classes(self) -> tuple[dict[str, int], tuple[str, ...]]:
-        """The greatest number of rows in any frame of the whole dataset by table, and the classes of all tables in the order of their names."""
+        """The maximum number of rows in any frame of the whole dataset by table, and the class names of all tables, sorted."""
         try:
             with open(os.path.join(self._folder, "statistics.json"), encoding="utf-8") as file:
                 statistics = json.load(file)
@@ -159,7 +160,7 @@ class Dataset(Sequence[Sample]):
             return {**most, **dict.fromkeys(self._made_tables(), most.get("boxes", 0))}, tuple(sorted(statistics["classes"]))
         except (OSError, KeyError):
             pass
-        # A dataset that is not complete, or was made before statistics told it: every frame is asked.
+        # The dataset is not complete, or its statistics do not contain these numbers: read every frame.
         asked = list(dict.fromkeys(self._stored_tables() + (["boxes"] if self._made_tables() else [])))
         most = dict.fromkeys(asked, 0)
         classes: set[str] = set()
@@ -214,15 +215,15 @@ class Dataset(Sequence[Sample]):
 class TorchDataset:
     """A map-style dataset for ``torch.utils.data.DataLoader`` and its own collation, with any number of workers.
 
-    An item is a dictionary. ``"frame"`` is the number of the frame; arrays are tensors of the shape and type of :class:`Dataset`.
-    Each table is a dictionary of tensors [row], one a column, all of one length for all frames, so that a batch has them as
-    [frame, row]: floating-point columns are float32, whole numbers int64, flags bool. ``"valid"``: bool [row] is True for
-    the frame's own rows, which come first; the rows after them hold NaN, 0 and False. The column ``class`` is int64, the place
-    of the class in ``classes``, -1 in the rows that fill up. Other columns of text are left out.
+    An item is a dictionary. ``"frame"`` is the number of the frame; arrays are tensors with the shape and type of :class:`Dataset`. Each table is a
+    dictionary of tensors [row], one per column, with the same length in all frames, so that a batch has the shape [frame, row]: floating-point
+    columns are float32, integers int64, flags bool. ``"valid"``, bool [row], is True for the frame's own rows, which come first; the padding rows
+    after them contain NaN, 0 and False. The column ``class`` is int64, the index of the class in ``classes``, -1 in padding rows. Other columns of
+    text are left out.
 
-    rows: lengths of tables by name, in place of the greatest number of rows in any frame of the whole dataset; a frame with more is a
-    ValueError. transform: called with the dictionary of :class:`Dataset`. Of a dictionary that it returns, arrays and tables become
-    tensors as above; anything else is returned as it is.
+    rows: lengths of tables by name, in place of the maximum number of rows in any frame of the whole dataset; a frame with more rows raises
+    ValueError. transform: called with the dictionary of :class:`Dataset`. If it returns a dictionary, the arrays and tables of that become tensors as
+    above; any other value is returned unchanged.
     """
 
     def __init__(
@@ -269,7 +270,7 @@ class TorchDataset:
         return item
 
     def _columns(self, frame: int, name: str, table: NDArray[Any]) -> dict[str, NDArray[Any]]:
-        """The columns of a table that are numbers, filled up to the length of the table."""
+        """The numeric columns of a table, padded to the length of the table."""
         count, length = len(table), self.rows[name]
         if count > length:
             raise ValueError(f"frame {frame} has {count} rows in table {name!r}, and {length} have room: give rows={{{name!r}: ...}}")

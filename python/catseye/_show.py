@@ -1,4 +1,4 @@
-"""What notebooks show of an object: a picture with its main numbers, and pages of ``catseye view``."""
+"""HTML of objects in notebooks, an image with the main numbers, and pages of ``catseye view``."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 __all__ = ["View", "frame_html", "plot_frame", "plot_rcs", "rcs_html", "scene_html", "view"]
 
-#: A page up to this size stands in a cell; a notebook keeps each of them in its file.
+#: Maximum size of a page that is shown in a cell; the notebook stores each of them in its file.
 INLINE_BYTES = 24 << 20
-#: Names of objects that are listed of a class.
+#: Maximum number of object names that are listed of a class.
 _NAMES = 4
 
 
 def _table(title: str, rows: Iterable[tuple[str, str]], png: bytes | None, alt: str) -> str:
-    """A title, rows of (what, value) and a picture. All text is escaped here, and nowhere before."""
+    """HTML of a title, rows of (name, value) and an image. All text is escaped here and nowhere else."""
     cells = "".join(
         f'<tr><th style="text-align:left;font-weight:normal;opacity:.7;white-space:nowrap">{html.escape(what)}</th>'
         f'<td style="text-align:left">{html.escape(value)}</td></tr>'
@@ -44,13 +44,13 @@ def _table(title: str, rows: Iterable[tuple[str, str]], png: bytes | None, alt: 
 
 
 def _span(values: Any, unit: str, scale: float = 1.0) -> str:
-    """Of an axis: its one value, or first to last and their number."""
+    """Text of an axis: its single value, or the first, the last and their number."""
     first, last = float(values[0]) * scale, float(values[-1]) * scale
     return f"{first:g} {unit}" if len(values) == 1 else f"{first:g} to {last:g} {unit}, {len(values)} values"
 
 
 def frame_html(frame: Any) -> str:
-    """Of a Frame or Detections."""
+    """HTML of a Frame or Detections."""
     power, points = frame.range_doppler, frame.points
     simulated = hasattr(frame, "index")
     title = f"{frame.radar}, frame {frame.index} at {frame.time_s:g} s" if simulated else "Detections"
@@ -74,13 +74,13 @@ def frame_html(frame: Any) -> str:
         rows.append(("on", ", ".join(f"{name} {n}" for name, n in classes.most_common(6))))
     flat = np.ascontiguousarray(power, np.float32).ravel()
     marks = np.column_stack([points["range_m"], points["range_rate_mps"]]).astype(float).tolist()
-    # The picture has no room for a long name; the table beside it does.
+    # The image has no room for a long name; the table beside it has.
     png = _catseye.picture_map("range-Doppler map", flat, frame.range_m.tolist(), frame.range_rate_mps.tolist(), marks)
     return _table(title, rows, png, "Range-Doppler map with its points")
 
 
 def scene_html(scene: Scene) -> str:
-    """Of a Scene."""
+    """HTML of a Scene."""
     rows = [("objects", f"{len(scene)}"), ("triangles", f"{scene.triangle_count}")]
     bounds = scene.bounds_m()
     if bounds is not None:
@@ -100,7 +100,7 @@ def scene_html(scene: Scene) -> str:
 
 
 def rcs_html(result: RcsResult) -> str:
-    """Of an RcsResult."""
+    """HTML of an RcsResult."""
     rows = [
         ("frequency", _span(result.frequency_hz, "GHz", 1e-9)),
         ("azimuth", _span(result.azimuth_deg, "deg")),
@@ -123,16 +123,16 @@ def rcs_html(result: RcsResult) -> str:
     try:
         png = _catseye.picture_rcs(result)
     except _catseye.BadInput:
-        # One direction alone is no curve, and directions of both transmitter and receiver are no picture: the numbers stand.
+        # A single direction has no curve, and directions of both transmitter and receiver have no image: only the numbers are shown.
         pass
     return _table(result.target, rows, png, "Cross section over what varies")
 
 
 class View:
-    """A page that :func:`view` wrote. In a notebook it stands in the cell; :meth:`open` shows it in the browser.
+    """A page that :func:`view` wrote. A notebook shows it in the cell; :meth:`open` shows it in the browser.
 
-    path: the HTML file. bytes: its size. frames: how many it shows. beside: folder with the frames that do not fit into the file, else None.
-    height_px: of the cell's part; may be changed.
+    path: the HTML file. bytes: its size. frames: number of frames in it. beside: folder with the frames that do not fit into the file, else None.
+    height_px: height of the page in a notebook's cell; may be changed.
     """
 
     def __init__(self, path: Path, *, bytes: int, frames: int, beside: Path | None = None, height_px: int = 640) -> None:
@@ -143,7 +143,7 @@ class View:
         self.height_px = height_px
 
     def open(self) -> None:
-        """Shows the page in the browser. Raises Failed where the machine has none; the page lies at ``path``."""
+        """Shows the page in the browser. Raises Failed where no browser opens it; the page is at ``path``."""
         if not webbrowser.open(self.path.absolute().as_uri()):
             raise _catseye.Failed(f"the page is written, but no browser opened it: {self.path}")
 
@@ -170,14 +170,15 @@ def view(
     force: bool = False,
     progress: Callable[[int, int], object] | None = None,
 ) -> View:
-    """The page of ``catseye view``: one HTML file that needs no network. The result stands in a notebook's cell, and its ``open()`` shows it in the browser.
+    """Writes the page of ``catseye view``, one HTML file that needs no network, and returns it as a View. A notebook shows the View in the cell; its
+    ``open()`` shows it in the browser.
 
     thing: folder of a run, of one of its frames or of a dataset, a scene (.glb, .gltf, .stl, .obj), a reflector ("type1:width_m=0.16"), a table of
-    cross sections (.csv), a Scene or an RcsResult. Several tables or results in a list are laid over each other; a scene before them is their target, which
-    turns to where they are read. output: the file to write, default page.html in
-    a new temporary folder, which stays. force: replace an existing file. progress: called with the number of frames done and of all.
+    cross sections (.csv), a Scene or an RcsResult. Several tables or results in a list are drawn over each other; a scene before them is their
+    target, and the page turns it to the direction at which they are read. output: the file to write, default page.html in a new temporary folder,
+    which is not deleted. force: replace an existing file. progress: called with the number of frames done and the total.
 
-    Raises BadInput for what no page can show, and for a file that exists.
+    Raises BadInput for a thing that a page cannot show, and for a file that exists.
     """
     if output is None:
         output = Path(tempfile.mkdtemp(prefix="catseye-view-")) / "page.html"

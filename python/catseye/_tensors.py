@@ -1,4 +1,4 @@
-"""Tensors that a dataset computes of its stored samples when a frame is read."""
+"""Tensors that a dataset computes from its stored samples when a frame is read."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ._catseye import Engine, Radar, Store
 
 Sample = dict[str, Any]
 
-#: Tensors of samples by name.
+#: Functions that compute tensors from samples, by name.
 _OF_SAMPLES: dict[str, Callable[..., Any]] = {
     "range_azimuth": dsp.range_azimuth,
     "angle_doppler": dsp.angle_doppler,
@@ -20,13 +20,13 @@ _OF_SAMPLES: dict[str, Callable[..., Any]] = {
     "chirps_azimuth": dsp.chirps_azimuth,
     "tensor4d": dsp.tensor4d,
 }
-#: All names, those of labels last.
+#: All names of tensors; those of labels are last.
 NAMES = ("range_doppler", *_OF_SAMPLES, "sparse", "masks", "confidence", "objects")
 _LABELS = ("masks", "confidence", "objects")
 
 
 def _suffix(radar: str) -> str:
-    """The end of the names of a radar's arrays in a dataset of several."""
+    """The end of the names of a radar's arrays in a dataset of several radars."""
     return "_" + radar.lower().replace("-", "_")
 
 
@@ -37,7 +37,7 @@ RadarLike = Radar | str | os.PathLike[str]
 class _Part:
     """One radar of the dataset whose samples become tensors.
 
-    name: in the dataset, None for that of a dataset without radars. array: name of its samples. suffix: of the names of its tensors. given: the
+    name: its name in the dataset, None in a dataset without radars. array: name of its samples. suffix: end of the names of its tensors. given: the
     radar that computes them, a Radar or an absolute path; None takes the dataset's own.
     """
 
@@ -55,7 +55,7 @@ class _Part:
         return self._loaded
 
     def radar(self, store: Store, frame: int) -> Radar:
-        """The radar that computes the tensors of a frame, after a comparison with the one that took its samples."""
+        """The radar that computes the tensors of a frame, after a comparison with the radar that recorded its samples."""
         if self.name is None:
             return self._of_given()
         text = store.radar_text(frame, self.name)
@@ -70,10 +70,10 @@ class _Part:
 
 
 class Tensors:
-    """What ``Dataset(..., tensors=...)`` adds to each frame.
+    """Tensors that ``Dataset(..., tensors=...)`` adds to each frame.
 
-    wanted: names, or options by name. radar: None for all radars of the dataset, a name in the dataset, a Radar, preset or path, a list of
-    names, or a dictionary of any of these (None for the dataset's own) by name in the dataset. engine: to compute with. store: of the dataset.
+    wanted: names, or options by name. radar: None for all radars of the dataset, a name in the dataset, a Radar, preset or path, a list of names, or
+    a dictionary of any of these (None for the dataset's own) by name in the dataset. engine: device that computes them. store: files of the dataset.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class Tensors:
         layout = store.layout
         stored = {entry["name"]: entry for entry in layout["arrays"]}
         if not any(name == "adc" or name.startswith("adc_") for name in stored):
-            problem = "the dataset holds no samples, of which tensors are computed"
+            problem = "the dataset contains no samples, from which tensors are computed"
             raise dsp._bad("tensors", ", ".join(self.options), problem, None, "make it again with adc = true in [keep] of its recipe")
         names = store.radar_names()
         self.parts = self._of_old(radar, stored) if names is None else self._of_names(radar, names)
@@ -103,16 +103,16 @@ class Tensors:
         if any(label in self.options for label in _LABELS):
             self.tables.append("boxes")
             if "boxes" not in [entry["name"] for entry in layout["tables"]]:
-                problem = "the dataset holds no truth, of which labels are made"
+                problem = "the dataset contains no truth, from which labels are made"
                 raise dsp._bad("tensors", ", ".join(self.options), problem, None, "make it again with truth = true in [keep] of its recipe")
         for name in ("masks", "confidence"):
             if name in self.options and not self.options[name].get("classes"):
                 remedy = f'tensors={{"{name}": {{"classes": ["car"]}}}}'
-                raise dsp._bad(f"tensors.{name}.classes", None, "labels ask for the names of their classes", None, remedy)
+                raise dsp._bad(f"tensors.{name}.classes", None, "is missing; labels need the names of their classes", None, remedy)
 
     @property
     def arrays(self) -> list[str]:
-        """Names of the samples that the tensors are computed of."""
+        """Names of the samples from which the tensors are computed."""
         return [part.array for part in self.parts]
 
     @property
@@ -122,15 +122,15 @@ class Tensors:
 
     @staticmethod
     def _path(radar: RadarLike) -> Radar | str:
-        # A path stays what it is when the dataset goes to a process that works elsewhere.
+        # An absolute path stays valid in a process with another working folder.
         if isinstance(radar, Radar):
             return radar
         return os.path.abspath(radar) if os.path.exists(radar) else os.fspath(radar)
 
     def _of_old(self, radar: Any, stored: Mapping[str, Any]) -> list[_Part]:
-        """The radar that a dataset without radars is read with."""
+        """The given radar, for a dataset that does not contain its radars."""
         if radar is None or not isinstance(radar, (Radar, str, os.PathLike)):
-            problem = "tensors of samples ask which radar took them, and the dataset was made before datasets contained their radars"
+            problem = "tensors need the radar of the samples, and the dataset was made before datasets contained their radars"
             remedy = "give radar=, the preset or file that the dataset's recipe names"
             raise dsp._bad("radar", radar, problem, None, remedy)
         warnings.warn(
@@ -165,7 +165,7 @@ class Tensors:
         given = self._path(radar)
         own = (given if isinstance(given, Radar) else Radar(given)).name
         if own not in names:
-            remedy = f'say which it is, as in radar={{"{names[0]}": ...}}, or leave it out for all'
+            remedy = f'name one of them, as in radar={{"{names[0]}": ...}}, or leave it out for all'
             raise dsp._bad("radar", own, "the dataset has several radars, and none of this name", known, remedy)
         return [part(own, given, False)]
 
@@ -173,15 +173,15 @@ class Tensors:
         """Compares the radars with those of the first frame."""
         for part in self.parts:
             if part.array not in stored:
-                problem = "the dataset holds no samples of this radar"
+                problem = "the dataset contains no samples of this radar"
                 raise dsp._bad("radar", part.name, problem, ", ".join(name for name in stored if name.startswith("adc")))
             radar, shape = part.radar(store, 0), tuple(stored[part.array]["shape"])
             if shape != radar.shape:
-                problem = "is not the radar of the samples, whose shape [chirp, channel, sample] is another"
+                problem = "is not the radar of the samples, which have another shape [chirp, channel, sample]"
                 raise dsp._bad("radar", f"{radar.name} {radar.shape}", problem, str(shape), "give the one that the recipe names")
 
     def add(self, sample: Sample, store: Store) -> Sample:
-        """The tensors of a frame that holds its samples and the tables of :attr:`tables`."""
+        """Computes the tensors of a frame from its samples and the tables of :attr:`tables`."""
         out: Sample = {}
         for part in self.parts:
             out.update({name + part.suffix: value for name, value in self._of_part(part, sample, store).items()})
@@ -212,7 +212,7 @@ class Tensors:
         return out
 
     def _check_old(self, radar: Radar, row: Any) -> None:
-        """What a dataset without radars tells of them: carrier and axes of the map."""
+        """Compares a radar with what a dataset without radars records: carrier and axes of the map."""
         if len(row) == 0:
             raise dsp._bad("radar", radar.name, "is not the radar of the samples", None, "give the one that the recipe names")
         own = {"carrier_hz": radar.carrier_hz, "range_bin_m": radar.range_bin_m, "range_rate_bin_mps": radar.velocity_bin_mps}

@@ -1,10 +1,10 @@
 """The stages of the processing one by one, tensors of stored samples, and labels of tensors.
 
-Each stage takes NumPy arrays and gives NumPy arrays, to the bit what :func:`catseye.process` and :func:`catseye.simulate` compute on the same engine.
-Every function takes ``radar`` (a :class:`catseye.Radar`, a preset or the path of a radar file), ``engine`` (a :class:`catseye.Engine`, opened once by the
-caller, or the name of a device) and, as further keywords, keys of ``[processing]`` of a radar file in place of the radar's own, as
-``range_window="hamming"`` or ``angle={"method": "music", "sources": 2}``. Arrays may be of any type of number; they are turned into the precision of
-the engine. What is not finite or has another shape than the radar's raises :class:`catseye.BadInput`.
+Each stage takes and returns NumPy arrays. The results are bit-identical to those that :func:`catseye.process` and :func:`catseye.simulate` compute
+on the same engine. Every function takes ``radar`` (a :class:`catseye.Radar`, a preset or the path of a radar file), ``engine`` (a
+:class:`catseye.Engine`, opened once by the caller, or the name of a device) and, as further keywords, keys of ``[processing]`` of a radar file that
+replace the radar's own, as ``range_window="hamming"`` or ``angle={"method": "music", "sources": 2}``. Arrays may be of any numeric type; they are
+converted to the precision of the engine. Values that are not finite, and arrays that do not have the radar's shape, raise :class:`catseye.BadInput`.
 
 >>> import catseye
 >>> from catseye import dsp
@@ -80,10 +80,12 @@ def _changed(radar: _Radar, processing: Mapping[str, Any]) -> Radar:
 def range_transform(
     adc: ArrayLike, *, radar: _Radar, ramp: int = 0, engine: _Engine | None = None, **processing: Any
 ) -> _Array:
-    """The range transform of every chirp: complex [chirp, channel, range] in sqrt(W).
+    """The range transform of every chirp, complex [chirp, channel, range] in sqrt(W).
 
-    adc: [chirp, rx_virtual, sample], complex or real. ramp: of a radar with several. What stands still is gone where the radar's settings ask for
-    that. A keystone transform goes before the range transform, and is refused here: take :func:`range_doppler`.
+    adc: [chirp, rx_virtual, sample], complex or real. ramp: index of the ramp of a radar with several. Echoes without range rate are removed where
+    the radar's settings ask for it (``remove_static``).
+
+    Raises BadInput for a radar with a keystone transform, which precedes the range transform: use :func:`range_doppler`.
     """
     return _c.dsp_range_transform(adc, _changed(radar, processing), ramp, engine)
 
@@ -91,34 +93,34 @@ def range_transform(
 def doppler_transform(
     range_spectrum: ArrayLike, *, radar: _Radar, ramp: int = 0, engine: _Engine | None = None, **processing: Any
 ) -> _Array:
-    """The Doppler transform of what :func:`range_transform` gives: complex [doppler, channel, range] in sqrt(W), zero Doppler in row M // 2, rows
-    growing with range rate. A radar with Doppler bands has its bands as further channels, [band, receiver]."""
+    """The Doppler transform of the result of :func:`range_transform`, complex [doppler, channel, range] in sqrt(W), zero Doppler in row M // 2, range
+    rate increasing with the row. For a radar with Doppler bands, the bands are further channels, [band, receiver]."""
     return _c.dsp_doppler_transform(range_spectrum, _changed(radar, processing), ramp, engine)
 
 
 def range_doppler(
     adc: ArrayLike, *, radar: _Radar, ramp: int = 0, engine: _Engine | None = None, **processing: Any
 ) -> _Array:
-    """Both transforms: complex [doppler, channel, range] in sqrt(W). |X|^2 of a target in the middle of its cell is its received power in W, whatever
-    the windows. With a keystone transform it is that of the Doppler fold zero."""
+    """Range and Doppler transform, complex [doppler, channel, range] in sqrt(W). |X|^2 of a target in the middle of its cell is its received power in
+    W, whatever the windows. With a keystone transform, the spectrum is the one of Doppler ambiguity zero."""
     return _c.dsp_range_doppler(adc, _changed(radar, processing), ramp, engine)
 
 
 def power(
     spectrum: ArrayLike, *, radar: _Radar, ramp: int = 0, engine: _Engine | None = None, **processing: Any
 ) -> _Array:
-    """The map of a spectrum: [doppler, range] in W, the mean of its power over channels."""
+    """The power map of a spectrum, [doppler, range] in W: the mean of the power over channels."""
     return _c.dsp_power(spectrum, _changed(radar, processing), ramp, engine)
 
 
 class Found(NamedTuple):
-    """What a detector finds in a map."""
+    """Result of :func:`cfar`: the detected cells of a map."""
 
-    #: bool [doppler, range].
+    #: Detected cells, bool [doppler, range].
     mask: NDArray[np.bool_]
-    #: int64 [cell, 2]: Doppler row and range column of the peaks among the detected cells, strongest first.
+    #: Doppler row and range column of the peaks among the detected cells, strongest first, int64 [cell, 2].
     cells: NDArray[np.int64]
-    #: [cell]: mean noise power in each of them, W.
+    #: Mean noise power in each of these cells in W, [cell].
     noise_w: _Array
 
 
@@ -145,11 +147,14 @@ def cfar(
     looks: int | None = None,
     engine: _Engine | None = None,
 ) -> Found:
-    """Cells of a power map [doppler, range] that stand out of the noise around them.
+    """Detects cells of a power map [doppler, range] that exceed the noise around them (CFAR).
 
-    kind: "ca" (mean of the training cells), "go", "so" (greater, smaller mean of their halves) or "os" (their rank-th smallest, by default three
-    quarters of them). guard, train: cells to each side, (doppler, range). looks: independent looks that a cell is the mean of, for a radar its
-    channels. What is not given is the radar's; without a radar all has to be.
+    kind: "ca" (mean of the training cells), "go", "so" (greater, smaller mean of their halves) or "os" (the rank-th smallest of them, by default at
+    three quarters of their number). rank: of "os" only. guard, train: cells on each side, (doppler, range). false_alarm_probability: for each cell.
+    looks: number of independent powers that a cell of the map averages, for a radar its channels. The radar gives the values of the arguments that
+    are missing; without a radar, all of them are needed.
+
+    Raises BadInput for a missing argument without a radar, and for a value outside its range.
     """
     settings = _detector(kind, rank, guard, train, false_alarm_probability, looks)
     return Found(*_c.dsp_cfar(power, radar if radar is None else _changed(radar, {}), settings, engine))
@@ -167,30 +172,31 @@ def threshold(
     looks: int | None = None,
     engine: _Engine | None = None,
 ) -> _Array:
-    """The power in W that each cell has to exceed to be detected, [doppler, range]. Arguments as of :func:`cfar`."""
+    """The power in W that each cell must exceed to be detected, [doppler, range]. Arguments as for :func:`cfar`."""
     settings = _detector(kind, rank, guard, train, false_alarm_probability, looks)
     return _c.dsp_threshold(power, radar if radar is None else _changed(radar, {}), settings, engine)
 
 
 def snapshots(spectrum: _Array, cells: ArrayLike) -> _Array:
-    """The channels of cells, complex [cell, channel]: columns of a spectrum [doppler, channel, range] at (row, column) of each of cells [cell, 2]."""
+    """The snapshots of cells, complex [cell, channel]: all channels of a spectrum [doppler, channel, range] at (row, column) of each of cells [cell,
+    2]."""
     at = np.asarray(cells, np.int64).reshape(-1, 2)
     picked: _Array = np.ascontiguousarray(np.asarray(spectrum)[at[:, 0], :, at[:, 1]])
     return picked
 
 
 class Separated(NamedTuple):
-    """Detected cells with their transmitters told apart, as the chain hands them to its estimator of angle."""
+    """Detected cells with separated transmitters: the input of angle estimation in the processing chain."""
 
-    #: complex128 [cell, virtual channel], channel = transmitter * receivers + receiver, without the turns between transmitters.
+    #: Snapshots in sqrt(W), complex128 [cell, virtual channel], channel = transmitter * receivers + receiver, without the phase of motion between transmitters.
     snapshots: NDArray[np.complex128]
-    #: float64 [cell]: noise power of a virtual channel, W.
+    #: Noise power of a virtual channel in W, float64 [cell].
     noise_w: NDArray[np.float64]
-    #: float64 [cell]: range rate of the peak, unfolded as far as the cell itself tells, positive receding.
+    #: Range rate of the peak in m/s, positive receding, float64 [cell]; its Doppler ambiguity is resolved as far as the cell allows.
     range_rate_mps: NDArray[np.float64]
-    #: Of each cell: "unambiguous", "resolved", "ego_speed", "ambiguous" or "unresolved".
+    #: State of the Doppler ambiguity of each cell: "unambiguous", "resolved", "ego_speed", "ambiguous" or "unresolved".
     ambiguity: list[str]
-    #: float64 [cell]: range of the peak from the middle of the array, m.
+    #: Range of the peak from the middle of the array in m, float64 [cell].
     range_m: NDArray[np.float64]
 
 
@@ -205,11 +211,11 @@ def separate(
     velocity_mps: Sequence[float] | None = None,
     **processing: Any,
 ) -> Separated:
-    """Tells the transmitters of detected cells apart: the turns that a moving body makes between them are taken out, with the range rate of the peak
-    and, where the array tells, its fold.
+    """Separates the transmitters of detected cells. The phase that a moving body adds between the transmitters is removed, using the range rate of
+    the peak and, where the array resolves it, its Doppler ambiguity.
 
-    power, cells, noise_w: of :func:`power` and :func:`cfar`. snapshots: of :func:`snapshots`. velocity_mps: of the radar in its own frame, where it
-    is known. Cells beyond the radar's ``max_points`` are left out.
+    power, cells, noise_w: from :func:`power` and :func:`cfar`. snapshots: from :func:`snapshots`. velocity_mps: velocity of the radar in its own
+    frame, where known. Cells beyond the radar's ``max_points`` are left out. Returns :class:`Separated`.
     """
     changed = _changed(radar, processing)
     return Separated(*_c.dsp_separate(power, cells, noise_w, snapshots, changed, ramp, velocity_mps))
@@ -221,7 +227,7 @@ def _angle(processing: dict[str, Any], method: str | None, sources: int | str | 
 
 
 def _looks(array: ArrayLike | None, axes: int) -> _Array | None:
-    """With the axes in front that are missing: one cell, and of snapshots one look."""
+    """The array with the missing leading axes added: one cell and, for snapshots, one snapshot per cell."""
     if array is None:
         return None
     array = np.asarray(array)
@@ -247,16 +253,18 @@ def directions(
     engine: _Engine | None = None,
     **processing: Any,
 ) -> NDArray[np.void]:
-    """Directions of arrival.
+    """Estimates directions of arrival.
 
-    snapshots: complex [virtual channel], [cell, virtual channel] or [cell, look, virtual channel], as :func:`separate` gives them. covariance: in
-    their place, the mean of x x^H over looks, [channel, channel] or [cell, channel, channel]. noise_w: [cell], noise power of a channel; needed where
-    the number of sources is found by it ("residual", the default of methods other than Bartlett's). range_m: [cell], as :func:`separate` gives it: with
-    it, angles are by the wavelength with which a ramp comes back from there, as those of points are; else by the radar's own. method: "bartlett", "capon", "ml", "music",
-    "root-music", "esprit" or "bi-svd", default the radar's. sources: a number, "mdl", "aic" or "residual".
+    snapshots: complex [virtual channel], [cell, virtual channel] or [cell, snapshot, virtual channel], as :func:`separate` returns them. covariance:
+    in place of snapshots, the mean of x x^H over snapshots, [channel, channel] or [cell, channel, channel]. noise_w: [cell], noise power of a
+    channel; needed where it determines the number of sources ("residual", the default of all methods except Bartlett's). range_m: [cell], as
+    :func:`separate` returns it; with it, angles use the wavelength that a ramp has when it returns from this range, as those of points do; without
+    it, the radar's wavelength. method: "bartlett", "capon", "ml", "music", "root-music", "esprit" or "bi-svd", default the radar's. sources: a
+    number, "mdl", "aic" or "residual".
 
     Returns a structured array [source]: cell, azimuth_deg (positive left), elevation_deg (positive up), power_w, azimuth_std_deg, elevation_std_deg
-    (NaN of Bartlett's beamformer), ambiguous (another direction looks the same to the array). Sources of a cell follow one another, strongest first.
+    (NaN for Bartlett's beamformer), ambiguous (another direction has the same response in the array). Sources of a cell follow one another, strongest
+    first.
     """
     changed = _changed(radar, _angle(processing, method, sources))
     noise = None if noise_w is None else np.atleast_1d(np.asarray(noise_w))
@@ -275,8 +283,8 @@ def angle_spectrum(
     engine: _Engine | None = None,
     **processing: Any,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """The spectrum over angle of each cell, (values [cell, elevation, azimuth], azimuth_deg, elevation_deg). Arguments as of :func:`directions`.
-    Values are in W, but of MUSIC and Bi-SVD numbers of 1 and more that are large where a source is. ESPRIT and root-MUSIC have none."""
+    """The spectrum over angle of each cell, (values [cell, elevation, azimuth], azimuth_deg, elevation_deg). Arguments as for :func:`directions`.
+    Values are in W, except for MUSIC and Bi-SVD: these give numbers from 1 up that are large at a source. ESPRIT and root-MUSIC have no spectrum."""
     changed = _changed(radar, _angle(processing, method, sources))
     noise = None if noise_w is None else np.atleast_1d(np.asarray(noise_w))
     return _c.dsp_angle_spectrum(_looks(snapshots, 3), _covariance(covariance), noise, changed, engine)
@@ -285,27 +293,27 @@ def angle_spectrum(
 def cluster(
     points: Any, *, position_m: float = 1.5, range_rate_mps: float = 1.0, min_points: int = 2
 ) -> NDArray[np.int64]:
-    """Clusters by density (DBSCAN): int64 [point], the cluster of each from 0, -1 for none.
+    """Clusters points by density (DBSCAN) and returns the cluster of each point from 0, -1 for none, int64 [point].
 
-    points: structured array or dictionary with the columns x_m, y_m and range_rate_mps, as ``Frame.points``. Two are neighbours when
-    (dx^2 + dy^2) / position_m^2 + drate^2 / range_rate_mps^2 <= 1; a point with min_points neighbours, itself counted, is a core.
+    points: structured array or dictionary with the columns x_m, y_m and range_rate_mps, as ``Frame.points``. Two points are neighbours when (dx^2 +
+    dy^2) / position_m^2 + drate^2 / range_rate_mps^2 <= 1; a point with min_points neighbours, including itself, is a core.
     """
     return _c.dsp_cluster(points, position_m, range_rate_mps, min_points)
 
 
 def plots(points: Any, labels: ArrayLike | None = None) -> NDArray[np.void]:
-    """One plot for each cluster of :func:`cluster` in the plane of the sensor, or for each point: a structured array with range_m, range_rate_mps,
-    azimuth_deg, their standard deviations and the number of points, as :meth:`Tracker.step` takes it. points: with the columns of
-    ``Frame.points``."""
+    """One plot (measurement of a tracker) in the plane of the sensor for each cluster of :func:`cluster`, or for each point without labels: a
+    structured array with range_m, range_rate_mps, azimuth_deg, their standard deviations and the number of points, the input of :meth:`Tracker.step`.
+    points: with the columns of ``Frame.points``."""
     return _c.dsp_plots(points, None if labels is None else [int(i) for i in np.asarray(labels)])
 
 
 def grid(
     *, radar: _Radar, azimuth: _Angles | None = None, elevation: ArrayLike | None = None, **processing: Any
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(azimuth_deg, elevation_deg) of the axes that a tensor with these arguments has. azimuth: None for the radar's own beams, a number N for the
-    bins of a Fourier transform over a line of antennas half a wavelength apart (sin = -1 + 2k/N; the middle bin looks ahead, later bins to the left),
-    or angles in degrees. elevation: None for the radar's own, or angles in degrees."""
+    """The axes of a tensor with these arguments, (azimuth_deg, elevation_deg). azimuth: None for the radar's own beams, a number N for the bins of a
+    Fourier transform over a line of antennas spaced by half a wavelength (sin = -1 + 2k/N; the middle bin is straight ahead, later bins are to the
+    left), or angles in degrees. elevation: None for the radar's own, or angles in degrees."""
     return _c.dsp_grid(_changed(radar, processing), azimuth, elevation)
 
 
@@ -334,7 +342,7 @@ def range_azimuth(
     engine: _Engine | None = None,
     **processing: Any,
 ) -> _Array:
-    """Power over range and azimuth, [range, azimuth] in W: of every Doppler row and elevation the largest, their sum or their mean."""
+    """Power over range and azimuth, [range, azimuth] in W. reduce: maximum, sum or mean over Doppler rows and elevations."""
     keep = (False, True, False, True)
     return _marginal(adc, keep, _changed(radar, processing), ramp, azimuth, elevation, reduce, engine)
 
@@ -350,7 +358,7 @@ def angle_doppler(
     engine: _Engine | None = None,
     **processing: Any,
 ) -> _Array:
-    """Power over azimuth and Doppler, [azimuth, doppler] in W: of every range and elevation the largest, their sum or their mean."""
+    """Power over azimuth and Doppler, [azimuth, doppler] in W. reduce: maximum, sum or mean over ranges and elevations."""
     keep = (True, False, False, True)
     found = _marginal(adc, keep, _changed(radar, processing), ramp, azimuth, elevation, reduce, engine)
     return np.ascontiguousarray(found.T)
@@ -368,8 +376,8 @@ def rad(
     engine: _Engine | None = None,
     **processing: Any,
 ) -> _Array:
-    """The cube [range, azimuth, doppler], as that of RADDet: power in W, or with complex=True amplitudes in sqrt(W) (of one elevation alone). With a
-    line of 8 antennas, 256 samples, 64 chirps and azimuth=256 it is 256 x 256 x 64."""
+    """The cube [range, azimuth, doppler] in the layout of RADDet: power in W, or with complex=True amplitudes in sqrt(W) (of a single elevation).
+    reduce: maximum, sum or mean over elevations. With a line of 8 antennas, 256 samples, 64 chirps and azimuth=256, the shape is 256 x 256 x 64."""
     changed = _changed(radar, processing)
     if not complex:
         found = _marginal(adc, (True, True, False, True), changed, ramp, azimuth, elevation, reduce, engine)
@@ -382,7 +390,7 @@ def rad(
 def _flat(amplitudes: _Array) -> _Array:
     """Amplitudes of one elevation, without that axis."""
     if amplitudes.shape[2] != 1:
-        raise _bad("elevation", amplitudes.shape[2], "amplitudes of several elevations make no cube", "one elevation", "give elevation=[0.0]")
+        raise _bad("elevation", amplitudes.shape[2], "a cube of amplitudes has a single elevation", "one elevation", "give elevation=[0.0]")
     flat: _Array = amplitudes[:, :, 0, :]
     return flat
 
@@ -406,8 +414,9 @@ def chirps_azimuth(
     engine: _Engine | None = None,
     **processing: Any,
 ) -> _Array:
-    """Amplitudes over range and azimuth of single chirps before the Doppler transform, complex [chirp, range, azimuth] in sqrt(W), as those of
-    RODNet. chirps: numbers of loops. The transmitters of a loop are told apart as if nothing moved."""
+    """Amplitudes of single chirps over range and azimuth before the Doppler transform, complex [chirp, range, azimuth] in sqrt(W), in the layout of
+    RODNet. chirps: indices of loops over the transmitters. The transmitters of a loop are separated under the assumption that all targets are
+    static."""
     changed = _changed(radar, processing)
     ranges = _c.dsp_range_transform(adc, changed, ramp, engine)
     wanted = [int(m) for m in chirps]
@@ -428,21 +437,22 @@ def tensor4d(
     **processing: Any,
 ) -> _Array:
     """Power over all four axes, [doppler, range, elevation, azimuth] in W. With ``azimuth=KRADAR_AZIMUTH_DEG, elevation=KRADAR_ELEVATION_DEG``, 64
-    chirps and 256 samples it has the shape of K-Radar, 64 x 256 x 37 x 107."""
+    chirps and 256 samples, the shape is that of K-Radar, 64 x 256 x 37 x 107."""
     return _marginal(adc, (True,) * 4, _changed(radar, processing), ramp, azimuth, elevation, "max", engine)
 
 
 class Sparse(NamedTuple):
     """The strongest cells of a tensor, strongest first."""
 
-    #: int64 [cell, axis]: place on each axis of the tensor.
+    #: Index on each axis of the tensor, int64 [cell, axis].
     indices: NDArray[np.int64]
-    #: [cell]: power in W.
+    #: Power in W, [cell].
     power_w: _Array
 
 
 def sparse(tensor: _Array, *, share: float = 0.1) -> Sparse:
-    """The strongest share of a tensor's cells, rounded up; of equal cells the first. share: above 0, at most 1."""
+    """The strongest share of a tensor's cells as :class:`Sparse`; the number of cells is rounded up, and among equal cells the first are taken.
+    share: above 0, 1 at most."""
     tensor = np.asarray(tensor)
     places = _c.dsp_strongest(tensor.reshape(-1), share)
     indices = np.stack(np.unravel_index(places, tensor.shape), axis=1).astype(np.int64)
@@ -483,13 +493,13 @@ def objects(
     classes: Sequence[str] | None = None,
     visible: bool = True,
 ) -> NDArray[np.void]:
-    """Boxes of the world as a radar sees them, a structured array [object] in the sensor's frame: id, class, x_m, y_m, z_m of the middle, length_m,
-    width_m, height_m, rotation_x, _y, _z, _w from the object's axes, velocity_x_mps, … relative to the radar, spin_x_rad_per_s, …, yaw_deg, range_m,
-    range_rate_mps. Wholes alone are taken, not their parts.
+    """Boxes of the world in the sensor's frame, a structured array [object]: id, class, x_m, y_m, z_m of the middle, length_m, width_m, height_m,
+    rotation_x, _y, _z, _w from the object's axes, velocity_x_mps, … relative to the radar, spin_x_rad_per_s, …, yaw_deg, range_m, range_rate_mps.
+    Only whole objects are taken, not their parts.
 
-    boxes: table ``boxes`` of a dataset's item, or ``Frame.truth["boxes"]``. position_m, rotation_xyzw, velocity_mps: of the radar in the world, as a
-    frame or a row of the table ``radars`` has them. classes: those to take, default all. visible: of a table that tells, those that the radar sees
-    alone.
+    boxes: table ``boxes`` of a dataset's item, or ``Frame.truth["boxes"]``. position_m, rotation_xyzw, velocity_mps: of the radar in the world, as in
+    a frame or a row of the table ``radars``. classes: classes to take, default all. visible: take only the objects that are visible to the radar,
+    where the table has this column.
     """
     columns = _columns(boxes)
     wanted = np.asarray(columns["part"], object) == ""
@@ -508,11 +518,11 @@ def objects(
 
 
 def _bodies(objects: Any, classes: Sequence[str]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Numbers of classes, and rows of numbers, of objects or of points; other classes are left out."""
+    """Class indices, and rows of numbers, of objects or of points; other classes are left out."""
     if not classes:
-        raise _bad("classes", "()", "no class is named", None, "give the names of the classes that labels are made of")
+        raise _bad("classes", "()", "is empty", None, "give the class names of the labels")
     if not isinstance(objects, np.ndarray) or objects.dtype.names is None or "class" not in objects.dtype.names:
-        raise _bad("objects", type(objects).__name__, "is not a table of objects or points", None, "give what dsp.objects makes, or Frame.points")
+        raise _bad("objects", type(objects).__name__, "is not a table of objects or points", None, "give the result of dsp.objects, or Frame.points")
     names = objects["class"].astype(str)
     wanted = np.isin(names, list(classes))
     if "share" in objects.dtype.names:
@@ -535,7 +545,7 @@ def _bodies(objects: Any, classes: Sequence[str]) -> tuple[NDArray[np.int64], ND
 
 
 class Masks(NamedTuple):
-    """Class of each cell: 1 + its place in ``classes``, 0 where no object is; uint8."""
+    """Class of each cell, uint8: 1 + its index in ``classes``, 0 where there is no object."""
 
     #: [range, azimuth].
     range_azimuth: NDArray[np.uint8]
@@ -554,9 +564,9 @@ def masks(
     azimuth: _Angles | None = None,
     **processing: Any,
 ) -> Masks:
-    """Classes of the cells over range and azimuth, Doppler and range, azimuth and Doppler, as those of CARRADA: the cells that the boxes of
-    :func:`objects` fill, or those in which points (``Frame.points``) stand. Nearer objects hide farther ones. Cells are those of the tensors: range
-    with what the range rate adds to it, Doppler folded."""
+    """Classes of the cells over range and azimuth, Doppler and range, azimuth and Doppler, in the layout of CARRADA: of the cells that the boxes of
+    :func:`objects` cover, or of those that contain points (``Frame.points``). Nearer objects hide farther ones. The cells are those of the tensors:
+    their range includes the offset due to range rate, and their Doppler is taken modulo the ambiguity interval."""
     numbers, rows = _bodies(objects, classes)
     return Masks(*_c.dsp_masks(numbers, rows, _changed(radar, processing), ramp, azimuth))
 
@@ -571,9 +581,9 @@ def confidence(
     azimuth: _Angles | None = None,
     **processing: Any,
 ) -> NDArray[np.float32]:
-    """Confidence maps, as those of RODNet: float32 [class, range, azimuth], of each class the largest of a Gaussian about each object, 1 in the cell
-    of its middle. sigma_m: deviation on the ground, for all or by class; default half the longer side of the object's box, at least 0.5 m. In cells
-    it is at least 1."""
+    """Confidence maps in the layout of RODNet, float32 [class, range, azimuth]: for each class the maximum of a Gaussian around each object, 1 in the
+    cell of its middle. sigma_m: standard deviation on the ground in m, for all classes or by class; default half the longer side of the object's box,
+    0.5 m at minimum. In cells its minimum is 1."""
     numbers, rows = _bodies(objects, classes)
     sigma: NDArray[np.float64] = np.maximum(0.5 * rows[:, 3:5].max(axis=1, initial=0.0), 0.5)
     if isinstance(sigma_m, Mapping):
@@ -591,7 +601,7 @@ def object_cells(
     azimuth: _Angles | None = None,
     **processing: Any,
 ) -> NDArray[np.int64]:
-    """int64 [object, 3]: Doppler row, range column and azimuth column in the tensors of the middle of each object; -1 where that is outside."""
+    """Doppler row, range column and azimuth column in the tensors of the middle of each object, int64 [object, 3]; -1 where it is outside."""
     rows = np.stack([objects[name] for name in _NUMBERS], axis=1)
     numbers = np.zeros(len(rows), np.int64)
     return _c.dsp_object_cells(numbers, np.ascontiguousarray(rows, float), _changed(radar, processing), ramp, azimuth)

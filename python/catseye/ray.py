@@ -1,6 +1,6 @@
 """The dataset engine over a Ray cluster: ``pip install catseye[ray]``.
 
-One task makes one shard and nothing else, so a task that died is simply run again, and the files are those of a run on one
+Each task makes one shard and changes nothing else, so a task that failed can run again, and the files are those of a run on one
 machine. All machines need the recipe and the output folder under the same paths.
 
 >>> import catseye.ray                                    # doctest: +SKIP
@@ -40,16 +40,16 @@ def dataset(
     mixed_devices: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
-    """Makes what is missing of a dataset, one task a shard; interrupted, the same call goes on.
+    """Makes the missing shards of a dataset, one task per shard. After an interruption, the same call resumes.
 
-    recipe, out: as of :func:`catseye.dataset`, under the same paths on every machine. shards: (first, end) of those to
-    make, default all. device: as of :class:`catseye.Engine`, on each worker. in_flight: tasks that are submitted at a time, default
-    twice what the cluster can run at once. retries: times that a task is run again whose worker died or whose machine
-    failed; bad input is never tried again. cpus, gpus: that Ray reserves for a task; its threads are as many as ``cpus``. seed: in place of the
-    recipe's. mixed_devices: workers may be of different kinds. progress: called with the numbers of shards done and of all.
+    recipe, out: as for :func:`catseye.dataset`, under the same paths on every machine. shards: (first, end) of the shards to make, default all.
+    device: as for :class:`catseye.Engine`, on each worker. in_flight: number of tasks that are submitted at a time, default twice the number that the
+    cluster can run at once. retries: number of times that a task runs again whose worker died or whose machine failed; bad input is never tried
+    again. cpus, gpus: resources that Ray reserves for a task; it uses as many threads as ``cpus``. seed: replaces the recipe's seed. mixed_devices:
+    workers may have different kinds of devices. progress: called with the number of shards done and the total.
 
-    Ray is started on this machine where no cluster is connected (``ray.init``). Returns the report of
-    :func:`catseye.dataset`. Raises BadInput and Failed as that does, and Ray's error where a task failed too often.
+    Starts Ray on this machine where no cluster is connected (``ray.init``). Returns the report of :func:`catseye.dataset`. Raises BadInput and Failed
+    as that function does, and Ray's error where a task failed too often.
     """
     recipe, out = os.path.abspath(recipe), os.path.abspath(out)
     facts = _catseye.recipe_facts(recipe, seed=seed)
@@ -101,7 +101,7 @@ def dataset(
 
 
 def _fits(resource: str, each: float) -> float:
-    """Tasks that the cluster can run at once."""
+    """Number of tasks that the cluster can run at once."""
     available: dict[str, float] = ray.cluster_resources()  # type: ignore[no-untyped-call,unused-ignore]
     return available.get(resource, 0.0) / each if each > 0 else float("inf")
 

@@ -22,19 +22,19 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Makes a dataset from a recipe, or what is missing of it; the bytes are those of `catseye dataset`, whatever the number of workers and
+/// Makes a dataset from a recipe, or the missing shards of one. The bytes are those of `catseye dataset`, whatever the number of workers and
 /// interruptions.
 ///
-/// recipe: path of a recipe TOML. out: folder. shards: (first, end) of those to make, default all; others are left to
-/// other runs. jobs: workers, each with its share of the cores (default: one a core, on a GPU one). batch: frames that a GPU takes at once, as
-/// far as memory allows (default 64); the bytes do not depend on it, and the CPU takes one. seed: in place of the recipe's. trace: "host" or "device", where beams are
-/// followed, as for Engine. mixed_devices: go on
-/// with a dataset that another device began. source: folder of a dataset whose recipe drew the same scenes and kept its echoes
-/// (keep.echoes = true): nothing is traced, and this recipe's radar listens to these echoes, as `catseye dataset --from` does. force: begin anew
-/// in a folder that holds another dataset. progress: called with the numbers of frames done and of all.
+/// recipe: path of a recipe TOML. out: output folder. shards: (first, end) of the shards to make, default all; the others are left to other runs.
+/// jobs: number of workers, each with its share of the cores (default: one per core, on a GPU one). batch: number of frames that a GPU computes at
+/// once, as far as memory allows (default 64); the bytes do not depend on it, and the CPU computes one at a time. seed: replaces the recipe's seed.
+/// trace: "host" or "device", where beams are traced, as for Engine. mixed_devices: continue a dataset that another device began. source: folder of a
+/// dataset whose recipe drew the same scenes and stored its echoes (keep.echoes = true): no beams are traced, and this recipe's radar receives the
+/// stored echoes, as with `catseye dataset --from`. force: start over in a folder that holds another dataset. progress: called with the number of
+/// frames done and the total.
 ///
-/// Returns a dictionary: folder, frames, shards, shards_complete, shards_resumed, shards_repaired, frames_made, complete, tally, bytes.
-/// Raises BadInput for a folder of another recipe or device. Ctrl-C ends it after the frames in work; the same call goes on.
+/// Returns a dictionary: folder, frames, shards, shards_complete, shards_resumed, shards_repaired, frames_made, complete, tally, bytes. Raises
+/// BadInput for a folder of another recipe or device. Ctrl-C stops after the frames in progress; the same call resumes.
 #[pyfunction]
 #[pyo3(signature = (recipe, out, *, shards = None, jobs = None, batch = None, seed = None, engine = None, trace = None, mixed_devices = false, source = None,
     force = false, progress = None))]
@@ -98,7 +98,10 @@ pub fn dataset(
     plain(py, &report)
 }
 
-/// What a recipe makes: {"name", "seed", "scenes", "frames_per_scene", "frames", "frames_per_shard", "shards", "format"}.
+/// Returns the sizes of the dataset that a recipe makes: {"name", "seed", "scenes", "frames_per_scene", "frames", "frames_per_shard", "shards",
+/// "format"}. seed: replaces the recipe's seed.
+///
+/// Raises BadInput for a recipe that is not valid.
 #[pyfunction]
 #[pyo3(signature = (path, *, seed = None))]
 pub fn recipe_facts(py: Python<'_>, path: PathBuf, seed: Option<u64>) -> PyResult<Py<PyAny>> {
@@ -118,8 +121,9 @@ pub fn recipe_facts(py: Python<'_>, path: PathBuf, seed: Option<u64>) -> PyResul
     )
 }
 
-/// Whether a dataset is whole, as `catseye verify --json`: {"frames", "shards", "shards_complete", "files", "bytes", "problems": [{"problem",
-/// "names", "remedy"}, ...]}; no problems when all is well. progress: called with the numbers of files read and of all.
+/// Checks that a dataset is complete and undamaged, as `catseye verify --json` does. Returns {"frames", "shards", "shards_complete", "files",
+/// "bytes", "problems": [{"problem", "names", "remedy"}, ...]}; `problems` is empty for an undamaged dataset. progress: called with the number of
+/// files read and the total.
 #[pyfunction]
 #[pyo3(signature = (folder, *, progress = None))]
 pub fn verify(py: Python<'_>, folder: PathBuf, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Py<PyAny>> {
@@ -132,7 +136,7 @@ pub fn verify(py: Python<'_>, folder: PathBuf, progress: Option<&Bound<'_, PyAny
     plain(py, &found)
 }
 
-/// The files of a dataset. `Dataset` is the reader for programs.
+/// Reads the files of a dataset. Programs use `Dataset`, which is built on it.
 #[pyclass(module = "catseye._catseye", frozen)]
 pub struct Store {
     folder: PathBuf,
@@ -217,13 +221,13 @@ impl Store {
         self.layout.frames as usize
     }
 
-    /// Dictionary: format, compression, frames, frames_per_shard, arrays, tables, attributes.
+    /// Layout of the dataset, a dictionary: format, compression, frames, frames_per_shard, arrays, tables, attributes.
     #[getter]
     fn layout(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         plain(py, &*self.layout)
     }
 
-    /// Names of the radars that the dataset contains; None for one that was made before datasets contained them.
+    /// Names of the radars that the dataset contains; None for a dataset made before datasets contained radars.
     fn radar_names(&self, py: Python<'_>) -> PyResult<Option<Vec<String>>> {
         let names = |file: Arc<DatasetFile>| {
             file.radars.as_ref().map(|all| all.iter().map(|r| r.name.clone()).collect())
@@ -231,27 +235,27 @@ impl Store {
         py.detach(|| self.file().map(names)).or_raise(py)
     }
 
-    /// The radar of this name that took a frame's samples. Raises BadInput for a name that the dataset does not have, a frame whose shard is
-    /// missing, and a dataset that contains no radars.
+    /// Returns the radar of this name that recorded a frame's samples. Raises BadInput for a name that the dataset does not contain, for a frame
+    /// whose shard is missing, and for a dataset that contains no radars.
     fn radar(&self, py: Python<'_>, frame: u64, name: &str) -> PyResult<Radar> {
         let radar = py.detach(|| self.radar_of(frame, name)).or_raise(py)?;
         Ok(Radar { radar: Arc::new(radar) })
     }
 
-    /// Text of the radar of this name in a frame; equal texts are equal radars.
+    /// Returns the TOML text of the radar of this name in a frame; equal texts describe equal radars.
     fn radar_text(&self, py: Python<'_>, frame: u64, name: &str) -> PyResult<String> {
         let kept = py.detach(|| self.kept(frame, name)).or_raise(py)?;
         Ok(kept.toml + kept.calibration.as_deref().unwrap_or_default())
     }
 
-    /// Raises BadInput with key and both values where `radar` makes other tensors than the radar of this name that took a frame's samples: in
-    /// waveform, sampling, antenna positions and their order, windows and lengths of transforms.
+    /// Compares `radar` with the radar of this name that recorded a frame's samples. Raises BadInput with the key and both values where `radar` would
+    /// compute other tensors: a different waveform, sampling, antenna position or order, window or transform length.
     fn check_radar(&self, py: Python<'_>, frame: u64, name: &str, radar: &Radar) -> PyResult<()> {
         let given = radar.radar.clone();
         py.detach(|| check_same(&self.radar_of(frame, name)?, &given)).or_raise(py)
     }
 
-    /// {"train", "validation", "test"}: int64 arrays of frame numbers. Raises BadInput where dataset.json is missing.
+    /// Returns the frame numbers of each split, {"train", "validation", "test"}: int64 arrays. Raises BadInput where dataset.json is missing.
     fn splits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let read = || -> catseye::Result<[Vec<i64>; 3]> {
             let file = self.file()?;
@@ -272,8 +276,8 @@ impl Store {
         Ok(splits)
     }
 
-    /// {"frame": int, name: array, ...} of one frame: arrays in the shape of the layout, tables as structured arrays. arrays, tables: names of those to
-    /// read, default all.
+    /// Reads one frame and returns {"frame": int, name: array, ...}: arrays in the shape of the layout, tables as structured arrays. arrays, tables:
+    /// names of those to read, default all.
     #[pyo3(signature = (frame, *, arrays = None, tables = None))]
     fn read<'py>(
         &self,

@@ -6,17 +6,17 @@ use catseye_io::diff::{self as results, Tolerances};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// Whether two results of one kind are alike within tolerances, as `catseye diff --json`: RCS tables, arrays, points, runs, datasets,
-/// studies; kinds are recognised from the files. A keyword that is not given has the default of the command line.
+/// Compares two results of one kind within tolerances, as `catseye diff --json` does: RCS tables, arrays, points, runs, datasets or studies. The kind
+/// is detected from the files. A keyword that is not given has the default of the command line.
 ///
-/// a, b: folders or files. tolerance_db: levels, dB. above_db: cross sections count where one is above the greatest less this, dB.
-/// phase_deg: phases in RCS tables, degrees (not compared). relative: arrays and other numbers, a share. tolerance_m, tolerance_mps,
-/// tolerance_deg: lengths, velocities, angles. match_m, match_mps, match_deg: within these a point is the same point. progress: called with the numbers of
-/// files or frames compared and of all.
+/// a, b: folders or files. tolerance_db: tolerance of powers and cross sections, dB. above_db: compare a cross section only where one of the two
+/// exceeds the maximum minus this value, dB. phase_deg: tolerance of phases in RCS tables, degrees (default: phases are not compared). relative:
+/// relative tolerance of arrays and other numbers. tolerance_m, tolerance_mps, tolerance_deg: tolerances of lengths, velocities and angles. match_m,
+/// match_mps, match_deg: two points match when they differ by less. progress: called with the number of files or frames compared and the total.
 ///
 /// Returns a dictionary: alike, kind, files, values, tolerances, a, b, differences: [{"file", "what", "places", "place", "a", "b", "apart",
-/// "allowed", "unit"}, ...], and, of two tables, quantities: [{"what", "unit", "places", "beyond", "largest", "median", "place", "allowed"}, ...],
-/// one for each column of numbers. Raises BadInput for what is no result or is damaged, and for results of different kinds.
+/// "allowed", "unit"}, ...], and, for two tables, quantities: [{"what", "unit", "places", "beyond", "largest", "median", "place", "allowed"}, ...],
+/// one for each numeric column. Raises BadInput for a file or folder that is not a result or is damaged, and for results of different kinds.
 #[pyfunction]
 #[pyo3(signature = (a, b, *, tolerance_db = None, above_db = None, phase_deg = None, relative = None, tolerance_m = None, tolerance_mps = None,
     tolerance_deg = None, match_m = None, match_mps = None, match_deg = None, progress = None))]

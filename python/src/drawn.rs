@@ -1,10 +1,10 @@
-//! The way from a class to the functions of `catseye._show`, which draw its objects.
+//! Calls from a class to the functions of `catseye._show`, which draw its objects.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// What a function of `catseye._show` makes of an object. A method calls it so that matplotlib is asked for where a plot is
-/// drawn, and not where catseye is imported.
+/// The result of a function of `catseye._show` for an object. A method calls it so that matplotlib is imported only when a plot is drawn, and not
+/// with catseye.
 pub fn call(
     object: &Bound<'_, PyAny>,
     function: &str,

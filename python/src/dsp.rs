@@ -188,7 +188,7 @@ fn spectrum_array(py: Python<'_>, spectrum: AnySpectrum) -> PyResult<Py<PyAny>> 
     }
 }
 
-/// complex [chirp, channel, range]: the range transform of every chirp of one ramp.
+/// Returns the range transform of every chirp of one ramp, complex [chirp, channel, range].
 #[pyfunction]
 #[pyo3(signature = (adc, radar, ramp = 0, engine = None))]
 pub fn dsp_range_transform(
@@ -206,7 +206,7 @@ pub fn dsp_range_transform(
     }
 }
 
-/// complex [doppler, channel, range]: the Doppler transform of a range spectrum.
+/// Returns the Doppler transform of a range spectrum, complex [doppler, channel, range].
 #[pyfunction]
 #[pyo3(signature = (range_spectrum, radar, ramp = 0, engine = None))]
 pub fn dsp_doppler_transform(
@@ -222,7 +222,7 @@ pub fn dsp_doppler_transform(
     spectrum_array(py, work::run(py, None, move |_| engine.doppler_spectrum(&radar, &ranges))?)
 }
 
-/// complex [doppler, channel, range]: both transforms of one ramp.
+/// Returns range and Doppler transform of one ramp, complex [doppler, channel, range].
 #[pyfunction]
 #[pyo3(signature = (adc, radar, ramp = 0, engine = None))]
 pub fn dsp_range_doppler(
@@ -237,7 +237,7 @@ pub fn dsp_range_doppler(
     spectrum_array(py, work::run(py, None, move |_| engine.spectrum(&radar, &cube))?)
 }
 
-/// [doppler, range]: mean power of a spectrum over its channels, W.
+/// Returns the mean power of a spectrum over its channels in W, [doppler, range].
 #[pyfunction]
 #[pyo3(signature = (spectrum, radar, ramp = 0, engine = None))]
 pub fn dsp_power(
@@ -254,8 +254,8 @@ pub fn dsp_power(
     reals(py, map.data, &[map.doppler_bins, map.range_bins], wide)
 }
 
-/// A detector's settings and the looks of its map: (kind, rank, (guard, train) in cells [doppler, range], false alarm probability, looks),
-/// of which what is None is the radar's.
+/// Settings of a detector and the number of looks (independent powers in a cell) of its map: (kind, rank, (guard, train) in cells [doppler, range],
+/// false alarm probability, looks); the radar gives the values that are None.
 type Detector =
     (Option<String>, Option<usize>, Option<[usize; 2]>, Option<[usize; 2]>, Option<f64>, Option<usize>);
 
@@ -313,12 +313,12 @@ fn detector(
     let bands = |r: &Arc<Radar>| r.channels() * (r.processing.doppler_fft / r.doppler_rows().max(1));
     let Some(looks) = looks.or(radar.as_ref().map(bands)) else { return missing(py, "looks") };
     if looks == 0 {
-        return refuse(py, BadInput::new("no look").key("looks").value(0).allowed("1 or more"));
+        return refuse(py, BadInput::new("is out of range").key("looks").value(0).allowed("1 or more"));
     }
     Ok((Cfar { kind, guard, train, pfa }, looks))
 }
 
-/// (mask bool [doppler, range], cells int64 [cell, 2], noise_w [cell]) of a detector on a map.
+/// Detects cells of a map; returns (mask bool [doppler, range], cells int64 [cell, 2], noise_w [cell]).
 #[pyfunction]
 #[pyo3(signature = (power, radar, detector, engine = None))]
 pub fn dsp_cfar(
@@ -342,7 +342,7 @@ pub fn dsp_cfar(
     ))
 }
 
-/// [doppler, range]: the power that each cell has to exceed to be detected, W.
+/// Returns the detection threshold of each cell in W, [doppler, range].
 #[pyfunction]
 #[pyo3(signature = (power, radar, detector, engine = None))]
 pub fn dsp_threshold(
@@ -388,7 +388,8 @@ fn cells_of(ob: &Bound<'_, PyAny>, [rows, columns]: [usize; 2]) -> PyResult<Vec<
 /// Snapshots, noise, range rates and ambiguities of cells.
 type CellArrays = (Py<PyAny>, Py<PyAny>, Py<PyAny>, Vec<&'static str>, Py<PyAny>);
 
-/// (snapshots complex128 [cell, virtual channel], noise_w [cell], range_rate_mps [cell], ambiguity list [cell], range_m [cell]).
+/// Separates the transmitters of cells; returns (snapshots complex128 [cell, virtual channel], noise_w [cell], range_rate_mps [cell], ambiguity list
+/// [cell], range_m [cell]).
 #[pyfunction]
 #[pyo3(signature = (power, cells, noise_w, snapshots, radar, ramp = 0, velocity_mps = None))]
 #[allow(clippy::too_many_arguments)] // what the chain knows of a cell
@@ -434,7 +435,8 @@ pub fn dsp_separate(
     ))
 }
 
-/// Snapshots [cell, look, channel], or such as have the covariances [cell, channel, channel].
+/// Snapshots [cell, snapshot, channel], or snapshots that have the given covariances [cell, channel,
+/// channel].
 fn looks_of(
     py: Python<'_>,
     radar: &Radar,
@@ -449,7 +451,7 @@ fn looks_of(
     };
     match (snapshots, covariance) {
         (Some(s), None) => {
-            let g = given::<Complex64>("snapshots", &["cell", "look", "channel"], s)?;
+            let g = given::<Complex64>("snapshots", &["cell", "snapshot", "channel"], s)?;
             if g.shape[2] != radar.virtual_channels() || g.shape[1] == 0 {
                 return refuse(py, of_shape(&g.shape, "snapshots"));
             }
@@ -475,7 +477,8 @@ fn noise_of(noise_w: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Vec<f64>>> {
     noise_w.map(|n| Ok(given::<f64>("noise_w", &["cell"], n)?.data)).transpose()
 }
 
-/// Structured array [source]: cell, azimuth_deg, elevation_deg, power_w, azimuth_std_deg, elevation_std_deg, ambiguous.
+/// Estimates directions of arrival; returns a structured array [source]: cell, azimuth_deg, elevation_deg, power_w, azimuth_std_deg,
+/// elevation_std_deg, ambiguous.
 #[pyfunction]
 #[pyo3(signature = (snapshots, covariance, noise_w, radar, engine = None, range_m = None))]
 pub fn dsp_directions(
@@ -512,7 +515,7 @@ fn degrees(py: Python<'_>, axis: &[f64]) -> PyResult<Py<PyAny>> {
     array(py, axis.iter().map(|a| a.to_degrees()).collect(), &[axis.len()])
 }
 
-/// (values [cell, elevation, azimuth], azimuth_deg, elevation_deg).
+/// Returns the spectrum over angle: (values [cell, elevation, azimuth], azimuth_deg, elevation_deg).
 #[pyfunction]
 #[pyo3(signature = (snapshots, covariance, noise_w, radar, engine = None))]
 pub fn dsp_angle_spectrum(
@@ -569,7 +572,7 @@ fn beam(
     tensors::beamformer(radar, grid(py, radar, azimuth, elevation)?).or_raise(py)
 }
 
-/// (azimuth_deg, elevation_deg) that the arguments mean.
+/// Returns the axes of a tensor with these arguments: (azimuth_deg, elevation_deg).
 #[pyfunction]
 #[pyo3(signature = (radar, azimuth = None, elevation = None))]
 pub fn dsp_grid(
@@ -582,7 +585,7 @@ pub fn dsp_grid(
     Ok((degrees(py, &g.azimuth_rad)?, degrees(py, &g.elevation_rad)?))
 }
 
-/// Powers over the axes that are kept, of (doppler, range, elevation, azimuth).
+/// Returns powers over the axes that `keep` selects of (doppler, range, elevation, azimuth), W.
 #[pyfunction]
 #[pyo3(signature = (spectrum, radar, keep, reduce, ramp = 0, azimuth = None, elevation = None, engine = None))]
 #[allow(clippy::too_many_arguments)] // keywords
@@ -610,7 +613,7 @@ pub fn dsp_tensor(
     reals(py, found, &shape, wide)
 }
 
-/// complex [doppler, range, elevation, azimuth].
+/// Returns amplitudes over all axes, complex [doppler, range, elevation, azimuth] in sqrt(W).
 #[pyfunction]
 #[pyo3(signature = (spectrum, radar, ramp = 0, azimuth = None, elevation = None, engine = None))]
 pub fn dsp_amplitudes(
@@ -632,7 +635,7 @@ pub fn dsp_amplitudes(
     complexes(py, found, &shape, wide)
 }
 
-/// complex [chirp, range, elevation, azimuth] of some chirps of a range spectrum.
+/// Returns amplitudes of some chirps of a range spectrum, complex [chirp, range, elevation, azimuth] in sqrt(W).
 #[pyfunction]
 #[pyo3(signature = (range_spectrum, radar, chirps, ramp = 0, azimuth = None, elevation = None, engine = None))]
 #[allow(clippy::too_many_arguments)] // keywords
@@ -656,7 +659,7 @@ pub fn dsp_chirp_amplitudes(
     complexes(py, found, &size, wide)
 }
 
-/// int64 [cell]: places in the flat array of the strongest share of cells, strongest first.
+/// Returns indices into the flat array of the strongest share of cells, strongest first, int64 [cell].
 #[pyfunction]
 pub fn dsp_strongest(py: Python<'_>, tensor: &Bound<'_, PyAny>, share: f64) -> PyResult<Py<PyAny>> {
     let found = match tensor.extract::<PyReadonlyArray1<'_, f32>>() {
@@ -695,7 +698,8 @@ fn bodies(classes: &Bound<'_, PyAny>, rows: &Bound<'_, PyAny>) -> PyResult<Vec<S
     Ok(classes.iter().zip(g.data.chunks_exact(16)).map(body).collect())
 }
 
-/// Rows [object, 19] as a radar sees them: the numbers of its argument in the sensor's frame, then yaw in degrees, range and range rate.
+/// Converts rows of world objects to the sensor's frame. Returns rows [object, 19]: the numbers of the argument in the sensor's frame, then yaw in
+/// degrees, range and range rate.
 #[pyfunction]
 pub fn dsp_seen(
     py: Python<'_>,
@@ -734,7 +738,7 @@ fn view(
     View::new(&radar, &grid(py, &radar, azimuth, None)?.azimuth_rad).or_raise(py)
 }
 
-/// (uint8 [range, azimuth], uint8 [doppler, range], uint8 [azimuth, doppler]).
+/// Returns the class masks (uint8 [range, azimuth], uint8 [doppler, range], uint8 [azimuth, doppler]).
 #[pyfunction]
 #[pyo3(signature = (classes, rows, radar, ramp = 0, azimuth = None))]
 pub fn dsp_masks(
@@ -755,7 +759,7 @@ pub fn dsp_masks(
     ))
 }
 
-/// float32 [class, range, azimuth].
+/// Returns confidence maps, float32 [class, range, azimuth].
 #[pyfunction]
 #[pyo3(signature = (classes, rows, count, sigma_m, radar, ramp = 0, azimuth = None))]
 #[allow(clippy::too_many_arguments)] // keywords
@@ -776,7 +780,7 @@ pub fn dsp_confidence(
     array(py, found, &[count, ranges, azimuths])
 }
 
-/// int64 [object, 3]: Doppler row, range column and azimuth column of the middle of each object, -1 where that is outside.
+/// Returns Doppler row, range column and azimuth column of the middle of each object, -1 where it is outside, int64 [object, 3].
 #[pyfunction]
 #[pyo3(signature = (classes, rows, radar, ramp = 0, azimuth = None))]
 pub fn dsp_object_cells(

@@ -15,22 +15,23 @@ type Rule = Option<&'static str>;
 /// An engine, and the rule where there was a choice.
 type Chosen = (Arc<Opened>, Rule);
 
-/// The adapters of this machine: {"auto": "gpu" or "cpu", "cpu_threads": int, "adapters": [{"name", "driver", ...,
-/// "self_test"}, ...]}, as `catseye devices --json`.
+/// Returns the adapters of this machine as `catseye devices --json` prints them: {"auto": "gpu" or "cpu", "cpu_threads": int, "adapters": [{"name",
+/// "driver", ..., "self_test"}, ...]}.
 #[pyfunction]
 pub fn devices(py: Python<'_>) -> PyResult<Py<PyAny>> {
     let listing = work::run(py, None, |_| Ok(catseye::engine::devices::listing()))?;
     plain(py, &listing)
 }
 
-/// What computes: the cpu, or a GPU.
+/// The device that computes: the cpu, or a GPU.
 ///
-/// device: "auto" (a hardware GPU, else the cpu), "cpu", "gpu" (a hardware GPU), or part of an adapter's name. Never
-/// another one than was asked for. precision: "f32", or "f64" (cpu only) of cube, FFT and detection; geometry, phase and fields are
-/// always f64. trace: where the beams of frames are followed, "device" (the default on a GPU), "lines" (on a GPU, by lines in
-/// place of polygons; experimental) or "host" (in f64; the only way of the cpu, and faster than a software driver).
+/// device: "auto" (a hardware GPU, else the cpu), "cpu", "gpu" (a hardware GPU), or part of an adapter's name. The engine never silently uses another
+/// device than the one asked for. precision: "f32" or "f64" (cpu only) of cube, FFT and detection; geometry, phase and fields are always f64. trace:
+/// where the beams of frames are traced: "device" (the default on a GPU), "lines" (on a GPU, with lines instead of polygons; experimental) or "host"
+/// (in f64; the only choice on the cpu, and faster than a software driver).
 ///
-/// Raises BadInput for a device that is not there and for trace = "device" or "lines" on the cpu, Failed for one that does not pass its self-test.
+/// Raises BadInput for a device that does not exist and for trace = "device" or "lines" on the cpu, and Failed for a device that does not pass its
+/// self-test.
 #[pyclass(module = "catseye", frozen)]
 pub struct Engine {
     opened: Arc<Opened>,
@@ -57,25 +58,25 @@ impl Engine {
         Ok(Engine { opened, pid: std::process::id(), arguments })
     }
 
-    /// One line: engine, adapter, driver.
+    /// Engine, adapter and driver in one line.
     #[getter]
     fn description(&self) -> String {
         self.opened.describe()
     }
 
-    /// "cpu", or the adapter's name.
+    /// Name of the adapter; "cpu" on the cpu.
     #[getter]
     fn adapter(&self) -> String {
         self.opened.report().adapter
     }
 
-    /// "cpu" or "gpu".
+    /// Kind of the device: "cpu" or "gpu".
     #[getter]
     fn kind(&self) -> &'static str {
         self.opened.report().engine
     }
 
-    /// "f32" or "f64".
+    /// Precision of cube, FFT and detection: "f32" or "f64".
     #[getter]
     fn precision(&self) -> &'static str {
         match self.opened.report().precision {
@@ -84,13 +85,13 @@ impl Engine {
         }
     }
 
-    /// Where the beams of frames are followed: "host" or "device".
+    /// Where the beams of frames are traced: "host", "device" or "lines".
     #[getter]
     fn trace(&self) -> &'static str {
         self.opened.tracing().word()
     }
 
-    /// Opened again by the one who unpickles it.
+    /// Pickles the arguments; unpickling opens the device again.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         let kind = py.get_type::<Engine>();
         let partial = py.import("functools")?.getattr("partial")?;
@@ -182,7 +183,7 @@ pub fn resolve_for(
                 if let Some(word) = trace
                     && word != opened.tracing().word()
                 {
-                    let e = BadInput::new("this Engine traces in another way").key("trace").value(word);
+                    let e = BadInput::new("this Engine traces elsewhere").key("trace").value(word);
                     let e = e.allowed(opened.tracing().word());
                     return refuse(py, e.remedy("give trace to Engine(...)"));
                 }

@@ -9,14 +9,14 @@ create_exception!(
     catseye,
     BadInput,
     PyValueError,
-    "What was given is at fault. str() is the line of the command line; file, line, key, value, problem, allowed and remedy are \
-     its parts, each a string (line: int) or None."
+    "An input is not valid. str() is the message that the command line prints; file, line, key, value, problem, allowed and remedy \
+     are its parts, each a string (line: int) or None."
 );
 create_exception!(
     catseye,
     Failed,
     PyRuntimeError,
-    "Anything else that went wrong: a device, a file, a result that cannot be right."
+    "Any error other than bad input: of a device, of a file, or a result that fails a check."
 );
 
 /// The Python exception of an error.
@@ -40,7 +40,7 @@ pub fn raised(py: Python<'_>, e: Error) -> PyErr {
     }
 }
 
-/// What an argument is told that is at fault.
+/// Raises BadInput for an argument that is not valid.
 pub fn refuse<T>(py: Python<'_>, b: catseye::base::error::BadInput) -> PyResult<T> {
     Err(raised(py, b.into()))
 }

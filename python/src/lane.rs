@@ -14,17 +14,18 @@ use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
-/// How far apart the points of a line are, m.
+/// Spacing of the points of a line, m.
 const LINE_STEP_M: f64 = 1.0;
 
-/// Finds lanes with a method on a scenario's drive, as `catseye lane METHOD SCENARIO -o OUT`: estimates, scores, report and pictures in the
-/// folder `out`.
+/// Estimates lanes with one method on the drive of a scenario, as `catseye lane METHOD SCENARIO -o OUT` does: writes estimates, scores, report and
+/// plots to the folder `out`.
 ///
-/// method: one of lane_methods(). scenario: path of a scenario TOML, whose table [lane] holds the method's settings. runs: drives, each with
-/// another seed. frames: of a drive. trace: "host" or "device", where beams are followed, as for Engine. progress: called with the numbers of looks done and of all.
+/// method: one of lane_methods(). scenario: path of a scenario TOML, whose table [lane] holds the method's settings. runs: number of drives, each
+/// with another seed. frames: number of frames of a drive. trace: "host" or "device", where beams are traced, as for Engine. progress: called with
+/// the number of frames done and the total.
 ///
-/// Returns a dictionary: folder, method, title, rows (each quantity, unit, document, ours, half, why), notes. Raises BadInput for a scenario that
-/// the method cannot take. The same call goes on after an interruption.
+/// Returns a dictionary: folder, method, title, rows (each quantity, unit, document, ours, half, why), notes. Raises BadInput for a scenario that the
+/// method does not support. The same call resumes after an interruption.
 #[pyfunction]
 #[pyo3(signature = (method, scenario, out, *, runs = None, frames = None, seed = None, engine = None, trace = None, force = false, progress = None))]
 #[allow(clippy::too_many_arguments)] // keywords
@@ -60,7 +61,7 @@ pub fn lane(
     plain(py, &report)
 }
 
-/// Compares all methods on the same drives, as `catseye lane compare SCENARIO... -o OUT`; as `lane` else.
+/// Compares all methods on the same drives, as `catseye lane compare SCENARIO... -o OUT` does. Arguments and result are those of `lane`.
 #[pyfunction]
 #[pyo3(signature = (scenarios, out, *, runs = None, frames = None, seed = None, engine = None, trace = None, force = false, progress = None))]
 #[allow(clippy::too_many_arguments)] // keywords
@@ -94,15 +95,15 @@ pub fn lane_compare(
     plain(py, &report)
 }
 
-/// Names of the lane methods that this package has.
+/// Returns the names of the lane methods that this package contains.
 #[pyfunction]
 pub fn lane_methods() -> Vec<String> {
     Registry::of_methods().names().map(String::from).collect()
 }
 
-/// An estimator of lanes that takes points, tracks, pulses or pictures from any source, one look after another.
+/// An estimator of lanes for points, tracks, pulses or images from any source, given frame by frame.
 ///
-/// method: one of lane_methods(). options: a dictionary of the method's options (docs/lanes.md); default: as the document has them.
+/// method: one of lane_methods(). options: a dictionary of the method's options (docs/lanes.md); the defaults are those of the publication.
 #[pyclass(module = "catseye._catseye", frozen)]
 pub struct LaneEstimator {
     method: &'static str,
@@ -125,17 +126,17 @@ impl LaneEstimator {
         self.method
     }
 
-    /// What the method says of the lane after this look.
+    /// Estimates the lane after the data of one frame.
     ///
-    /// points: a structured array or a dictionary of columns, as Frame.points: range_m, azimuth_deg (positive left) and range_rate_mps
-    /// (positive receding) in the radar's frame, and, where known, elevation_deg, range_std_m, range_rate_std_mps, azimuth_std_deg, rcs_dbsm,
-    /// snr_db, power_dbm. mounting: (x, y, z) of the radar on the vehicle, m, yaw_deg its yaw. speed_mps, speed_std_mps, yaw_rate_dps: of the vehicle.
+    /// points: a structured array or a dictionary of columns, as Frame.points: range_m, azimuth_deg (positive left) and range_rate_mps (positive
+    /// receding) in the radar's frame, and, where known, elevation_deg, range_std_m, range_rate_std_mps, azimuth_std_deg, rcs_dbsm, snr_db,
+    /// power_dbm. mounting: (x, y, z) of the radar on the vehicle, m; yaw_deg: its yaw. speed_mps, speed_std_mps, yaw_rate_dps: of the vehicle.
     /// tracks: columns id, x_m, y_m, vx_mps, vy_mps (vehicle's frame, over the ground) and, where known, x_std_m, y_std_m. pulse: samples of an
-    /// impulse radar's scan. image: grey picture [height, width], 0 to 1. place: (latitude_deg, longitude_deg, height_m, azimuth_deg) of the
-    /// radar on the earth, azimuth clockwise from north.
+    /// impulse radar's scan. image: grey image [height, width], 0 to 1. place: (latitude_deg, longitude_deg, height_m, azimuth_deg) of the radar on
+    /// the earth, azimuth clockwise from north.
     ///
     /// Returns a dictionary: lines (each with points_m [n][2] in the vehicle's frame, confidence, fitted), lane_number, width_m, offset_m,
-    /// heading_rad, curvature_per_m (each {value, std} or None), confidence, no_lane (None, or its reason), provenance.
+    /// heading_rad, curvature_per_m (each {value, std} or None), confidence, no_lane (None, or the reason why there is no lane), provenance.
     #[pyo3(signature = (time_s, *, points = None, mounting = None, yaw_deg = 0.0, speed_mps = None, speed_std_mps = 0.1, yaw_rate_dps = None,
         tracks = None, pulse = None, image = None, place = None))]
     #[allow(clippy::too_many_arguments)] // keywords
@@ -209,7 +210,7 @@ fn column(table: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<Vec<f64>>> {
     }
 }
 
-/// Columns of one length, with what stands for those that are missing; None: it must be there.
+/// Columns of one length, with the value that replaces a missing column; None: the column is required.
 fn columns<const N: usize>(
     key: &str,
     table: &Bound<'_, PyAny>,

@@ -19,22 +19,22 @@ use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::IntoPyDict;
 
-/// What the chain finds in a cube.
+/// Result of `process`: the power maps, detections and points of one cube.
 #[pyclass(module = "catseye", frozen)]
 pub struct Detections {
-    /// float32 [doppler, range] (float64 of an f64 engine): power in W, zero Doppler in the middle row; of the first ramp.
+    /// Range-Doppler map of the first ramp, float32 [doppler, range] (float64 with an f64 engine): power in W, zero Doppler in the middle row.
     #[pyo3(get)]
     range_doppler: Py<PyAny>,
-    /// The maps of all ramps, the first of them `range_doppler`.
+    /// Maps of all ramps, the first of which is `range_doppler`.
     #[pyo3(get)]
     maps: Vec<Py<PyAny>>,
-    /// bool [doppler, range]: the cells of the first map that the detector found.
+    /// Detected cells of the first map, bool [doppler, range].
     #[pyo3(get)]
     mask: Py<PyAny>,
-    /// float64 [range].
+    /// Ranges of the columns of the map in m, float64 [range].
     #[pyo3(get)]
     range_m: Py<PyAny>,
-    /// float64 [doppler], positive receding.
+    /// Range rates of the rows of the map in m/s, float64 [doppler], positive receding.
     #[pyo3(get)]
     range_rate_mps: Py<PyAny>,
     /// Structured array [point] with the columns of points.csv, in the sensor frame, without labels.
@@ -44,9 +44,10 @@ pub struct Detections {
 
 #[pymethods]
 impl Detections {
-    /// The range-Doppler map in dBm or the points from above, drawn with matplotlib; returns the Axes.
+    /// Draws the range-Doppler map in dBm, or the points from above, with matplotlib; returns the Axes.
     ///
-    /// kind: "range_doppler" or "birds_eye", as of `Frame.plot`. points: draw them. ax: Axes to draw into. Raises ImportError without matplotlib.
+    /// kind: "range_doppler" or "birds_eye", as for `Frame.plot`. points: draw the points too. ax: Axes to draw into. Raises ImportError without
+    /// matplotlib.
     #[pyo3(signature = (kind = "range_doppler", *, points = true, ax = None))]
     fn plot(
         slf: &Bound<'_, Self>,
@@ -102,11 +103,12 @@ fn repaired<T: catseye::dsp::Real>(shape: [usize; 3], data: &mut [num_complex::C
     lost.lines().into_iter().chain(lines).collect()
 }
 
-/// Range-Doppler map, detections and points of a cube.
+/// Computes range-Doppler map, detections and points of a cube and returns them as Detections.
 ///
-/// adc: array [chirp, rx_virtual, sample], complex or real, in sqrt(W) at the receiver's input (other units give relative
-/// levels). Chirps with runs of zeros, as lost packets leave them, are filled by prediction, with a UserWarning; a cube that looks like the
-/// conjugate of what the radar would have gets one too, and values of the radar that are seldom meant. radar: a Radar, a preset or a path. engine: an Engine or the name of a device.
+/// adc: array [chirp, rx_virtual, sample], complex or real, in sqrt(W) at the receiver's input (other units give relative powers). radar: a Radar, a
+/// preset or a path. engine: an Engine or the name of a device. Chirps with runs of zeros, as lost packets leave them, are filled by prediction, with
+/// a UserWarning. A UserWarning also reports a cube that looks like the complex conjugate of what the radar would record, and unusual values of the
+/// radar.
 ///
 /// Raises BadInput for an array of another shape or with values that are not finite.
 #[pyfunction]

@@ -11,15 +11,16 @@ use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Names of the built-in radars.
+/// Returns the names of the built-in radars.
 #[pyfunction]
 pub fn presets() -> Vec<&'static str> {
     radar_toml::PRESETS.iter().map(|(name, _)| *name).collect()
 }
 
-/// A radar: name is a preset (`catseye.presets()`) or the path of a radar TOML. `Radar.parse` reads the text of one.
+/// A radar with antennas, waveform and processing. name: a preset (`catseye.presets()`) or the path of a radar TOML. `Radar.parse` reads a radar from
+/// text.
 ///
-/// Raises BadInput with the line of the file that is wrong.
+/// Raises BadInput with the line of the file that is not valid.
 #[pyclass(module = "catseye", frozen)]
 pub struct Radar {
     pub radar: Arc<Described>,
@@ -39,7 +40,7 @@ impl Radar {
         Ok(Radar { radar: Arc::new(radar) })
     }
 
-    /// The radar of a TOML text; files that it names are looked for in `folder`.
+    /// Reads a radar from TOML text. folder: where files that the text names are looked for. Raises BadInput with the line that is not valid.
     #[staticmethod]
     #[pyo3(signature = (text, *, folder = PathBuf::new()))]
     fn parse(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<Radar> {
@@ -47,15 +48,15 @@ impl Radar {
         Ok(Radar { radar: Arc::new(radar) })
     }
 
-    /// The radar in full as TOML.
+    /// Returns the complete radar as TOML text.
     fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
         radar_toml::to_toml(&self.radar).or_raise(py)
     }
 
-    /// The radar with other settings of its processing: keywords are the keys of `[processing]` of a radar file. A window may be its name
-    /// alone; `angle` and `cfar` are dictionaries that change the keys they name.
+    /// Returns a radar with other settings of its processing. The keywords are the keys of `[processing]` of a radar file. A window may be given by
+    /// its name; `angle` and `cfar` are dictionaries that change the keys they name.
     ///
-    /// Raises BadInput for an unknown key, and for a value outside its range.
+    /// Raises BadInput for an unknown key and for a value outside its range.
     #[pyo3(signature = (**changes))]
     fn with_processing(&self, py: Python<'_>, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Radar> {
         let Some(changes) = changes else { return Ok(Radar { radar: self.radar.clone() }) };
@@ -65,13 +66,13 @@ impl Radar {
         Ok(Radar { radar: Arc::new(radar) })
     }
 
-    /// Dictionary of the settings of the processing, angles in radians.
+    /// Settings of the processing, a dictionary; angles in radians.
     #[getter]
     fn processing(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         plain(py, &self.radar.processing)
     }
 
-    /// As the text of its TOML (angles to rounding).
+    /// Pickles the radar as its TOML text (angles to rounding).
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         Ok((py.get_type::<Radar>().getattr("parse")?, (self.to_toml(py)?,)))
     }
@@ -81,7 +82,7 @@ impl Radar {
         &self.radar.name
     }
 
-    /// Centre of the sweep or band.
+    /// Centre frequency of the sweep or band, Hz.
     #[getter]
     fn carrier_hz(&self) -> f64 {
         self.radar.carrier_hz
@@ -107,7 +108,7 @@ impl Radar {
         self.radar.frame_time_s()
     }
 
-    /// Of a cube: (chirp, rx_virtual, sample).
+    /// Shape of a cube of samples: (chirp, rx_virtual, sample).
     #[getter]
     fn shape(&self) -> (usize, usize, usize) {
         (self.radar.rows(), self.radar.channels(), self.radar.samples)
@@ -123,37 +124,37 @@ impl Radar {
         self.radar.velocity_bin_mps()
     }
 
-    /// Largest unambiguous range.
+    /// Maximum unambiguous range, m.
     #[getter]
     fn max_range_m(&self) -> f64 {
         self.radar.max_range_m()
     }
 
-    /// Largest unambiguous |range rate| of a row of the map.
+    /// Maximum unambiguous |range rate| of a row of the map, m/s.
     #[getter]
     fn max_velocity_mps(&self) -> f64 {
         self.radar.max_velocity_mps()
     }
 
-    /// float64 [range]: of the columns of the range-Doppler map.
+    /// Ranges of the columns of the range-Doppler map in m, float64 [range].
     #[getter]
     fn range_m(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         axis(py, Axes::of(&self.radar).range_m.values())
     }
 
-    /// float64 [doppler]: of the rows of the range-Doppler map, positive receding.
+    /// Range rates of the rows of the range-Doppler map in m/s, float64 [doppler], positive receding.
     #[getter]
     fn range_rate_mps(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         axis(py, Axes::of(&self.radar).range_rate_mps.values())
     }
 
-    /// float64 [transmitter, 3]: phase centres in the sensor frame (x boresight, y left, z up).
+    /// Phase centres of the transmitters in the sensor frame (x boresight, y left, z up) in m, float64 [transmitter, 3].
     #[getter]
     fn tx_position_m(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         places(py, &self.radar.tx)
     }
 
-    /// float64 [receiver, 3]: phase centres in the sensor frame.
+    /// Phase centres of the receivers in the sensor frame in m, float64 [receiver, 3].
     #[getter]
     fn rx_position_m(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         places(py, &self.radar.rx)

@@ -20,48 +20,48 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
 
-/// Scattering matrices of a sweep. Axes of `s`, none of them ever dropped: [frequency, elevation, azimuth, rx, tx], and
-/// [frequency, elevation, azimuth, bistatic_elevation, bistatic_azimuth, rx, tx] for a receiver that stands elsewhere; rx
-/// and tx are polarisations, 0 vertical and 1 horizontal.
+/// Scattering matrices of a sweep over frequency and direction. The axes of `s` are [frequency, elevation, azimuth, rx, tx], and [frequency,
+/// elevation, azimuth, bistatic_elevation, bistatic_azimuth, rx, tx] for a receiver at another position; no axis is ever dropped. rx and tx are
+/// polarisations, 0 vertical and 1 horizontal.
 #[pyclass(module = "catseye", frozen)]
 pub struct RcsResult {
     /// Name of the target.
     #[pyo3(get)]
     pub target: String,
-    /// float64 [frequency].
+    /// Frequencies in Hz, float64 [frequency].
     #[pyo3(get)]
     frequency_hz: Py<PyAny>,
-    /// float64 [azimuth].
+    /// Azimuths of the transmitter in degrees, positive left, float64 [azimuth].
     #[pyo3(get)]
     azimuth_deg: Py<PyAny>,
-    /// float64 [elevation].
+    /// Elevations of the transmitter in degrees, positive up, float64 [elevation].
     #[pyo3(get)]
     elevation_deg: Py<PyAny>,
-    /// float64 [bistatic_azimuth], or None.
+    /// Azimuths of the receiver in degrees, float64 [bistatic_azimuth]; None where it is at the transmitter.
     #[pyo3(get)]
     bistatic_azimuth_deg: Option<Py<PyAny>>,
-    /// float64 [bistatic_elevation], or None.
+    /// Elevations of the receiver in degrees, float64 [bistatic_elevation]; None where it is at the transmitter.
     #[pyo3(get)]
     bistatic_elevation_deg: Option<Py<PyAny>>,
-    /// complex128: S in m, sigma = 4 pi |S|^2, phase referred to the target's origin (CONVENTIONS eq. 3).
+    /// Scattering matrices S in m, complex128: sigma = 4 pi |S|^2, phase referred to the target's origin (CONVENTIONS eq. 3).
     #[pyo3(get)]
     s: Py<PyAny>,
-    /// float64 in the shape of `s`.
+    /// Radar cross sections in dBsm, float64 in the shape of `s`.
     #[pyo3(get)]
     dbsm: Py<PyAny>,
-    /// "every" or "last": which bounces radiate.
+    /// Bounces that radiate: "every" or "last".
     #[pyo3(get)]
     pub convention: &'static str,
-    /// Change against a finer run where cells or curved facets are involved, dB; None where flat facets are exact.
+    /// Change against a finer run in dB where cells or curved facets are involved; None where flat facets are exact.
     #[pyo3(get)]
     convergence_db: Option<f64>,
-    /// (yaw, pitch, roll) by which the target was turned, degrees.
+    /// Rotation of the target, (yaw, pitch, roll) in degrees.
     #[pyo3(get)]
     turned_deg: (f64, f64, f64),
-    /// The rule by which "auto" chose the engine; None where there was no choice, as on a machine without a hardware GPU.
+    /// Rule by which "auto" chose the engine; None where there was no choice, as on a machine without a hardware GPU.
     #[pyo3(get)]
     engine_rule: Option<&'static str>,
-    /// What may be wrong with the result; each was also given to `warnings.warn`.
+    /// Possible causes of a wrong result, one text each; each was also reported with `warnings.warn`.
     #[pyo3(get)]
     warnings: Vec<String>,
     matrices: Vec<Matrix2>,
@@ -115,44 +115,45 @@ impl RcsResult {
 
 #[pymethods]
 impl RcsResult {
-    /// float64 [frequency, elevation, azimuth(, ...)], dBsm: received and sent vertically.
+    /// Cross section in dBsm with V received and V transmitted, float64 [frequency, elevation, azimuth(, ...)].
     #[getter]
     fn vv_dbsm(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.entry(py, 0, 0)
     }
 
-    /// Received vertically, sent horizontally.
+    /// Cross section in dBsm with V received and H transmitted, in the shape of `vv_dbsm`.
     #[getter]
     fn vh_dbsm(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.entry(py, 0, 1)
     }
 
-    /// Received horizontally, sent vertically.
+    /// Cross section in dBsm with H received and V transmitted, in the shape of `vv_dbsm`.
     #[getter]
     fn hv_dbsm(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.entry(py, 1, 0)
     }
 
-    /// Received and sent horizontally.
+    /// Cross section in dBsm with H received and H transmitted, in the shape of `vv_dbsm`.
     #[getter]
     fn hh_dbsm(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         self.entry(py, 1, 1)
     }
 
-    /// S in other polarisations (CONVENTIONS eq. 40-42), in the shape of `s`: "linear45" (0 at +45, 1 at -45 deg) or "circular" (0
-    /// right-hand, 1 left-hand, IEEE Std 145).
+    /// Returns S in another pair of polarisations (CONVENTIONS eq. 40-42), complex128 in the shape of `s`. name: "linear45" (0 at +45, 1 at -45 deg)
+    /// or "circular" (0 right-hand, 1 left-hand, IEEE Std 145).
     fn in_polarisation(&self, py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
         let derived = derived(name).or_raise(py)?;
         let all: Vec<_> = self.matrices.iter().map(|s| derived.of(s)).collect();
         array(py, entries(&all), &with_matrix(&self.shape))
     }
 
-    /// A cut through the table with matplotlib, in dBsm; returns the Axes.
+    /// Draws a cut through the table in dBsm with matplotlib; returns the Axes.
     ///
     /// polarisation: one of "vv", "vh", "hv", "hh" (first letter received), of "rr", "rl", "lr", "ll" (circular) or of "p45p45", "p45m45", "m45p45",
-    /// "m45m45" (linear at +45 and -45 deg), or several in a sequence; "circular" and "linear45" are all four of theirs; default "vv". over: the axis that the curve runs along, as
-    /// "azimuth_deg", default the longest. at: values of other axes by their names, as {"elevation_deg": 1.0}; without it each value has a curve,
-    /// ten at most. polar: on a disc with 0 up and positive azimuth left. ax: Axes to draw into. Raises ImportError without matplotlib.
+    /// "m45m45" (linear at +45 and -45 deg), or several in a sequence; "circular" and "linear45" select all four of their kind; default "vv". over:
+    /// the axis of the curves, as "azimuth_deg", default the longest. at: values of other axes by their names, as {"elevation_deg": 1.0}; without it
+    /// each value has a curve, ten at most. polar: draw on a disc with 0 up and positive azimuth left. ax: Axes to draw into. Raises ImportError
+    /// without matplotlib.
     #[pyo3(signature = (polarisation = None, *, over = None, at = None, polar = false, ax = None))]
     fn plot(
         slf: &Bound<'_, Self>,
@@ -172,10 +173,10 @@ impl RcsResult {
         drawn::call(slf, "plot_rcs", Some(&keywords))
     }
 
-    /// Writes the plot of `catseye rcs --plot`, of all polarisations and frequencies; needs no matplotlib.
+    /// Writes the plot of `catseye rcs --plot` with all polarisations and frequencies, and returns its path; needs no matplotlib.
     ///
-    /// path: the file, PNG, or SVG or PDF when its name ends so. polarisation: further ones to draw, "linear45", "circular", or both in a
-    /// sequence. force: replace an existing file. Raises BadInput for another ending, a file that exists, and a result of one direction alone.
+    /// path: the file, PNG, or SVG or PDF when its name ends so. polarisation: further ones to draw, "linear45", "circular", or both in a sequence.
+    /// force: replace an existing file. Raises BadInput for another ending, for a file that exists, and for a result of only one direction.
     #[pyo3(signature = (path, *, polarisation = None, force = false))]
     fn save_plot(
         &self,
@@ -195,7 +196,8 @@ impl RcsResult {
         work::run(py, None, move |_| rcs_plot(&title, &rows, &more)?.write(path, force))
     }
 
-    /// The page of `catseye view` for this table, which stands in a notebook's cell; `.open()` shows it in the browser.
+    /// Writes the page of `catseye view` for this table and returns it as a View, which a notebook shows in the cell; `.open()` shows it in the
+    /// browser.
     ///
     /// output: the HTML file to write, default a temporary one. force: replace an existing file.
     #[pyo3(signature = (*, output = None, force = false))]
@@ -275,21 +277,20 @@ fn ground(name: &str) -> catseye::Result<Ground> {
     }
 }
 
-/// Scattering matrix and radar cross section of a target over frequency and direction.
+/// Computes scattering matrix and radar cross section of a target over frequency and direction, and returns an RcsResult.
 ///
-/// target: a Scene, a glTF file, or a reflector as in "type1:width_m=0.16". Angles are those of the radar seen from
-/// the target's origin, azimuth positive left, elevation positive up; with height_m they and range_m are seen from the point of the
-/// ground below it, while levels stay those for the distance of the origin. frequency_hz, azimuth_deg, elevation_deg: a number or a
-/// sequence, taken as a product. range_m: distance of the radar from the target's origin, inf for a plane wave. bistatic_azimuth_deg,
-/// bistatic_elevation_deg: receive there and not where the transmitter stands. bounces: reflections of one beam, 1 to 8; None follows
-/// as many as change anything within accuracy_db. convention: "every"
-/// or "last", which bounces radiate. accuracy_db: error that curved surfaces and finite range may bring. diffraction: "none" or
-/// "ptd". ground: "none", "pec" or a material, the endless plane z = 0; height_m is the height of the target's origin over it. yaw_deg, pitch_deg, roll_deg: turn
-/// the target about its origin: yaw about z, positive left, then pitch about its new y axis, positive front down, then roll about its new x axis, positive right
-/// side down. engine: an Engine or the name of a
-/// device. progress: called with the number of directions done and of all.
+/// target: a Scene, a glTF file, or a reflector as in "type1:width_m=0.16". frequency_hz, azimuth_deg, elevation_deg: a number or a sequence; the
+/// result has every combination. The angles give the direction of the radar seen from the target's origin, azimuth positive left, elevation positive
+/// up. range_m: distance of the radar from the target's origin, inf for a plane wave. With height_m, angles and range_m refer to the point of the
+/// ground below the origin, while the cross sections still refer to the distance of the origin. bistatic_azimuth_deg, bistatic_elevation_deg:
+/// direction of a receiver that is not at the transmitter. bounces: reflections of one beam, 1 to 8; None traces as many as change the result within
+/// accuracy_db. convention: "every" or "last", the bounces that radiate. accuracy_db: accuracy in dB of curved surfaces and of finite range.
+/// diffraction: "none" or "ptd". ground: "none", "pec" or a material, the infinite plane z = 0; height_m is the height of the target's origin above
+/// it. yaw_deg, pitch_deg, roll_deg: rotate the target about its origin: yaw about z, positive left, then pitch about its new y axis, positive front
+/// down, then roll about its new x axis, positive right side down. engine: an Engine or the name of a device. progress: called with the number of
+/// directions done and the total.
 ///
-/// Raises BadInput as `catseye rcs`; Ctrl-C ends it within a batch of 1024 directions.
+/// Raises BadInput for the inputs that `catseye rcs` rejects. Ctrl-C stops it within a batch of 1024 directions.
 #[pyfunction]
 #[pyo3(signature = (target, *, frequency_hz = None, azimuth_deg = None, elevation_deg = None, range_m = f64::INFINITY,
     bistatic_azimuth_deg = None, bistatic_elevation_deg = None, bounces = None, convention = "every", accuracy_db = 0.1,

@@ -25,8 +25,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Everything that can return an echo: meshes with radar materials, point targets, all in metres and ISO 8855 axes (x
-/// forward, y left, z up). `Scene()` is empty; `Scene.load`, `reflector` and `road_scene` fill one.
+/// A scene: all objects that can return an echo, meshes with radar materials and point targets, in metres and in ISO 8855 axes (x forward, y left, z
+/// up). `Scene()` is empty; `Scene.load`, `reflector` and `road_scene` return a filled scene.
 #[pyclass(module = "catseye")]
 #[derive(Clone)]
 pub struct Scene {
@@ -87,12 +87,12 @@ impl Scene {
         Scene::of(String::new(), Contents::default())
     }
 
-    /// A .glb, .gltf, .stl or .obj file, or a reflector by its specification.
+    /// Loads a .glb, .gltf, .stl or .obj file, or builds a reflector from its specification.
     ///
-    /// unit: of the file's coordinates (m, cm, mm, in, ft); up: its axis that points up (y, z): glTF is in m with y up, the
-    /// others state neither; materials: radar
-    /// material for a material name of the file; default_material: for what has none. smooth_deg: edges that turn by more are creases (0 takes
-    /// every facet as flat); None is 30 degrees, and a glTF file without normals is flat.
+    /// unit: unit of the file's coordinates (m, cm, mm, in, ft); up: its axis that points up (y, z). glTF is in m with y up; the other formats state
+    /// neither. materials: radar material for each material name of the file; default_material: radar material of triangles without one. smooth_deg:
+    /// edges with a larger angle between their facets are creases (0 takes every facet as flat); None is 30 degrees, and takes a glTF file without
+    /// normals as flat.
     #[staticmethod]
     #[pyo3(signature = (path, *, unit = None, up = None, default_material = None, materials = BTreeMap::new(), smooth_deg = None))]
     fn load(
@@ -110,7 +110,7 @@ impl Scene {
         Scene::loaded(py, path.to_string_lossy().into_owned(), options)
     }
 
-    /// The bytes of a .glb file.
+    /// Loads a scene from the bytes of a .glb file. Arguments as for `load`.
     #[staticmethod]
     #[pyo3(signature = (data, *, unit = None, up = None, default_material = None, materials = BTreeMap::new(), smooth_deg = None))]
     fn from_glb(
@@ -130,17 +130,17 @@ impl Scene {
         })
     }
 
-    /// A scene of one object, whose mesh is given by arrays.
+    /// Builds a scene of one object whose mesh is given by arrays.
     ///
-    /// vertices_m: float64 [vertex, 3], corners in m: x forward, y left, z up. triangles: int [triangle, 3], vertices of each triangle from 0,
-    /// counter-clockwise seen from outside. material: name of the radar material as in `materials()`, or a sequence with one for each
-    /// triangle. normals: float64 [vertex, 3] of any length, of the smooth surface that the facets stand for; zero where they are flat;
-    /// None when all of them are. smooth_deg: edges that turn by more are creases; with it a mesh without normals gets those of its smooth
-    /// surfaces. name, class_name: of the object. Vertices that nothing uses and triangles without area are left out; `notes`
-    /// tells of the latter.
+    /// vertices_m: float64 [vertex, 3], positions in m: x forward, y left, z up. triangles: int [triangle, 3], indices of the vertices of each
+    /// triangle, from 0, counter-clockwise seen from outside. material: name of the radar material as in `materials()`, or a sequence with one name
+    /// for each triangle. normals: float64 [vertex, 3] of any length, normals of the smooth surface that the facets represent; zero where the surface
+    /// is flat; None when it is flat everywhere. smooth_deg: edges with a larger angle between their facets are creases; with it, a mesh without
+    /// normals gets the normals of its smooth surfaces. name, class_name: of the object. Unused vertices and triangles without area are removed;
+    /// `notes` reports the latter.
     ///
-    /// Raises BadInput for another shape or type of an array, numbers that are not finite, indices of vertices that do not exist, an
-    /// unknown material, and a mesh without a triangle.
+    /// Raises BadInput for an array of another shape or type, numbers that are not finite, indices of vertices that do not exist, an unknown
+    /// material, and a mesh without a triangle.
     #[staticmethod]
     #[pyo3(signature = (vertices_m, triangles, *, material = None, normals = None, smooth_deg = None, name = "", class_name = ""))]
     fn from_mesh(
@@ -184,7 +184,7 @@ impl Scene {
         &self.name
     }
 
-    /// (azimuth, elevation) in degrees from which the scene is meant to be seen.
+    /// Direction from which the scene is meant to be seen, (azimuth, elevation) in degrees.
     #[getter]
     fn boresight_deg(&self) -> (f64, f64) {
         self.boresight_deg
@@ -195,20 +195,20 @@ impl Scene {
         self.contents.triangle_count()
     }
 
-    /// Names of the radar materials.
+    /// Names of the radar materials in the scene.
     #[getter]
     fn materials(&self) -> Vec<&str> {
         self.contents.materials.iter().map(|m| m.name.as_str()).collect()
     }
 
-    /// What the importer dropped or assumed.
+    /// Notes of the importer on what it removed or assumed, one text each.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.contents.import.notes.clone()
     }
 
-    /// A list of dictionaries: id, name, class, triangles, position_m (at time 0), velocity_mps, rcs_dbsm (of a point
-    /// target, else None).
+    /// Objects of the scene, a list of dictionaries: id, name, class, triangles, position_m (at time 0), velocity_mps, rcs_dbsm (of a point target,
+    /// else None).
     #[getter]
     fn objects(&self, py: Python<'_>) -> PyResult<Vec<Py<PyAny>>> {
         self.contents
@@ -237,28 +237,28 @@ impl Scene {
             .collect()
     }
 
-    /// What is known of a built road: lanes, lines, edges, free space, markers, as dictionaries; None without a road.
+    /// Labels of a built road as dictionaries: lanes, lines, edges, free space, markers; None without a road.
     #[getter]
     fn truth(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         self.truth.as_deref().map(|t| plain(py, t)).transpose()
     }
 
-    /// float64 [2, 3]: the least and the greatest corner in the world at a time; None for an empty scene.
+    /// Returns the minimum and the maximum corner of the scene in the world at a time in m, float64 [2, 3]; None for an empty scene.
     #[pyo3(signature = (*, time_s = 0.0))]
     fn bounds_m(&self, py: Python<'_>, time_s: f64) -> PyResult<Option<Py<PyAny>>> {
         let corners = |(lo, hi): (glam::DVec3, glam::DVec3)| [lo.to_array(), hi.to_array()].concat();
         self.contents.bounds_m(time_s).map(|b| array(py, corners(b), &[2, 3])).transpose()
     }
 
-    /// A list of dictionaries, one for each object: id, name, class, centre_m, size_m, rotation_xyzw, yaw_rad,
-    /// velocity_mps, spin_rad_per_s, in the world at a time.
+    /// Returns the boxes of all objects in the world at a time, a list of dictionaries: id, name, class, centre_m, size_m, rotation_xyzw, yaw_rad,
+    /// velocity_mps, spin_rad_per_s.
     #[pyo3(signature = (*, time_s = 0.0))]
     fn boxes(&self, py: Python<'_>, time_s: f64) -> PyResult<Py<PyAny>> {
         plain(py, &truth_boxes(&self.contents, time_s))
     }
 
-    /// All triangles in the world at a time: {"corners_m": float64 [triangle, 3, 3], "object_id": uint32 [triangle], "material":
-    /// uint32 [triangle], an index into `materials`}.
+    /// Returns all triangles in the world at a time: {"corners_m": float64 [triangle, 3, 3], "object_id": uint32 [triangle], "material": uint32
+    /// [triangle], an index into `materials`}.
     #[pyo3(signature = (*, time_s = 0.0))]
     fn triangles(&self, py: Python<'_>, time_s: f64) -> PyResult<Py<PyAny>> {
         let n = self.contents.triangle_count();
@@ -283,15 +283,17 @@ impl Scene {
         Ok(all.into_any().unbind())
     }
 
-    /// What may make results wrong, a line each: defects of meshes, bodies of dielectrics that are open or curved, metal that is there twice.
-    /// Raises BadInput for a mesh that cannot be used. `notes` has what was taken otherwise than the file has it.
+    /// Checks the meshes and returns warnings, one text each: defects of meshes, dielectric bodies that are open or curved, metal that is present
+    /// twice. `notes` reports where the importer deviated from the file.
+    ///
+    /// Raises BadInput for a mesh that cannot be used.
     #[pyo3(signature = (*, frequency_hz = DEFAULT_FREQUENCY_HZ))]
     fn check(&self, py: Python<'_>, frequency_hz: f64) -> PyResult<Vec<String>> {
         let contents = self.contents.clone();
         work::run(py, None, move |_| of_targets(&contents, frequency_hz))
     }
 
-    /// Adds a point target and returns its id. velocity_mps: in the world, default at rest.
+    /// Adds a point target and returns its id. velocity_mps: velocity in the world, default at rest.
     #[pyo3(signature = (*, position_m, rcs_dbsm, velocity_mps = None, name = "", class_name = ""))]
     fn add_point(
         &mut self,
@@ -312,8 +314,8 @@ impl Scene {
         Ok(contents.add_object(name, class_name, Shape::Point { rcs_dbsm }, pose, velocity))
     }
 
-    /// Adds all objects of another scene (or of a file or reflector by its name), moved as one body, and returns their ids. Yaw is positive to the left,
-    /// pitch nose down, roll left side up; a reflector's boresight is its x axis. velocity_mps (world) is added to what the objects have.
+    /// Adds all objects of another scene (or of a file or reflector given by name), moved as one body, and returns their ids. Yaw is positive to the
+    /// left, pitch nose down, roll left side up; a reflector's boresight is its x axis. velocity_mps (world) is added to the objects' own velocities.
     #[pyo3(signature = (other, *, position_m = None, yaw_deg = 0.0, pitch_deg = 0.0, roll_deg = 0.0, velocity_mps = None, name = "", class_name = ""))]
     #[allow(clippy::too_many_arguments)] // keywords
     fn add(
@@ -341,14 +343,13 @@ impl Scene {
         Ok(contents.place(&added, first, Label { name, class: class_name }, &placement, &|joints| joints))
     }
 
-    /// The scene as the bytes of a .glb file, which `from_glb` reads back to the same scene (positions are rounded to
-    /// single precision).
+    /// Returns the scene as the bytes of a .glb file, from which `from_glb` reads the same scene (positions are rounded to single precision).
     fn to_glb<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let bytes = self.glb_bytes(py)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// Writes a .glb file, which appears when it is complete. force: replace an existing one.
+    /// Writes a .glb file and returns its path. The file appears under its name only when it is complete. force: replace an existing file.
     #[pyo3(signature = (path, *, force = false))]
     fn save(&self, py: Python<'_>, path: PathBuf, force: bool) -> PyResult<PathBuf> {
         let bytes = self.glb_bytes(py)?;
@@ -358,7 +359,8 @@ impl Scene {
         })
     }
 
-    /// The page of `catseye view` for this scene, which stands in a notebook's cell; `.open()` shows it in the browser.
+    /// Writes the page of `catseye view` for this scene and returns it as a View, which a notebook shows in the cell; `.open()` shows it in the
+    /// browser.
     ///
     /// output: the HTML file to write, default a temporary one. force: replace an existing file.
     #[pyo3(signature = (*, output = None, force = false))]
@@ -417,8 +419,8 @@ pub fn resolve(argument: &Bound<'_, PyAny>) -> PyResult<Scene> {
     Scene::loaded(argument.py(), name.to_string_lossy().into_owned(), ImportOptions::default())
 }
 
-/// A reflector of the library: "KIND", or "KIND:name=value,name=value" as in "type1:width_m=0.16,height_m=0.004"; parameters
-/// may also be given as keywords. `reflector_kinds()` lists them.
+/// Builds a reflector of the library and returns it as a Scene. spec: "KIND", or "KIND:name=value,name=value" as in
+/// "type1:width_m=0.16,height_m=0.004"; parameters may also be given as keywords. `reflector_kinds()` lists the kinds.
 #[pyfunction]
 #[pyo3(signature = (spec, **parameters))]
 pub fn reflector(py: Python<'_>, spec: &str, parameters: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
@@ -445,7 +447,7 @@ pub fn reflector(py: Python<'_>, spec: &str, parameters: Option<&Bound<'_, PyDic
     })
 }
 
-/// What `reflector` makes: {kind: {"summary", "pose", "parameters": {name: {"doc", "range", "default"}}}}.
+/// Returns the kinds of reflectors and their parameters: {kind: {"summary", "pose", "parameters": {name: {"doc", "range", "default"}}}}.
 #[pyfunction]
 pub fn reflector_kinds(py: Python<'_>) -> PyResult<Py<PyAny>> {
     let kinds: serde_json::Map<String, serde_json::Value> = library::kinds()
@@ -467,14 +469,14 @@ pub fn reflector_kinds(py: Python<'_>) -> PyResult<Py<PyAny>> {
     plain(py, &kinds)
 }
 
-/// Names of the radar materials; layers of so many metres on one are written as in "aluminium+water:0.0005".
+/// Returns the names of the radar materials. A layer on a material is written with its thickness in m, as in "aluminium+water:0.0005".
 #[pyfunction]
 pub fn materials() -> Vec<&'static str> {
     material::names().collect()
 }
 
-/// A road scene from a TOML file or from the text of one (a string with more than one line), with its labels in
-/// `Scene.truth`. folder: where the text's own files are looked for.
+/// Builds a road scene from a TOML file or from TOML text (a string with more than one line), with its labels in `Scene.truth`. folder: where files
+/// that the text names are looked for.
 #[pyfunction]
 #[pyo3(signature = (path_or_text, *, folder = PathBuf::new()))]
 pub fn road_scene(py: Python<'_>, path_or_text: PathBuf, folder: PathBuf) -> PyResult<Scene> {

@@ -25,10 +25,10 @@ fn png(py: Python<'_>, draw: impl FnOnce() -> catseye::Result<Picture> + Send) -
     Ok(PyBytes::new(py, &bytes).unbind())
 }
 
-/// PNG of a range-Doppler map. power_w: float32, the rows [doppler, range] one after another; range_m, range_rate_mps: the axes; detections: (range, range rate) of
-/// each point.
+/// Returns a PNG of a range-Doppler map. power_w: float32, the rows [doppler, range] one after another; range_m, range_rate_mps: the axes;
+/// detections: (range, range rate) of each point.
 ///
-/// Raises BadInput where the axes do not fit the map.
+/// Raises BadInput where the axes do not match the map.
 #[pyfunction]
 #[pyo3(signature = (title, power_w, range_m, range_rate_mps, detections))]
 pub fn picture_map(
@@ -52,9 +52,9 @@ pub fn picture_map(
     })
 }
 
-/// PNG of a table of cross sections, as `catseye rcs --plot` draws it.
+/// Returns a PNG of a table of cross sections, as `catseye rcs --plot` draws it.
 ///
-/// Raises BadInput for one direction alone, which makes no curve.
+/// Raises BadInput for a table of only one direction, which has no curve.
 #[pyfunction]
 pub fn picture_rcs(py: Python<'_>, result: &Bound<'_, RcsResult>) -> PyResult<Py<PyBytes>> {
     let result = result.get();
@@ -63,9 +63,9 @@ pub fn picture_rcs(py: Python<'_>, result: &Bound<'_, RcsResult>) -> PyResult<Py
     png(py, move || rcs_plot(&title, &rows, &[]))
 }
 
-/// PNG of a scene: its one body with its dimensions, or all objects from above at time 0.
+/// Returns a PNG of a scene: its single body with its dimensions, or all objects from above at time 0.
 ///
-/// Raises BadInput for a scene without anything.
+/// Raises BadInput for an empty scene.
 #[pyfunction]
 pub fn picture_scene(py: Python<'_>, scene: &Bound<'_, Scene>) -> PyResult<Py<PyBytes>> {
     let (title, contents) = {
@@ -160,10 +160,10 @@ impl Shown {
     }
 }
 
-/// Writes the page of a thing as `catseye view` does and returns {"page", "bytes", "frames", "beside"}: the file, its size, the number of
-/// frames, and the folder of those that do not fit into it (else None).
+/// Writes a page as `catseye view` does and returns {"page", "bytes", "frames", "beside"}: the file, its size, the number of frames, and the folder
+/// of the frames that do not fit into the file (else None).
 ///
-/// thing: a path, a Scene, an RcsResult, or several paths or RcsResults. progress: called with the number of frames done and of all.
+/// thing: a path, a Scene, an RcsResult, or several paths or RcsResults. progress: called with the number of frames done and the total.
 #[pyfunction]
 #[pyo3(signature = (thing, output, force = false, progress = None))]
 pub fn write_page(

@@ -23,9 +23,9 @@ use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-/// What stands in the scene, who drives, which radar looks: `Scenario(path)` reads a TOML file, `Scenario.parse` the text of one.
+/// A scenario: objects, the vehicle's motion, radars and frames. `Scenario(path)` reads a TOML file, `Scenario.parse` reads text.
 ///
-/// Raises BadInput with the line of the file that is wrong.
+/// Raises BadInput with the line of the file that is not valid.
 #[pyclass(module = "catseye", frozen)]
 pub struct Scenario {
     scenario: Arc<scenario::Scenario>,
@@ -39,7 +39,7 @@ impl Scenario {
         Ok(Scenario { scenario: Arc::new(scenario) })
     }
 
-    /// The scenario of a TOML text; files that it names are looked for in `folder`.
+    /// Reads a scenario from TOML text. folder: where files that the text names are looked for.
     #[staticmethod]
     #[pyo3(signature = (text, *, folder = PathBuf::new()))]
     fn parse(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<Scenario> {
@@ -63,7 +63,7 @@ impl Scenario {
         self.scenario.frames.count
     }
 
-    /// From the middle of a frame to the middle of the next.
+    /// Time in s from the middle of a frame to the middle of the next.
     #[getter]
     fn interval_s(&self) -> f64 {
         self.scenario.frames.interval_s
@@ -74,7 +74,7 @@ impl Scenario {
         self.scenario.radars.iter().map(|r| Radar { radar: Arc::new(r.clone()) }).collect()
     }
 
-    /// The scene with all its points and objects.
+    /// Returns the scene with all its points and objects.
     fn scene(&self, py: Python<'_>) -> PyResult<Scene> {
         let (scenario, name) = (self.scenario.clone(), self.scenario.name.clone());
         let site = work::run(py, None, move |_| Site::new(&scenario))?;
@@ -89,14 +89,14 @@ impl Scenario {
     }
 }
 
-/// Frames that are computed one after another as they are asked for.
+/// An iterator of Frame; each frame is computed when it is requested.
 #[pyclass(module = "catseye")]
 pub struct Frames {
     engine: Arc<Engine>,
     scenario: Arc<scenario::SitedScenario>,
     scene: Arc<catseye::scene::Scene>,
     labels: Option<Arc<RoadTruth>>,
-    /// The same as Python sees it.
+    /// The labels of the road as Python objects.
     road: Option<Py<PyAny>>,
     /// (frame, radar).
     wanted: Vec<(u32, usize)>,
@@ -105,7 +105,7 @@ pub struct Frames {
     kept: Option<Arc<KeptRun>>,
     /// The scene with what its frames share, made with the first of them.
     prepared: Arc<OnceLock<Prepared<'static>>>,
-    /// What the scene's meshes have that may show in the frames, one line each; each was also given to `warnings.warn`.
+    /// Warnings about meshes of the scene that may affect the frames, one text each; each was also reported with `warnings.warn`.
     #[pyo3(get)]
     remarks: Vec<String>,
 }
@@ -116,7 +116,7 @@ impl Frames {
         slf
     }
 
-    /// Number of frames that are still to come.
+    /// Number of frames that remain.
     fn __len__(&self) -> usize {
         self.wanted.len() - self.next
     }
@@ -182,39 +182,39 @@ pub struct Frame {
     /// Name of the radar.
     #[pyo3(get)]
     radar: String,
-    /// Middle of the frame, from the middle of frame 0.
+    /// Time of the middle of the frame in s, from the middle of frame 0.
     #[pyo3(get)]
     time_s: f64,
-    /// float64 [3]: of the radar in the world.
+    /// Position of the radar in the world in m, float64 [3].
     #[pyo3(get)]
     position_m: Py<PyAny>,
-    /// float64 [4]: quaternion x, y, z, w that rotates from the radar to the world.
+    /// Rotation from the radar to the world, quaternion x, y, z, w, float64 [4].
     #[pyo3(get)]
     rotation_xyzw: Py<PyAny>,
-    /// float64 [3]: of the radar in the world.
+    /// Velocity of the radar in the world in m/s, float64 [3].
     #[pyo3(get)]
     velocity_mps: Py<PyAny>,
-    /// complex64 [chirp, rx_virtual, sample] (complex128 of an f64 engine): samples in sqrt(W) at the receiver's input.
+    /// Samples in sqrt(W) at the receiver's input, complex64 [chirp, rx_virtual, sample] (complex128 with an f64 engine).
     #[pyo3(get)]
     adc: Py<PyAny>,
-    /// float32 [doppler, range] (float64 of an f64 engine): power in W, zero Doppler in the middle row; of the first ramp.
+    /// Range-Doppler map of the first ramp, float32 [doppler, range] (float64 with an f64 engine): power in W, zero Doppler in the middle row.
     #[pyo3(get)]
     range_doppler: Py<PyAny>,
-    /// The maps of all ramps, the first of them `range_doppler`.
+    /// Maps of all ramps, the first of which is `range_doppler`.
     #[pyo3(get)]
     maps: Vec<Py<PyAny>>,
-    /// float64 [range].
+    /// Ranges of the columns of the map in m, float64 [range].
     #[pyo3(get)]
     range_m: Py<PyAny>,
-    /// float64 [doppler], positive receding.
+    /// Range rates of the rows of the map in m/s, float64 [doppler], positive receding.
     #[pyo3(get)]
     range_rate_mps: Py<PyAny>,
-    /// Structured array [point] with the columns of points.csv, in the sensor frame, strongest first.
+    /// Points, a structured array [point] with the columns of points.csv, in the sensor frame, strongest first.
     #[pyo3(get)]
     points: Py<PyAny>,
     #[pyo3(get)]
     triangles: usize,
-    /// Seconds of each stage.
+    /// Computing time of each stage in s.
     #[pyo3(get)]
     seconds: Py<PyAny>,
     echoes: Echoes,
@@ -225,9 +225,9 @@ pub struct Frame {
 
 #[pymethods]
 impl Frame {
-    /// Structured array [echo]: range_m, range_rate_mps, azimuth_deg, elevation_deg (of arrival), power_dbm (mean over channels, of this echo
-    /// alone), chain [8] (ids of the objects met, then zeros), bounces, path_length_m, spread [2, 2] (complex128, S/(R_t R_r) in 1/m, [rx,
-    /// tx], 0 vertical).
+    /// Echoes, a structured array [echo]: range_m, range_rate_mps, azimuth_deg, elevation_deg (of arrival), power_dbm (of this echo alone, mean over
+    /// channels), chain [8] (ids of the objects met in order, then zeros), bounces, path_length_m, spread [2, 2] (path gain S/(R_t R_r) in 1/m,
+    /// complex128 [rx, tx], 0 vertical).
     #[getter]
     fn returns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let received = columns::received(&self.described, &self.echoes);
@@ -239,7 +239,8 @@ impl Frame {
             .build(py)
     }
 
-    /// Dictionary as in truth.json: frame, time_s, ego, radar, boxes, lanes, markers; road: the labels of a scene that has them.
+    /// Truth of the frame, a dictionary as in truth.json: frame, time_s, ego, radar, boxes, lanes, markers; road: the labels of a scene that has
+    /// them.
     #[getter]
     fn truth(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let truth = plain_of_json(py, &self.truth)?;
@@ -249,10 +250,10 @@ impl Frame {
         Ok(truth)
     }
 
-    /// The frame drawn with matplotlib; returns the Axes.
+    /// Draws the frame with matplotlib; returns the Axes.
     ///
-    /// kind: "range_doppler", the map in dBm with the points, or "birds_eye", the points in the radar's frame (x forward, y left, m), coloured
-    /// by range rate, over the boxes of what is there. points: draw them. ax: Axes to draw into. Raises ImportError without matplotlib.
+    /// kind: "range_doppler", the map in dBm with the points, or "birds_eye", the points in the radar's frame (x forward, y left, m), coloured by
+    /// range rate, over the boxes of the objects. points: draw the points. ax: Axes to draw into. Raises ImportError without matplotlib.
     #[pyo3(signature = (kind = "range_doppler", *, points = true, ax = None))]
     fn plot(
         slf: &Bound<'_, Self>,
@@ -357,21 +358,21 @@ pub fn axes(py: Python<'_>, radar: &Described) -> PyResult<[Py<PyAny>; 2]> {
     ])
 }
 
-/// The columns of points.csv; NaN where the array cannot tell an angle.
+/// Points with the columns of points.csv; NaN for an angle that the array cannot measure.
 pub fn points(py: Python<'_>, list: &[Point]) -> PyResult<Py<PyAny>> {
     Ok(Records::new(list.len()).columns(py, &columns::POINTS, list)?.build(py)?.unbind())
 }
 
-/// The frames of a scenario, computed one after another as they are asked for; the same scenario, seed, engine and
-/// index give the same frame, whatever was computed before.
+/// Simulates the frames of a scenario and returns them as Frames, an iterator that computes each frame when it is requested. The same scenario, seed,
+/// engine and index give the same frame, whatever was computed before.
 ///
-/// scenario: a Scenario or the path of one. frames: how many, or which (a sequence of indices); default: what the
-/// scenario says. seed: in place of the scenario's. radar: the name of one of several; default: all, each frame once for
-/// each. scene: a Scene in place of what the scenario says. engine: an Engine or the name of a device. trace: "host" or "device", where
-/// beams are followed, as for Engine. source: folder of a run of the same scene and drive that kept its echoes (`[output] echoes = true`): the
-/// scenario's radar, waveform, array and front end listen to them and nothing is traced, as `catseye simulate --from` does.
+/// scenario: a Scenario or the path of one. frames: number of frames, or a sequence of frame indices; default: those of the scenario. seed: replaces
+/// the scenario's seed. radar: name of one radar of several; default: all, one Frame per radar. scene: a Scene that replaces the scenario's scene.
+/// engine: an Engine or the name of a device. trace: "host" or "device", where beams are traced, as for Engine. source: folder of a run of the same
+/// scene and drive that stored its echoes (`[output] echoes = true`): the scenario's radar, waveform, array and front end receive these echoes and no
+/// beams are traced, as with `catseye simulate --from`.
 ///
-/// Ctrl-C ends the frame in work; the iterator can go on with the same frame.
+/// Ctrl-C stops the current frame; the iterator can continue with the same frame.
 #[pyfunction]
 #[pyo3(signature = (scenario, *, frames = None, seed = None, radar = None, scene = None, engine = None, trace = None, source = None))]
 #[allow(clippy::too_many_arguments)] // keywords
@@ -439,7 +440,7 @@ pub fn simulate(
     let kept = match source {
         None => None,
         Some(folder) => {
-            // As many frames as are asked for, which may be fewer than the scenario has.
+            // The number of requested frames, which may be smaller than the scenario's.
             let mut asked = scenario::SitedScenario::clone(&scenario);
             asked.frames.count = indices.iter().max().map_or(0, |last| last + 1);
             let open = move |_: &work::Watch| {

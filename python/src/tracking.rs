@@ -27,7 +27,7 @@ fn column(table: &Bound<'_, PyAny>, key: &str, name: &str, rows: &mut Option<usi
     Ok(list)
 }
 
-/// int64 [point]: the cluster of each point, -1 for none.
+/// Clusters points; returns the cluster of each point, -1 for none, int64 [point].
 #[pyfunction]
 pub fn dsp_cluster(
     py: Python<'_>,
@@ -51,7 +51,7 @@ pub fn dsp_cluster(
 const PLOT: [&str; 6] =
     ["range_m", "range_rate_mps", "azimuth_deg", "range_std_m", "range_rate_std_mps", "azimuth_std_deg"];
 
-/// Structured array [plot]: range_m, range_rate_mps, azimuth_deg and their standard deviations, and points.
+/// Returns plots, a structured array [plot]: range_m, range_rate_mps, azimuth_deg and their standard deviations, and the number of points.
 #[pyfunction]
 #[pyo3(signature = (points, labels = None))]
 pub fn dsp_plots(py: Python<'_>, points: &Bound<'_, PyAny>, labels: Option<Vec<i64>>) -> PyResult<Py<PyAny>> {
@@ -74,7 +74,7 @@ pub fn dsp_plots(py: Python<'_>, points: &Bound<'_, PyAny>, labels: Option<Vec<i
     let mut own = Vec::new();
     for i in 0..count {
         let at = |k: usize| columns[k][i];
-        // An elevation that the array cannot tell is that of the boresight.
+        // An elevation that the array cannot measure is set to that of the boresight.
         let elevation = if at(6).is_finite() { at(6).to_radians() } else { 0.0 };
         let place = [at(0), at(1), at(2).to_radians(), elevation];
         let plot = Plot::of_point(place, [at(3), at(4), at(5).to_radians()]);
@@ -103,11 +103,12 @@ pub fn dsp_plots(py: Python<'_>, points: &Bound<'_, PyAny>, labels: Option<Vec<i
     Ok(table.build(py)?.unbind())
 }
 
-/// Tracks of many bodies with constant velocity in the plane of the road.
+/// A tracker of many bodies that move with constant velocity in the plane of the road.
 ///
-/// acceleration_psd: spectral density of the white acceleration, m²/s³. across_std_mps: standard deviation of the speed across the line of
-/// sight of a body seen for the first time. gate_probability: that the right plot falls into its track's gate. confirm_hits of
-/// confirm_scans plots confirm a track; max_misses scans in a row without a plot, or max_coast_s seconds, end it.
+/// acceleration_psd: spectral density of the white acceleration, m²/s³. across_std_mps: standard deviation of the speed across the line of sight when
+/// a body is first detected. gate_probability: probability that the correct plot is within the gate of its track. confirm_hits, confirm_scans:
+/// confirm_hits plots in confirm_scans scans confirm a track. max_misses, max_coast_s: max_misses scans in a row without a plot, or max_coast_s
+/// seconds without one, end a track.
 ///
 /// Raises BadInput for a setting outside its range.
 #[pyclass(module = "catseye._catseye", frozen)]
@@ -143,11 +144,11 @@ impl Tracker {
         Ok(Tracker { inner: Mutex::new(Follower::new(settings).or_raise(py)?) })
     }
 
-    /// Takes in the plots of one scan, and gives the tracks after it as a structured array with the columns of tracks.csv.
+    /// Updates the tracks with the plots of one scan, and returns them as a structured array with the columns of tracks.csv.
     ///
-    /// time_s: of the scan; never before the last. plots: structured array or dictionary of columns as dsp.plots gives. position_m,
-    /// heading_deg, velocity_mps: of the sensor in the plane of the tracks. max_range_m, max_azimuth_deg: what it covers, both or none.
-    /// tentative: tracks that are not confirmed are given too.
+    /// time_s: time of the scan, not before that of the previous one. plots: structured array or dictionary of columns as dsp.plots returns.
+    /// position_m, heading_deg, velocity_mps: of the sensor in the plane of the tracks. max_range_m, max_azimuth_deg: field of view of the sensor,
+    /// both or neither. tentative: return unconfirmed tracks too.
     #[pyo3(signature = (time_s, plots, *, position_m = [0.0, 0.0], heading_deg = 0.0, velocity_mps = [0.0, 0.0], max_range_m = None,
         max_azimuth_deg = None, tentative = false, frame = 0))]
     #[allow(clippy::too_many_arguments)] // keywords

@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// How often signals are looked for and progress is told.
+/// Interval at which signals are checked and progress is reported.
 const POLL: Duration = Duration::from_millis(20);
 /// What cancelled work has to end; later it ends by itself, and its result is dropped.
 const GRACE: Duration = Duration::from_secs(1);
@@ -72,7 +72,7 @@ fn pool() -> PyResult<Arc<ThreadPool>> {
         .build()
         .map_err(|e| Failed::new_err(format!("threads: {e}")))?;
     let made = Arc::new(made);
-    // A parent's pool has no threads here that could be told to end.
+    // A parent's pool has no threads here that could be asked to end.
     std::mem::forget(pool.replace((here, made.clone())));
     Ok(made)
 }

@@ -434,7 +434,7 @@ def test_masks_and_confidence_of_points_and_boxes(frame, line, seen):
     narrow = dsp.confidence(box, sigma_m={"car": 0.1}, **arguments)
     assert narrow[1, column + 1, across] == pytest.approx(np.exp(-0.5), rel=1e-5)
     assert not dsp.masks(seen, radar=line, classes=["truck"]).range_azimuth.any()
-    with pytest.raises(catseye.BadInput, match="no class"):
+    with pytest.raises(catseye.BadInput, match="is empty"):
         dsp.masks(seen, radar=line, classes=[])
     with pytest.raises(catseye.BadInput, match="table of objects"):
         dsp.masks([1, 2], radar=line, classes=["car"])

@@ -91,11 +91,14 @@ fn own_materials(doc: &Document<'_>, tables: &[MaterialTable]) -> Result<Vec<Mat
         let name = t.name.value.trim();
         let bad = |problem: &str, remedy: &str| doc.bad(&t.name.span, problem).remedy(remedy);
         if name.is_empty() || name.contains('+') || name != t.name.value || name == "none" {
-            let e = bad("is no name of a material", "give letters, digits, spaces and hyphens");
+            let e = bad("is not a name for a material", "give letters, digits, spaces and hyphens");
             return Err(e.allowed("a name without + and without spaces around it, other than none").into());
         }
         if material::by_name(name).is_ok() || made.iter().any(|m| m.name == name) {
-            let known = bad("is a material already", "give it a name of its own, and like = \"the old one\"");
+            let known = bad(
+                "is the name of an existing material",
+                "choose another name, and give like = \"the existing one\"",
+            );
             return Err(known.into());
         }
         let pair = |at: &Option<At<[f64; 2]>>, good: fn([f64; 2]) -> bool, allowed: &str| {
@@ -103,7 +106,7 @@ fn own_materials(doc: &Document<'_>, tables: &[MaterialTable]) -> Result<Vec<Mat
             if a.value.iter().all(|v| v.is_finite()) && good(a.value) {
                 return Ok(Some(a.value));
             }
-            let e = doc.bad(&a.span, "are no such two numbers").value(format!("{:?}", a.value));
+            let e = doc.bad(&a.span, "is not a valid pair of numbers").value(format!("{:?}", a.value));
             Err(Error::from(e.allowed(allowed.to_string())))
         };
         let base = t
@@ -127,7 +130,7 @@ fn own_materials(doc: &Document<'_>, tables: &[MaterialTable]) -> Result<Vec<Mat
             source: t.source.clone(),
         };
         let m = given.over(name, base.transpose()?, "given in the road scene").ok_or_else(|| {
-            let e = bad("says nothing of what it is made of", "give like = \"asphalt\", or eps_r");
+            let e = bad("has no electrical properties", "give like = \"asphalt\", or eps_r");
             e.allowed("at least one of like, eps_r, conductivity_s_per_m")
         })?;
         made.push(m);
@@ -171,7 +174,7 @@ impl Reader<'_> {
             return Ok(());
         }
         let e = self.doc.bad(at, format!("makes {count:.0} {what}"));
-        Err(e.allowed(format!("up to {MAX_ROW}")).remedy("give larger distances, or a shorter span").into())
+        Err(e.allowed(format!("up to {MAX_ROW}")).remedy("use larger distances or a shorter span").into())
     }
 
     /// A material's name or spec that exists, or the default.
@@ -196,7 +199,7 @@ impl Reader<'_> {
         let t = self.t;
         let Some(name) = &t.opendrive else {
             if let Some(r) = &t.opendrive_road {
-                return self.refuse(&r.span, "is without opendrive", "name the file");
+                return self.refuse(&r.span, "needs opendrive", "give the name of the file");
             }
             return Ok(None);
         };
@@ -209,14 +212,14 @@ impl Reader<'_> {
             t.lane_offset_m.as_ref().map(|l| &l.span),
         ];
         if let Some(span) = twice.into_iter().flatten().next() {
-            return self.refuse(span, "is given by the OpenDRIVE file as well", "take it out, or opendrive");
+            return self.refuse(span, "is also given by the OpenDRIVE file", "remove it or opendrive");
         }
         let path = self.beside(name)?;
         let id = t.opendrive_road.as_ref();
         match (opendrive::read(&path, id.map(|i| i.value.as_str()))?, id) {
             (Ok(read), _) => Ok(Some(read)),
             (Err(ids), Some(id)) => {
-                let e = self.doc.bad(&id.span, "is no road of the OpenDRIVE file").allowed(ids.join(", "));
+                let e = self.doc.bad(&id.span, "is not a road of the OpenDRIVE file").allowed(ids.join(", "));
                 Err(e.into())
             }
             (Err(_), None) => self.refuse(&name.span, "has no road", "give another file"),
@@ -235,14 +238,14 @@ impl Reader<'_> {
             (Some(name), Some(p)) => {
                 return self.refuse(
                     &p.span,
-                    format!("the road begins at '{}' as well", name.value),
+                    format!("the road also begins at '{}'", name.value),
                     "give position_m or road with s_m and t_m",
                 );
             }
             (Some(name), None) => {
                 let known = self.roads.iter().find(|r| r.road.name == name.value).ok_or_else(|| {
                     let names: Vec<&str> = self.roads.iter().map(|r| r.road.name.as_str()).collect();
-                    let e = self.doc.bad(&name.span, "no road before this one has that name");
+                    let e = self.doc.bad(&name.span, "no earlier road has this name");
                     if names.is_empty() { e } else { e.allowed(names.join(", ")) }
                 })?;
                 let s_m =
@@ -253,7 +256,7 @@ impl Reader<'_> {
             }
             (None, p) => {
                 if let Some(s) = start.s_m.as_ref().or(start.t_m.as_ref()) {
-                    return self.refuse(&s.span, "is without a road", "add start.road");
+                    return self.refuse(&s.span, "needs start.road", "add start.road");
                 }
                 (p.as_ref().map_or(Ok(DVec3::ZERO), |p| self.doc.vector(p))?, heading)
             }
@@ -286,7 +289,7 @@ impl Reader<'_> {
             let e = self.doc.bad(&slope.span, format!("{} % is out of range", p[1]));
             return Err(e
                 .allowed("-100..=100")
-                .remedy("percent, positive when the left side is higher")
+                .remedy("give percent, positive when the left side is higher")
                 .into());
         }
         let pairs: Vec<[f64; 2]> = slope.value.0.iter().map(|p| [p[0], 0.01 * p[1]]).collect();
@@ -297,16 +300,20 @@ impl Reader<'_> {
     fn element(&self, e: &ElementTable, before: f64) -> Result<Course> {
         let span = &e.kind.span;
         let only = |key: &str, at: &Option<At<f64>>, of: &str| match at {
-            Some(a) => Err(Error::from(
-                self.doc.bad(&a.span, format!("{key} is a key of {of}")).remedy("take it out"),
-            )),
+            Some(a) => {
+                Err(Error::from(self.doc.bad(&a.span, format!("{key} is a key of {of}")).remedy("remove it")))
+            }
             None => Ok(()),
         };
         let curvature = |a: &At<f64>| -> Result<f64> {
             if a.value.is_finite() && a.value.abs() >= 0.1 {
                 return Ok(1.0 / a.value);
             }
-            Err(self.doc.bad(&a.span, "is no radius").allowed("0.1 m and more, negative to the right").into())
+            Err(self
+                .doc
+                .bad(&a.span, "is not a radius")
+                .allowed("0.1 m and more, negative to the right")
+                .into())
         };
         let needed = || self.missing(span, "length_m", "give the length of the element");
         if e.kind.value != ElementKind::Arc {
@@ -330,7 +337,11 @@ impl Reader<'_> {
                     (Some(l), None) => l,
                     (None, Some(a)) => a.value.to_radians() / k.abs(),
                     (Some(_), Some(a)) => {
-                        return self.refuse(&a.span, "the arc has a length as well", "keep one");
+                        return self.refuse(
+                            &a.span,
+                            "angle_deg and length_m exclude each other",
+                            "keep one of them",
+                        );
                     }
                     (None, None) => return Err(needed()),
                 };
@@ -352,8 +363,8 @@ impl Reader<'_> {
         let mut lanes = Vec::new();
         for (i, l) in tables.iter().enumerate() {
             if let Some(p) = l.width_m.value.0.iter().find(|p| !(0.0..=1000.0).contains(&p[1])) {
-                let e = self.doc.bad(&l.width_m.span, format!("{} is no width of a lane", p[1]));
-                return Err(e.allowed("0..=1000").remedy("metres").into());
+                let e = self.doc.bad(&l.width_m.span, format!("{} is not a lane width", p[1]));
+                return Err(e.allowed("0..=1000").remedy("give metres").into());
             }
             let kind = l.kind.unwrap_or(LaneKind::Driving);
             let surface = match &l.surface {
@@ -570,24 +581,28 @@ impl Reader<'_> {
             return Ok(span);
         }
         let at = to.as_ref().or(from.as_ref()).map_or(0..0, |a| a.span.clone());
-        Err(self.doc.bad(&at, "ends where it begins, or before").remedy("give a to_m beyond from_m").into())
+        Err(self
+            .doc
+            .bad(&at, "does not end beyond its start")
+            .remedy("give a to_m larger than from_m")
+            .into())
     }
 
     fn lateral(&self, road: &Road, at: &At<LateralTable>) -> Result<Lateral> {
         let t = &at.value;
         let count = [t.t_m.is_some(), t.lane.is_some(), t.edge.is_some()].iter().filter(|x| **x).count();
         if count != 1 {
-            let e = self.doc.bad(&at.span, "says its place not at all, or twice");
+            let e = self.doc.bad(&at.span, "needs exactly one of t_m, lane and edge");
             return Err(e
                 .allowed("one of t_m, lane, edge")
-                .remedy("for example { lane = 1, side = \"left\" }")
+                .remedy("give it as in { lane = 1, side = \"left\" }")
                 .into());
         }
         if let (Some(s), None) = (&t.side, &t.lane) {
-            return self.refuse(&s.span, "is without a lane", "add lane, or take it out");
+            return self.refuse(&s.span, "needs lane", "add lane, or remove it");
         }
         if let (Some(o), Some(_)) = (&t.offset_m, &t.t_m) {
-            return self.refuse(&o.span, "t_m is given as well", "add it to t_m");
+            return self.refuse(&o.span, "offset_m and t_m exclude each other", "add offset_m to t_m");
         }
         let offset = t.offset_m.as_ref().or(t.t_m.as_ref());
         let offset = offset.map_or(Ok(Profile::constant(0.0)), |o| self.series(o))?;
@@ -619,20 +634,21 @@ impl Reader<'_> {
     fn row(&self, road: &Road, r: &RowTable, i: usize) -> Result<RowPlan> {
         let ways = [r.spacing_m.is_some(), r.gaps_m.is_some(), r.code.is_some()];
         if ways.iter().filter(|x| **x).count() != 1 {
-            let e = self.doc.bad(&r.reflector.span, "says its distances not at all, or twice");
+            let e =
+                self.doc.bad(&r.reflector.span, "the row needs exactly one of spacing_m, gaps_m and code");
             return Err(e
                 .allowed("one of spacing_m, gaps_m, code")
-                .remedy("for example spacing_m = 2")
+                .remedy("give it as in spacing_m = 2")
                 .into());
         }
         if let (Some(c), None) = (&r.count, &r.spacing_m) {
-            return self.refuse(&c.span, "is without spacing_m", "take it out");
+            return self.refuse(&c.span, "needs spacing_m", "remove it");
         }
         let spacing = match (&r.spacing_m, &r.gaps_m, &r.code) {
             (_, _, Some(c)) => {
                 if c.word.value.is_empty() || !c.word.value.bytes().all(|b| matches!(b, b'0' | b'1')) {
-                    let e = self.doc.bad(&c.word.span, "is no code word").allowed("zeros and ones");
-                    return Err(e.remedy("for example \"1011\"").into());
+                    let e = self.doc.bad(&c.word.span, "is not a code word").allowed("zeros and ones");
+                    return Err(e.remedy("give it as in \"1011\"").into());
                 }
                 let (zero_m, one_m, sync_m) = (c.zero_m, c.one_m.value, c.sync_m);
                 if zero_m == one_m || sync_m == Some(zero_m) || sync_m == Some(one_m) {
@@ -678,7 +694,7 @@ impl Reader<'_> {
             let fit = places(road, &plan).map_err(|e| self.at(&count.span, e))?.len();
             if fit < count.value as usize {
                 let e = self.doc.bad(&count.span, "is more than the road has room for at this spacing");
-                return Err(e.allowed(format!("0..={fit}")).remedy("take count out to fill the road").into());
+                return Err(e.allowed(format!("0..={fit}")).remedy("remove count to fill the road").into());
             }
         }
         Ok(plan)
@@ -694,7 +710,7 @@ impl Reader<'_> {
             materials: &o.materials,
         };
         if let (Some(span), None) = (import.first_span(), &o.file) {
-            return self.refuse(span, "belongs to a file of a mesh", "take it out");
+            return self.refuse(span, "applies only to a mesh file", "remove it");
         }
         let (source, class) = match (&o.reflector, &o.file) {
             (Some(r), None) => {
@@ -708,7 +724,7 @@ impl Reader<'_> {
                 (Source::File(mesh_file::import_sized(&path, &options, 1e-3..=1e3)?), "")
             }
             _ => {
-                let e = self.doc.bad(&o.s_m.span, "the object is nothing, or two things");
+                let e = self.doc.bad(&o.s_m.span, "the object needs exactly one of reflector and file");
                 return Err(e.allowed("one of reflector, file").into());
             }
         };
@@ -743,12 +759,12 @@ impl Reader<'_> {
         let drive = match &v.drive {
             Some(d) if speed != 0.0 || heading != 0.0 => {
                 let (span, key) = match speed != 0.0 {
-                    true => (&v.speed_mps.span, "the speed"),
-                    false => (&v.heading_deg.span, "the heading"),
+                    true => (&v.speed_mps.span, "speed_mps"),
+                    false => (&v.heading_deg.span, "heading_deg"),
                 };
-                let e = self.doc.bad(span, format!("{key} is given twice"));
+                let e = self.doc.bad(span, format!("{key} and drive exclude each other"));
                 let there = format!("drive has speed_mps = {} and heading_error_deg", d.speed_mps.value);
-                return Err(e.remedy(format!("keep it in drive: {there}")).into());
+                return Err(e.remedy(format!("keep the value in drive: {there}")).into());
             }
             Some(d) => Some(drive::build(self.doc, d)?),
             // What is turned goes its own way.

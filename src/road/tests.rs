@@ -392,15 +392,11 @@ fn a_scene_has_materials_of_its_own() {
         (
             "\"clay\"\neps_r",
             "\"steel\"\neps_r",
-            "a.toml:10: material[1].name = \"steel\": is a material already",
+            "a.toml:10: material[1].name = \"steel\": is the name of an existing material",
         ),
-        ("\"clay\"\neps_r", "\"rough asphalt\"\neps_r", "is a material already"),
-        ("\"clay\"\neps_r", "\"a+b\"\neps_r", "is no name of a material"),
-        (
-            "eps_r = [6.0, 0.5]",
-            "",
-            "says nothing of what it is made of; allowed: at least one of like, eps_r",
-        ),
+        ("\"clay\"\neps_r", "\"rough asphalt\"\neps_r", "is the name of an existing material"),
+        ("\"clay\"\neps_r", "\"a+b\"\neps_r", "is not a name for a material"),
+        ("eps_r = [6.0, 0.5]", "", "has no electrical properties; allowed: at least one of like, eps_r"),
         ("[6.0, 0.5]", "[6.0, -0.5]", "allowed: eps' above 0, eps'' (loss) 0 or more"),
         ("[6.0, 0.5]", "[6.0]", "material[1].eps_r"),
         ("[76e9, 81e9]", "[81e9, 76e9]", "allowed: lowest and highest frequency"),
@@ -432,7 +428,7 @@ fn bad_files_are_refused_in_one_line() {
     for (got, expect) in [
         (
             changed("width_m = 3.5", "width_m = -3.5"),
-            "a.toml:5: road[0].right[0].width_m = -3.5: -3.5 is no width of a lane",
+            "a.toml:5: road[0].right[0].width_m = -3.5: -3.5 is not a lane width",
         ),
         (changed("width_m = 3.5", "width_m = [[0, 1], [-5, 2]]"), "runs backwards"),
         (changed("width_m = 3.5", "widht_m = 3.5"), "did you mean 'width_m'?"),
@@ -446,17 +442,17 @@ fn bad_files_are_refused_in_one_line() {
         ),
         (
             changed("kind = \"straight\", length_m = 100", "kind = \"arc\", radius_m = 0.01, length_m = 3"),
-            "is no radius",
+            "is not a radius",
         ),
         (
             with("grade_percent = 5\ngrade = [{ s_m = 10, grade_percent = -5, k_m_per_percent = 10 }]"),
             "the vertical curve overlaps the one before it or leaves the road",
         ),
-        (with("[[road.rail]]\nlateral = { t_m = 3, lane = 1 }"), "says its place not at all, or twice"),
+        (with("[[road.rail]]\nlateral = { t_m = 3, lane = 1 }"), "needs exactly one of t_m, lane and edge"),
         (with("[[road.rail]]\nlateral = { lane = 7 }"), "the road has no lane of this number; allowed: 1"),
         (
             with("[[road.rail]]\nlateral = { t_m = 3 }\nfrom_m = 50\nto_m = 20"),
-            "a.toml:9: road[0].rail[0].to_m = 20: ends where it begins, or before",
+            "a.toml:9: road[0].rail[0].to_m = 20: does not end beyond its start",
         ),
         (with("[[road.rail]]\nlateral = { t_m = 3 }\nto_m = 200"), "is out of range; allowed: 0..=100"),
         (with("[[road.rail]]\nlateral = { t_m = 3 }\npost_spacing_m = 0.0001"), "makes 1000000 posts"),
@@ -476,7 +472,7 @@ fn bad_files_are_refused_in_one_line() {
             with(
                 "[[road.markers]]\nlateral = { t_m = 0 }\nreflector = \"type1\"\ncode = { word = \"12\", zero_m = 1, one_m = 2 }",
             ),
-            "is no code word",
+            "is not a code word",
         ),
         (
             with(
@@ -499,7 +495,7 @@ fn bad_files_are_refused_in_one_line() {
             ),
             "the surface of road 'q' overlaps that of road 'r'",
         ),
-        (with("opendrive = \"../a.xodr\""), "is given by the OpenDRIVE file as well"),
+        (with("opendrive = \"../a.xodr\""), "is also given by the OpenDRIVE file"),
         (
             changed("plan = [{ kind = \"straight\", length_m = 100 }]", "opendrive = \"../a.xodr\""),
             "leaves the folder of the scene file",
@@ -511,7 +507,7 @@ fn bad_files_are_refused_in_one_line() {
         (changed("plan = [{ kind = \"straight\", length_m = 100 }]", ""), "plan is missing"),
         (
             with("[[road]]\nname = \"q\"\nstart = { road = \"s\" }\nplan = []"),
-            "no road before this one has that name; allowed: r",
+            "no earlier road has this name; allowed: r",
         ),
         (
             changed("kind = \"straight\", length_m = 100", "kind = \"arc\", radius_m = -3, angle_deg = 90"),

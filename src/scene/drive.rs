@@ -139,7 +139,7 @@ pub fn build(doc: &Document<'_>, t: &DriveTable) -> Result<Drive> {
                 return Err(doc
                     .bad(&profile.span, "is not a speed over time")
                     .allowed("[time in s, speed in -150..=150 m/s], times ascending")
-                    .remedy("as in [[0, 20], [4, 12]]")
+                    .remedy("give pairs, as in [[0, 20], [4, 12]]")
                     .into());
             }
             profile.value.clone()

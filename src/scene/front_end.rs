@@ -321,14 +321,17 @@ fn check_phase_noise(doc: &Document<'_>, p: &At<PhaseNoise>) -> Result<()> {
     let PhaseNoise { offset_hz, dbc_per_hz } = &p.value;
     if offset_hz.len() != dbc_per_hz.len() {
         return Err(doc
-            .bad(&p.span, format!("{} values for {} offset frequencies", dbc_per_hz.len(), offset_hz.len()))
+            .bad(
+                &p.span,
+                format!("has {} values for {} offset frequencies", dbc_per_hz.len(), offset_hz.len()),
+            )
             .allowed("one value of dbc_per_hz for each of offset_hz")
             .remedy("give both lists with the same length")
             .into());
     }
     if !offset_hz.windows(2).all(|w| w[0] < w[1]) {
         return Err(doc
-            .bad(&p.span, "offset_hz must ascend")
+            .bad(&p.span, "offset_hz is not in ascending order")
             .remedy("sort the offset frequencies, the smallest first")
             .into());
     }
@@ -340,9 +343,9 @@ fn channel_errors(doc: &Document<'_>, c: &ChannelsTable, channels: usize) -> Res
         let Some(l) = l else { return Ok(Vec::new()) };
         if l.value.len() != channels {
             return Err(doc
-                .bad(&l.span, format!("{} values for {channels} channels", l.value.len()))
+                .bad(&l.span, format!("has {} values for {channels} channels", l.value.len()))
                 .allowed(format!("{channels} values"))
-                .remedy("give one for each channel, all receivers of the first transmitter first")
+                .remedy("give one value for each channel, all receivers of the first transmitter first")
                 .into());
         }
         Ok(l.value.clone())
@@ -502,7 +505,11 @@ phase_deg = [0, 180]
                 "[-80, 3]",
                 "front_end.phase_noise.dbc_per_hz[1] = 3: is out of range; allowed: -250..=0",
             ),
-            ("[1e4, 1e6]", "[1e6, 1e4]", "r.toml:2: front_end.phase_noise: offset_hz must ascend"),
+            (
+                "[1e4, 1e6]",
+                "[1e6, 1e4]",
+                "r.toml:2: front_end.phase_noise: offset_hz is not in ascending order",
+            ),
             ("[1e4, 1e6]", "[0, 1e4]", "offset_hz[0] = 0: is out of range; allowed: 0.001..=1e12"),
             ("[1e4, 1e6]", "[nan, 1e4]", "offset_hz[0] = nan: is out of range"),
             ("order = 5", "order = 0", "front_end.low_pass.order = 0"),

@@ -168,7 +168,7 @@ pub(super) fn build(places: &mut PlaceReader<'_, '_>, key: &str, t: &InterfererT
         Some(p) => Polarisation::from_name(&p.value).ok_or_else(|| {
             doc.bad(&p.span, "is not a polarisation")
                 .allowed(Polarisation::NAMES.map(|(n, _)| n).join(", "))
-                .remedy("V is up, H is left, +45 between the two")
+                .remedy("use V for up, H for left, +45 for the direction between them")
         })?,
     };
     let pattern = match (t.azimuth_exponent, t.elevation_exponent) {

@@ -76,8 +76,8 @@ pub fn build(doc: &Document<'_>, t: &LidarTable) -> Result<Lidar> {
     let width_deg = azimuth_deg[1] - azimuth_deg[0];
     if width_deg > 360.0 {
         return Err(doc
-            .bad(&t.azimuth_deg.span, "goes around more than once")
-            .allowed("two azimuths that lie 360 degrees apart or less")
+            .bad(&t.azimuth_deg.span, "spans more than 360 degrees")
+            .allowed("two azimuths with a difference of up to 360 degrees")
             .remedy("give [-180, 180] for a full circle")
             .into());
     }
@@ -89,7 +89,7 @@ pub fn build(doc: &Document<'_>, t: &LidarTable) -> Result<Lidar> {
     if u64::from(azimuths) * u64::from(channels) > MOST_RAYS {
         return Err(doc
             .bad(&t.azimuth_step_deg.span, "the lidar has too many rays")
-            .allowed(format!("{MOST_RAYS} rays, which are channels times azimuths"))
+            .allowed(format!("up to {MOST_RAYS} rays (channels times azimuths)"))
             .remedy("give a larger step or fewer channels")
             .into());
     }

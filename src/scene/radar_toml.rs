@@ -562,16 +562,16 @@ fn check_front_end(
         let Some(span) = span else { continue };
         if !matches!(waveform, Waveform::Fmcw(_)) {
             return Err(doc
-                .bad(span, format!("front_end.{key} is modelled for linear ramps"))
+                .bad(span, format!("front_end.{key} is modelled only for linear ramps"))
                 .allowed("waveform.kind = \"fmcw\"")
-                .remedy("take it out")
+                .remedy("remove it")
                 .into());
         }
         if multiplex != Multiplex::Tdm && (1..=2).contains(&i) {
             return Err(doc
-                .bad(span, format!("front_end.{key} is modelled for transmitters that send in turn"))
+                .bad(span, format!("front_end.{key} is modelled only for TDM transmitters"))
                 .allowed("waveform.multiplex = \"tdm\"")
-                .remedy("take it out")
+                .remedy("remove it")
                 .into());
         }
     }
@@ -596,7 +596,7 @@ pub(super) fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Ra
         {
             return Err(doc
                 .bad(&s.span, "only a dolph-chebyshev window has a side-lobe level")
-                .remedy("take it out or set kind = \"dolph-chebyshev\"")
+                .remedy("remove it or set kind = \"dolph-chebyshev\"")
                 .into());
         }
         Ok(match t.kind.value {
@@ -617,7 +617,7 @@ pub(super) fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Ra
         match t {
             None => Ok(at_least.next_power_of_two()),
             Some(t) if t.value < at_least => {
-                let allowed = format!("at least {of} = {at_least}");
+                let allowed = format!("{of} = {at_least} or more");
                 Err(doc.bad(&t.span, "is out of range").allowed(allowed).into())
             }
             Some(t) => Ok(t.value),
@@ -637,7 +637,7 @@ pub(super) fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Ra
             None => radar.chirps,
             Some(t) => {
                 return Err(doc
-                    .bad(&t.span, format!("does not divide into {bands} Doppler bands"))
+                    .bad(&t.span, format!("is not a multiple of the {bands} Doppler bands"))
                     .allowed(format!("a multiple of {bands}"))
                     .into());
             }
@@ -658,7 +658,7 @@ pub(super) fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Ra
         None => 0.0,
         Some(t) if !p.keystone => {
             return Err(doc
-                .bad(&t.span, "range_migration_max_mps is for the keystone transform")
+                .bad(&t.span, "applies only to the keystone transform")
                 .remedy("add range_migration = \"keystone\"")
                 .into());
         }
@@ -669,8 +669,8 @@ pub(super) fn processing(doc: &Document<'_>, f: &ProcessingTable, radar: &mut Ra
     if let Some(t) = f.range_migration_max_mps.as_ref().filter(|_| folds > MOST_FOLDS) {
         let most = MOST_FOLDS as f64 * radar.max_velocity_mps();
         return Err(doc
-            .bad(&t.span, format!("takes {folds} Doppler folds"))
-            .allowed(format!("up to {most:.1} m/s, which are {MOST_FOLDS} folds"))
+            .bad(&t.span, format!("covers {folds} Doppler ambiguity intervals"))
+            .allowed(format!("up to {most:.1} m/s, or {MOST_FOLDS} intervals"))
             .into());
     }
     let (doppler_bins, range_bins) = (radar.doppler_rows(), radar.range_bins());
@@ -691,7 +691,7 @@ fn angle(doc: &Document<'_>, t: &AngleTable) -> Result<AngleSettings> {
                 return Err(doc
                     .bad(&s.span, "is out of range")
                     .allowed("1..=64, \"mdl\", \"aic\", \"residual\"")
-                    .remedy("give the sources in one cell")
+                    .remedy("give the number of sources in one cell")
                     .into());
             }
             SourcesTable::By(SourcesName::Mdl) => Sources::Mdl,
@@ -704,7 +704,7 @@ fn angle(doc: &Document<'_>, t: &AngleTable) -> Result<AngleSettings> {
         Some(a) if !bi_svd => {
             return Err(doc
                 .bad(&a.span, "only bi-svd has a forgetting factor")
-                .remedy("take it out or set method = \"bi-svd\"")
+                .remedy("remove it or set method = \"bi-svd\"")
                 .into());
         }
         Some(a) => a.value,
@@ -783,8 +783,8 @@ fn cfar(doc: &Document<'_>, c: &CfarTable, doppler_bins: usize, range_bins: usiz
                     if at.span.is_empty() { &c.kind.span } else { &at.span },
                     format!("the detector's window is {} {axis} cells long", window[i]),
                 )
-                .allowed(format!("at most the map's {bins} {axis} cells"))
-                .remedy("take fewer guard or training cells")
+                .allowed(format!("up to the map's {bins} {axis} cells"))
+                .remedy("use fewer guard or training cells")
                 .into());
         }
     }
@@ -802,7 +802,7 @@ fn cfar(doc: &Document<'_>, c: &CfarTable, doppler_bins: usize, range_bins: usiz
         (CfarName::Ca | CfarName::Go | CfarName::So, Some(r)) => {
             return Err(doc
                 .bad(&r.span, "only an \"os\" detector has a rank")
-                .remedy("take it out or set kind = \"os\"")
+                .remedy("remove it or set kind = \"os\"")
                 .into());
         }
         (CfarName::Os, None) => CfarKind::Os { rank: (3 * training).div_ceil(4) },
@@ -828,8 +828,8 @@ fn elements(
             (None, Some(h)) => (doc.vector(h)? * half_wavelength, h),
             (Some(_), Some(h)) => {
                 return Err(doc
-                    .bad(&h.span, "the position is given twice")
-                    .remedy("keep position_m or position_half_wavelengths")
+                    .bad(&h.span, "position_m and position_half_wavelengths exclude each other")
+                    .remedy("keep one of them")
                     .into());
             }
             (None, None) => {
@@ -852,7 +852,7 @@ fn elements(
             o.position_m.distance(a.position_m) < 1e-6 * half_wavelength && o.polarisation == a.polarisation
         }) {
             return Err(doc
-                .bad(&at.span, format!("{which}[{i}] stands where {which}[{j}] does"))
+                .bad(&at.span, format!("{which}[{i}] has the position of {which}[{j}]"))
                 .remedy("move one, or give it another polarisation")
                 .into());
         }
@@ -867,7 +867,7 @@ fn antenna(doc: &Document<'_>, e: &ElementTable, d: &AntennaTable, position_m: D
         Some(p) => Polarisation::from_name(&p.value).ok_or_else(|| {
             doc.bad(&p.span, "is not a polarisation")
                 .allowed(Polarisation::NAMES.map(|(n, _)| n).join(", "))
-                .remedy("V is up, H is left, +45 between the two")
+                .remedy("use V for up, H for left, +45 for the direction between them")
         })?,
     };
     // The keys of a pattern belong together: an element that names a pattern brings all of them.
@@ -890,7 +890,7 @@ fn antenna(doc: &Document<'_>, e: &ElementTable, d: &AntennaTable, position_m: D
     {
         return Err(doc
             .bad(&x.span, "only a cosine-power pattern has exponents")
-            .remedy("take it out or set pattern = \"cosine-power\"")
+            .remedy("remove it or set pattern = \"cosine-power\"")
             .into());
     }
     if kind != PatternName::Table {
@@ -898,7 +898,7 @@ fn antenna(doc: &Document<'_>, e: &ElementTable, d: &AntennaTable, position_m: D
         if let Some(span) = span {
             return Err(doc
                 .bad(span, "only a table pattern has a table")
-                .remedy("take it out or set pattern = \"table\"")
+                .remedy("remove it or set pattern = \"table\"")
                 .into());
         }
     }
@@ -930,15 +930,15 @@ fn antenna(doc: &Document<'_>, e: &ElementTable, d: &AntennaTable, position_m: D
                     let n = az.value.len() * el.value.len();
                     if n != gain.value.len() {
                         return Err(doc
-                            .bad(&gain.span, format!("{} gains", gain.value.len()))
+                            .bad(&gain.span, format!("has {} gains", gain.value.len()))
                             .allowed(format!("one for each pair of the lists: {n}"))
-                            .remedy("azimuth runs fastest")
+                            .remedy("give the gains row by row, azimuth fastest")
                             .into());
                     }
                     for list in [az, el] {
                         if !list.value.windows(2).all(|w| w[0] < w[1]) {
                             return Err(doc
-                                .bad(&list.span, "must ascend")
+                                .bad(&list.span, "is not in ascending order")
                                 .remedy("sort the angles, the smallest first")
                                 .into());
                         }
@@ -997,7 +997,7 @@ pub fn pattern_csv(file: &Path, text: &str) -> Result<(Pattern, f64)> {
                     .key(*name)
                     .value(x)
                     .allowed(format!("-{largest}..={largest}"))
-                    .remedy("give degrees and decibels")
+                    .remedy("give angles in degrees and gains in decibels")
                     .into());
             }
         }
@@ -1338,14 +1338,14 @@ mod tests {
             ("sampling = \"iq\"", "sampling = \"IQ\"", "allowed: real, iq"),
             ("noise_figure_db = ", "noise_figure_db = -", "receiver.noise_figure_db = -"),
             ("false_alarm_probability = 1e-5", "false_alarm_probability = 2", "processing.cfar.false_alarm"),
-            ("train_range_cells = 8", "train_range_cells = 300", "at most the map's 512 range cells"),
-            ("[processing]", "[processing]\nrange_fft = 256", "at least the lines of a chirp = 512"),
+            ("train_range_cells = 8", "train_range_cells = 300", "up to the map's 512 range cells"),
+            ("[processing]", "[processing]\nrange_fft = 256", "the lines of a chirp = 512 or more"),
             ("polarisation = \"V\"", "polarisation = \"X\"", "allowed: V, H, +45, -45, RHCP, LHCP"),
             ("pattern = \"cosine-power\"", "pattern = \"isotropic\"", "only a cosine-power pattern has"),
             (
                 "position_half_wavelengths = [0, 0.5, 0]",
                 "position_half_wavelengths = [0, -0.5, 0]",
-                "stands where",
+                "has the position of",
             ),
             ("position_half_wavelengths = [0, 0.5, 0]", "position_m = [0, 1e9, 0]", "three finite numbers"),
             ("position_half_wavelengths = [0, 0.5, 0]", "position_m = [0, 999, 0]", "within 100 m"),

@@ -734,7 +734,7 @@ impl Scenario {
                 ..on.at.clone()
             }
             .key("ego.on_road")
-            .remedy("make a road::site::Site of the scenario, and take the scenario from there")
+            .remedy("build a road::site::Site from the scenario, and use its scenario")
             .into()),
         }
     }
@@ -847,7 +847,7 @@ impl<E> Scenario<E> {
             scene.place(built, *first, label, &o.placement(), &inner);
         }
         if scene.objects.is_empty() {
-            return Err(BadInput::new("the scenario has nothing in it")
+            return Err(BadInput::new("the scenario is empty")
                 .key("scene")
                 .remedy(
                     "give a [[point]], an [[object]], scene.file, or a scene.builtin other than \"empty\"",
@@ -999,8 +999,8 @@ fn radars(places: &mut PlaceReader<'_, '_>, f: &ScenarioFile) -> Result<Vec<Rada
             .remedy("add radar = \"front77\", or a [[radars]] table for each of several")
             .into()),
         (Some(_), false) => Err(doc
-            .bad(&f.radars[0].name.span, "the radar is given twice")
-            .remedy("keep radar or [[radars]]")
+            .bad(&f.radars[0].name.span, "radar and [[radars]] exclude each other")
+            .remedy("keep one of them")
             .into()),
         (None, false) => {
             let mut list: Vec<Radar> = Vec::with_capacity(f.radars.len());
@@ -1014,7 +1014,10 @@ fn radars(places: &mut PlaceReader<'_, '_>, f: &ScenarioFile) -> Result<Vec<Rada
                         .into());
                 }
                 if list.iter().any(|o| o.name.eq_ignore_ascii_case(name)) {
-                    return Err(doc.bad(&r.name.span, "names two radars").remedy("rename one").into());
+                    return Err(doc
+                        .bad(&r.name.span, "is the name of two radars")
+                        .remedy("rename one")
+                        .into());
                 }
                 let mut radar = radar_toml::named(doc, &r.radar.value, &r.radar.span)?;
                 radar.name = name.clone();
@@ -1023,7 +1026,8 @@ fn radars(places: &mut PlaceReader<'_, '_>, f: &ScenarioFile) -> Result<Vec<Rada
                 }
                 if let Some(t) = &r.trajectory {
                     if r.mounting.is_some() {
-                        let e = doc.bad(&r.name.span, "the radar has a mounting and a trajectory");
+                        let e =
+                            doc.bad(&r.name.span, "mounting and trajectory of a radar exclude each other");
                         return Err(e.remedy("keep one of the two").into());
                     }
                     let key = format!("radars[{}].trajectory", list.len());
@@ -1062,8 +1066,8 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
     let given = given.into_iter().chain([f.scene.file.as_ref().map(|p| &p.span)]).flatten();
     if let (Some(span), true) = (given.clone().next(), given.clone().nth(1).is_some()) {
         return Err(doc
-            .bad(span, "the scene is given twice")
-            .remedy("keep one of builtin, road and file")
+            .bad(span, "builtin, road and file exclude each other")
+            .remedy("keep one of them")
             .into());
     }
     let scene = match (&f.scene.road, &f.scene.file) {
@@ -1075,8 +1079,8 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             let import = ImportTable::from(&f.scene);
             if let Some(span) = import.first_span() {
                 return Err(doc
-                    .bad(span, "belongs to a file of a mesh")
-                    .remedy("give file, or take it out")
+                    .bad(span, "applies only to a mesh file")
+                    .remedy("give file, or remove it")
                     .into());
             }
             match road {
@@ -1108,7 +1112,7 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
         let import = ImportTable::from(o);
         let no_import = || -> Result<()> {
             match import.first_span() {
-                Some(span) => Err(doc.bad(span, "belongs to a file of a mesh").remedy("take it out").into()),
+                Some(span) => Err(doc.bad(span, "applies only to a mesh file").remedy("remove it").into()),
                 None => Ok(()),
             }
         };
@@ -1131,7 +1135,9 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
             (file, reflector, vehicle, table) => {
                 let given = [file, reflector, vehicle, table].into_iter().flatten().next();
                 let problem = match given {
-                    Some(first) => doc.bad(&first.span, "the object is given twice"),
+                    Some(first) => {
+                        doc.bad(&first.span, "file, reflector, vehicle and rcs_table exclude each other")
+                    }
                     None => {
                         BadInput::new("the object is missing").file(doc.file()).key(format!("object[{i}]"))
                     }
@@ -1175,29 +1181,29 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
     let ramps = radars.iter().all(|r| matches!(r.waveform, Waveform::Fmcw(_)));
     if let (Some(t), false) = (f.interferer.first(), ramps) {
         return Err(doc
-            .bad(&t.carrier_hz.span, "interference is modelled for radars with linear ramps")
-            .remedy("take the interferer out, or change the radar's waveform.kind to \"fmcw\"")
+            .bad(&t.carrier_hz.span, "interference is modelled only for radars with linear ramps")
+            .remedy("remove the interferer, or change the radar's waveform.kind to \"fmcw\"")
             .into());
     }
     if f.mutual_interference && !ramps {
-        return Err(BadInput::new("interference is modelled for radars with linear ramps")
+        return Err(BadInput::new("interference is modelled only for radars with linear ramps")
             .file(file)
             .key("mutual_interference")
             .value(true)
             .allowed("false, unless all radars have one ramp and multiplex \"tdm\"")
-            .remedy("take it out, or change waveform.kind of the radars to \"fmcw\"")
+            .remedy("remove it, or change waveform.kind of the radars to \"fmcw\"")
             .into());
     }
     let plain = |r: &Radar| r.waveform.parts() == 1 && r.multiplex == Multiplex::Tdm;
     if f.mutual_interference && !radars.iter().all(plain) {
         return Err(BadInput::new(
-            "interference is modelled for radars with one ramp and transmitters in turn",
+            "interference is modelled only for radars with one ramp and TDM transmitters",
         )
         .file(file)
         .key("mutual_interference")
         .value(true)
         .allowed("false, unless all radars have one ramp and multiplex \"tdm\"")
-        .remedy("take it out, or give what the others send as [[interferer]]")
+        .remedy("remove it, or describe the transmission of the others as [[interferer]]")
         .into());
     }
     let ego = match (on_road(&doc, &f)?, &f.ego.trajectory) {
@@ -1231,15 +1237,12 @@ pub fn parse_with_road(file: &Path, text: &str, unwritten: Option<&str>) -> Resu
     if f.output.angle_spectra
         && let Some(radar) = radars.iter().find(gridless)
     {
-        return Err(BadInput::new(format!(
-            "radar '{}' finds directions by a method without a spectrum",
-            radar.name
-        ))
-        .file(doc.file())
-        .key("output.angle_spectra")
-        .value(true)
-        .remedy("leave it out, or give the radar another angle method, such as music")
-        .into());
+        return Err(BadInput::new(format!("radar '{}' has an angle method without a spectrum", radar.name))
+            .file(doc.file())
+            .key("output.angle_spectra")
+            .value(true)
+            .remedy("remove it, or give the radar another angle method, such as music")
+            .into());
     }
     Ok(Scenario {
         name: f.name,
@@ -1283,7 +1286,7 @@ fn frames(t: &FramesTable) -> Frames {
     Frames { count: t.count, interval_s: t.interval_s }
 }
 
-/// Returns an error if the vehicle has a trajectory and a place, heading, speed or road as well.
+/// Returns an error if the vehicle has a trajectory and also a position, heading, speed or road.
 fn check_ego_once(doc: &Document<'_>, ego: &EgoTable) -> Result<()> {
     let place = (ego.position_m.value != [0.0; 3]).then_some(("ego.position_m", &ego.position_m.span));
     let yaw = (ego.yaw_deg.value != 0.0).then_some(("ego.yaw_deg", &ego.yaw_deg.span));
@@ -1293,9 +1296,9 @@ fn check_ego_once(doc: &Document<'_>, ego: &EgoTable) -> Result<()> {
     match place.or(yaw).or(speed).or(on_road).or(drive) {
         None => Ok(()),
         Some((key, span)) => Err(doc
-            .bad(span, "the vehicle's way is given twice")
+            .bad(span, format!("{key} and ego.trajectory exclude each other"))
             .key(key)
-            .remedy("keep it, or ego.trajectory")
+            .remedy("keep one of them")
             .into()),
     }
 }
@@ -1304,8 +1307,8 @@ fn check_ego_once(doc: &Document<'_>, ego: &EgoTable) -> Result<()> {
 fn exact(doc: &Document<'_>, trace: &TraceTable) -> Result<bool> {
     match &trace.floor_db {
         Some(floor) if trace.exact.value => Err(doc
-            .bad(&floor.span, "a floor leaves out echoes, and exact = true keeps all of them")
-            .remedy("delete one of the two")
+            .bad(&floor.span, "floor_db and exact = true exclude each other")
+            .remedy("remove one of the two")
             .into()),
         _ => Ok(trace.exact.value),
     }
@@ -1317,7 +1320,7 @@ fn on_road(doc: &Document<'_>, f: &ScenarioFile) -> Result<Option<OnRoad>> {
     let Some(t) = &ego.on_road else {
         return match &ego.drive {
             Some(d) => Err(doc
-                .bad(&d.speed_mps.span, "belongs to a vehicle on a road")
+                .bad(&d.speed_mps.span, "applies only to a vehicle on a road")
                 .key("ego.drive")
                 .remedy("add [ego.on_road]")
                 .into()),
@@ -1330,16 +1333,16 @@ fn on_road(doc: &Document<'_>, f: &ScenarioFile) -> Result<Option<OnRoad>> {
         return Err(e.remedy("give scene.road = \"FILE.toml\"").into());
     }
     if ego.position_m.value != [0.0; 3] || ego.yaw_deg.value != 0.0 {
-        let e = doc.bad(&ego.position_m.span, "the place is given twice").key("ego.position_m");
+        let e = doc
+            .bad(&ego.position_m.span, "ego.on_road excludes ego.position_m and ego.yaw_deg")
+            .key("ego.position_m");
         return Err(e.remedy("keep position_m and yaw_deg, or on_road").into());
     }
     let drive = match &ego.drive {
         None => Drive::steady(doc.in_range(&ego.speed_mps, -150.0..=150.0, "give metres per second")?),
         Some(d) if ego.speed_mps.value != 0.0 => {
-            let e = doc.bad(&ego.speed_mps.span, "the speed is given twice");
-            return Err(e
-                .remedy(format!("keep it in [ego.drive], where it is {}", d.speed_mps.value))
-                .into());
+            let e = doc.bad(&ego.speed_mps.span, "ego.speed_mps and ego.drive exclude each other");
+            return Err(e.remedy(format!("keep the speed of [ego.drive], {}", d.speed_mps.value)).into());
         }
         Some(d) => super::drive::build(doc, d)?,
     };

@@ -313,7 +313,7 @@ impl<'a> Document<'a> {
             }
             return b.remedy(match nearest(word, known.iter().copied()) {
                 Some(n) => format!("did you mean '{n}'?"),
-                None => "take the key out".into(),
+                None => "remove the key".into(),
             });
         }
         if message.starts_with("missing field ") {

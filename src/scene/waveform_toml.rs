@@ -195,8 +195,8 @@ pub fn build(
             let order = match &w.ramp_order {
                 Some(o) if ramps.len() < 2 => {
                     return Err(doc
-                        .bad(&o.span, "one ramp alone has no order")
-                        .remedy("take ramp_order out or give a [[waveform.ramp]] for each burst")
+                        .bad(&o.span, "a single ramp has no order")
+                        .remedy("remove ramp_order or give a [[waveform.ramp]] for each burst")
                         .into());
                 }
                 Some(o) if o.value == RampOrderName::Bursts => RampOrder::Bursts,
@@ -212,7 +212,7 @@ pub fn build(
             if band < LEAST_BANDWIDTH_HZ || band >= carrier_hz {
                 let each = |band: f64| band / r.samples.value as f64;
                 return Err(doc
-                    .bad(&at.span, "steps of this size leave no band or reach zero frequency")
+                    .bad(&at.span, "steps of this size give no bandwidth or reach zero frequency")
                     .allowed(format!("{:e} <= |step| < {:e}", each(LEAST_BANDWIDTH_HZ), each(carrier_hz)))
                     .into());
             }
@@ -243,8 +243,8 @@ pub fn build(
                     super::radar::Sampling::Real => 2.0 * (carrier_hz + half),
                 };
                 return Err(doc
-                    .bad(&r.sample_rate_hz.span, "does not hold the pulse's band down to -140 dB")
-                    .allowed(format!("at least {least:.4e} here"))
+                    .bad(&r.sample_rate_hz.span, "does not cover the pulse's band down to -140 dB")
+                    .allowed(format!("{least:.4e} or more here"))
                     .remedy("sample faster or take a narrower pulse")
                     .into());
             }
@@ -263,9 +263,12 @@ pub fn build(
                 || want.round() as usize != r.samples.value
             {
                 return Err(doc
-                    .bad(&r.samples.span, format!("the samples are not one code of {} chips", code.len()))
+                    .bad(
+                        &r.samples.span,
+                        format!("the samples are not exactly one code of {} chips", code.len()),
+                    )
                     .allowed(format!("code length x sample_rate_hz / chip_rate_hz, here {want}"))
-                    .remedy("sample at the chip rate or a multiple and take one code")
+                    .remedy("sample one code at the chip rate or a multiple of it")
                     .into());
             }
             if r.sampling == super::radar::Sampling::Real {
@@ -311,13 +314,13 @@ fn only(doc: &Document<'_>, w: &WaveformTable) -> Result<()> {
         if !kinds.contains(&w.kind.value) {
             return Err(doc
                 .bad(span, format!("waveform.{key} does not belong to this kind of waveform"))
-                .remedy(format!("take {key} out or change waveform.kind"))
+                .remedy(format!("remove {key} or change waveform.kind"))
                 .into());
         }
         if !alone {
             return Err(doc
-                .bad(span, "each [[waveform.ramp]] has its own")
-                .remedy(format!("take {key} out"))
+                .bad(span, "belongs to each [[waveform.ramp]]")
+                .remedy(format!("remove {key}"))
                 .into());
         }
     }
@@ -384,7 +387,7 @@ fn ramp(
                 "at most {} samples here",
                 (((time_s - start) * rate * (1.0 + 1e-9)).max(0.0)) as u64
             ))
-            .remedy("take fewer samples, sample faster or lengthen ramp_time_s")
+            .remedy("use fewer samples, sample faster or lengthen ramp_time_s")
             .into());
     }
     Ok(Ramp { bandwidth_hz: band, time_s, period_s })
@@ -396,9 +399,9 @@ fn fits(doc: &Document<'_>, w: &WaveformTable, r: &ReceiverTable, period_s: f64,
     if last > period_s * (1.0 + 1e-9) {
         let span = w.chirp_period_s.as_ref().map_or(&w.carrier_hz.span, |p| &p.span);
         return Err(doc
-            .bad(span, format!("{what} end only after {last:e} s"))
+            .bad(span, format!("{what} end {last:e} s after the start, beyond the period"))
             .allowed(format!("a period of at least {last:e} s"))
-            .remedy("lengthen the period, sample faster or take fewer samples")
+            .remedy("lengthen the period, sample faster or use fewer samples")
             .into());
     }
     Ok(())
@@ -414,7 +417,7 @@ fn pulse(doc: &Document<'_>, w: &WaveformTable) -> Result<PulseShape> {
     }
     let stray = w.pulse_rate_hz.as_ref().map(|a| &a.span).or(w.pulse_zero.as_ref().map(|a| &a.span));
     if let (None, Some(span)) = (&w.pulse_samples, stray) {
-        return Err(doc.bad(span, "belongs to pulse_samples").remedy("take it out").into());
+        return Err(doc.bad(span, "belongs to pulse_samples").remedy("remove it").into());
     }
     if let Some(b) = &w.bandwidth_hz {
         let bandwidth_hz = doc.in_range(
@@ -493,7 +496,7 @@ pub fn pulse_csv(file: &Path, text: &str) -> Result<PulseShape> {
         rows.push(row);
     }
     if rows.len() < 2 || rows.len() > 1 << 16 {
-        return Err(BadInput::new(format!("{} samples of a pulse", rows.len()))
+        return Err(BadInput::new(format!("has {} samples of a pulse", rows.len()))
             .file(file)
             .allowed("2..=65536")
             .into());
@@ -501,7 +504,7 @@ pub fn pulse_csv(file: &Path, text: &str) -> Result<PulseShape> {
     let step = (rows[rows.len() - 1][0] - rows[0][0]) / (rows.len() - 1) as f64;
     let zero = (-rows[0][0] / step).round();
     if zero < 0.0 || zero >= rows.len() as f64 {
-        return Err(BadInput::new("the pulse does not hold time zero, at which it leaves the antenna")
+        return Err(BadInput::new("the pulse does not include time zero, at which it leaves the antenna")
             .file(file)
             .remedy("shift the times")
             .into());
@@ -513,7 +516,7 @@ pub fn pulse_csv(file: &Path, text: &str) -> Result<PulseShape> {
 fn code(doc: &Document<'_>, w: &WaveformTable) -> Result<Vec<i8>> {
     match (&w.code_degree, &w.code) {
         (Some(d), None) => {
-            m_sequence(d.value).ok_or_else(|| doc.bad(&d.span, "no sequence of this degree").into())
+            m_sequence(d.value).ok_or_else(|| doc.bad(&d.span, "there is no sequence of this degree").into())
         }
         (None, Some(c)) => {
             let odd = c.value.len() % 2 == 1 && c.value.len() >= 3 && c.value.len() <= 65536;
@@ -526,7 +529,7 @@ fn code(doc: &Document<'_>, w: &WaveformTable) -> Result<Vec<i8>> {
             Ok(c.value.clone())
         }
         (Some(d), Some(_)) => {
-            Err(doc.bad(&d.span, "the code is given twice").remedy("keep code_degree or code").into())
+            Err(doc.bad(&d.span, "code_degree and code exclude each other").remedy("keep one of them").into())
         }
         (None, None) => Err(doc
             .bad(&w.carrier_hz.span, "a phase code needs code_degree or code")
@@ -542,7 +545,7 @@ fn multiplex(doc: &Document<'_>, w: &WaveformTable, transmitters: usize) -> Resu
     {
         return Err(doc
             .bad(&e.span, "only \"ddm\" has Doppler bands")
-            .remedy("take empty_bands out or set multiplex = \"ddm\"")
+            .remedy("remove empty_bands or set multiplex = \"ddm\"")
             .into());
     }
     Ok(match name {
@@ -553,7 +556,10 @@ fn multiplex(doc: &Document<'_>, w: &WaveformTable, transmitters: usize) -> Resu
             let bands = transmitters + empty;
             if !w.chirps.value.is_multiple_of(bands) {
                 return Err(doc
-                    .bad(&w.chirps.span, format!("the chirps do not divide into {bands} Doppler bands"))
+                    .bad(
+                        &w.chirps.span,
+                        format!("the number of chirps is not a multiple of the {bands} Doppler bands"),
+                    )
                     .allowed(format!("a multiple of {bands}"))
                     .remedy("change chirps or empty_bands")
                     .into());

@@ -102,7 +102,7 @@ pub fn build(doc: &Document<'_>, t: &WeatherTable) -> Result<Weather> {
         return Err(doc
             .bad(&t.wind_mps.span, "is too fast")
             .allowed("up to 100 m/s")
-            .remedy("give m/s")
+            .remedy("give the wind in m/s")
             .into());
     }
     if let Some(names) = &t.wet_materials {

@@ -241,5 +241,5 @@ fn files_keep_the_order() {
                  sample_rate_hz = 10e6\nsamples = 128\nnoise_figure_db = 10\n[transmitter]\npower_dbm = 10\n\
                  [[tx]]\nposition_m = [0, 0, 0]\n[[rx]]\nposition_m = [0, 0, 0]\n";
     let error = parse(Path::new("alone.toml"), alone).unwrap_err().to_string();
-    assert!(error.contains("alone.toml:7") && error.contains("one ramp alone has no order"), "{error}");
+    assert!(error.contains("alone.toml:7") && error.contains("a single ramp has no order"), "{error}");
 }

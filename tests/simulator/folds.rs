@@ -66,7 +66,7 @@ fn folds_that_cannot_be_are_refused() {
         "0..=200",
         "0..=200",
         "0..=200",
-        "up to 75.4 m/s, which are 31 folds",
+        "up to 75.4 m/s, or 31 intervals",
     ];
     for (said, word) in said.iter().zip(words) {
         assert!(

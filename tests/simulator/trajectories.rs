@@ -178,7 +178,7 @@ fn a_way_is_given_once() {
     for (rest, says) in [
         (
             format!("[ego]\nspeed_mps = 3\ntrajectory = {two}"),
-            "s.toml:4: ego.speed_mps = 3: the vehicle's way is given twice",
+            "s.toml:4: ego.speed_mps = 3: ego.speed_mps and ego.trajectory exclude each other",
         ),
         (
             format!("[[point]]\nrcs_dbsm = 1\nposition_m = [1, 0, 0]\ntrajectory = {two}"),
@@ -196,12 +196,12 @@ fn a_way_is_given_once() {
         ),
         (
             "[[object]]\nvehicle = \"sedan\"\nfile = \"a.glb\"\nposition_m = [9, 0, 0]".into(),
-            "the object is given twice",
+            "file, reflector, vehicle and rcs_table exclude each other",
         ),
         ("[[object]]\nposition_m = [9, 0, 0]".into(), "object[0]: the object is missing"),
         (
             "[[object]]\nvehicle = \"van\"\nunit = \"mm\"\nposition_m = [9, 0, 0]".into(),
-            "belongs to a file of a mesh",
+            "applies only to a mesh file",
         ),
     ] {
         let e = with(&rest);

@@ -284,7 +284,7 @@ impl Recipe {
             || file.keep.masks
             || file.keep.lidar)
         {
-            return Err(BadInput::new("nothing is kept")
+            return Err(BadInput::new("the dataset keeps nothing")
                 .file(path)
                 .key("keep")
                 .allowed("at least one of adc, range_doppler, points, returns, echoes, truth, masks, lidar")
@@ -321,12 +321,16 @@ impl Recipe {
         };
         let scenario = self.tree.get("scenario");
         let of = |key: &str| scenario.and_then(|s| s.get(key));
-        refuse(of("seed"), "is the recipe's: each scene has a seed of its own", "give seed at the top")?;
-        refuse(of("output"), "is decided by [keep]", "take it out")?;
+        refuse(
+            of("seed"),
+            "is set by the recipe: each scene has its own seed",
+            "give seed at the top of the recipe",
+        )?;
+        refuse(of("output"), "is set by [keep]", "remove it")?;
         let count = of("frames").and_then(|f| f.get("count"));
-        refuse(count, "is decided by frames_per_scene", "take it out")?;
+        refuse(count, "is set by frames_per_scene", "remove it")?;
         if self.tree.get("road").is_some() {
-            refuse(of("scene"), "is given twice: there is a [road]", "take one of them out")?;
+            refuse(of("scene"), "scenario.scene and [road] exclude each other", "remove one of them")?;
         }
         Ok(())
     }
@@ -504,7 +508,7 @@ impl Recipe {
             bad = bad.key(format!("scenario.{key}")).value(value).allowed(format!("{first}, as in scene 0"));
             bad.line = self.tree.document()?.bad(&span, "").line;
         }
-        Err(bad.remedy("give one value, and make a dataset for each").into())
+        Err(bad.remedy("give one value, and make a dataset for each value").into())
     }
 
     /// The drawn key of a radar whose values in two scenes differ, those that shape arrays first.
@@ -660,12 +664,12 @@ impl Recipe {
             let Some(id) = id.map(|o| o.id.clone()) else {
                 let doc = self.tree.document()?;
                 let span = origin(second).map_or(0..0, |o| o.span.clone());
-                let other = if first.is_none() { "that of the radar" } else { "another" };
+                let other = if first.is_none() { "the radar's vehicle" } else { "another vehicle" };
                 return Err(doc
                     .bad(
                         &span,
                         format!(
-                            "scene {scene}: the vehicle stands in {other} and nothing of either is drawn"
+                            "scene {scene}: the vehicle overlaps {other}, and no value of either is drawn"
                         ),
                     )
                     .remedy("move one of them")
@@ -698,7 +702,7 @@ impl Recipe {
                 }
                 Some(_) => {
                     let doc = self.tree.document()?;
-                    Err(doc.bad(node.span(), format!("is no table [{part}]")).into())
+                    Err(doc.bad(node.span(), format!("is not a table [{part}]")).into())
                 }
                 None => Ok(None),
             }
@@ -923,7 +927,7 @@ fn split(
         let parts: Vec<f64> = parts.into_iter().flatten().collect();
         for (share, p) in shares.iter().zip(&parts) {
             if !(0.0..=1.0).contains(p) {
-                return Err(doc.bad(&share.span, "is no share").allowed("0..=1").into());
+                return Err(doc.bad(&share.span, "is not a share").allowed("0..=1").into());
             }
         }
         let sum: f64 = parts.iter().sum();
@@ -931,7 +935,7 @@ fn split(
             return Err(doc
                 .bad(&table.span, format!("the shares add up to {sum}"))
                 .allowed("1")
-                .remedy("as in train = 0.64, validation = 0.16, test = 0.2; what is not named is 0")
+                .remedy("give shares as in train = 0.64, validation = 0.16, test = 0.2; a missing share is 0")
                 .into());
         }
         if rule == SplitRule::Stable {
@@ -974,9 +978,7 @@ fn split(
             for s in range {
                 let at = &mut of[s as usize];
                 if *at != u8::MAX {
-                    return Err(doc
-                        .bad(&share.span, format!("scene {s} is in two parts, or twice in one"))
-                        .into());
+                    return Err(doc.bad(&share.span, format!("scene {s} is listed twice")).into());
                 }
                 *at = k as u8;
             }
@@ -984,7 +986,7 @@ fn split(
     }
     match of.iter().position(|k| *k == u8::MAX) {
         Some(s) => Err(doc
-            .bad(&table.span, format!("scene {s} is in no part"))
+            .bad(&table.span, format!("scene {s} is not in any part"))
             .remedy("list every scene, as in train = [\"0:64\"]")
             .into()),
         None => Ok(of),
@@ -1076,10 +1078,10 @@ mod tests {
         assert_eq!((r.split_counts(), r.split(8), r.split(9)), ([9, 0, 1], "test", "train"));
         for (split, says) in [
             ("train = 0.5", "the shares add up to 0.5"),
-            ("train = 1.5\ntest = -0.5", "is no share"),
+            ("train = 1.5\ntest = -0.5", "is not a share"),
             ("train = [0, 1]\ntest = 0.5", "is a share, and others are lists"),
-            ("train = [\"0:9\"]", "scene 9 is in no part"),
-            ("train = [\"0:10\", 3]", "scene 3 is in two parts"),
+            ("train = [\"0:9\"]", "scene 9 is not in any part"),
+            ("train = [\"0:10\", 3]", "scene 3 is listed twice"),
             ("train = [\"0:11\"]", "names a scene that does not exist"),
             ("train = [\"5\"]", "names a scene that does not exist"),
             ("train = \"all\"", "a share, as in 0.64, or a list of scenes"),
@@ -1096,10 +1098,13 @@ mod tests {
             (TINY.replace("scenes = 4", "scenes = 0"), "allowed: 1..="),
             (TINY.replace("seed = 3", "seed = -3"), "seed = -3"),
             (TINY.replace("seed = 3", "sead = 3"), "did you mean 'seed'?"),
-            (more("interval_s = 0.1", "count = 3"), "is decided by frames_per_scene"),
-            (more("[scenario]", "seed = 3"), "is the recipe's"),
-            (more("[scenario]", "output = { adc = true }"), "is decided by [keep]"),
-            (more("[scenario]", "scene = { builtin = \"w3\" }"), "there is a [road]"),
+            (more("interval_s = 0.1", "count = 3"), "is set by frames_per_scene"),
+            (more("[scenario]", "seed = 3"), "is set by the recipe"),
+            (more("[scenario]", "output = { adc = true }"), "is set by [keep]"),
+            (
+                more("[scenario]", "scene = { builtin = \"w3\" }"),
+                "scenario.scene and [road] exclude each other",
+            ),
             (more("format = \"frames\"", "compression = \"zstd:3\""), "cannot be had in the format frames"),
             (more("format = \"frames\"", "compression = \"lzma\""), "is no compression"),
             (TINY.replace("\"frames\"", "\"tar\""), "is not one of the choices"),
@@ -1108,7 +1113,7 @@ mod tests {
                     "adc = true\nreturns = true",
                     "range_doppler = false\npoints = false\ntruth = false",
                 ),
-                "nothing is kept",
+                "the dataset keeps nothing",
             ),
         ] {
             let e = parse(&text).unwrap_err();
@@ -1213,7 +1218,7 @@ mod tests {
         let two = "[[road.road.vehicle]]\nkind = \"sedan\"\ns_m = 30\nlateral = { lane = 1 }\n";
         let fixed = TINY.replace("repeat = { integer = [0, 2] }", "repeat = 0");
         let e = parse(&format!("{fixed}\n{two}{two}")).unwrap().draw(0).unwrap_err().to_string();
-        assert!(e.contains("the vehicle stands in another and nothing of either is drawn"), "{e}");
+        assert!(e.contains("the vehicle overlaps another vehicle, and no value of either is drawn"), "{e}");
     }
 
     #[test]

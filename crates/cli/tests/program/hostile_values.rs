@@ -202,7 +202,7 @@ fn counts_that_do_not_fit() {
     assert_eq!(
         e,
         "r.toml:10: road[0].markers[0].count = 1000000000: is more than the road has room for at this spacing; \
-         allowed: 0..=11; take count out to fill the road"
+         allowed: 0..=11; remove count to fill the road"
     );
     assert!(scene_toml::parse(Path::new("r.toml"), &counted("11")).is_ok());
     assert!(of_road(&counted("12")).contains("allowed: 0..=11"));

@@ -378,8 +378,8 @@ fn radars_side_by_side() {
     let left = place("left", 40f64.to_radians(), [3.5, 0.9]);
     assert!((left[0] - 30.0).abs() < 0.6 && (left[1] + 4.0).abs() < 0.9, "{left:?}");
     for (text, parts) in [
-        (head("radar = \"r.toml\""), vec!["the radar is given twice"]),
-        (head("").replace("name = \"left\"", "name = \"front\""), vec!["names two radars"]),
+        (head("radar = \"r.toml\""), vec!["radar and [[radars]] exclude each other"]),
+        (head("").replace("name = \"left\"", "name = \"front\""), vec!["is the name of two radars"]),
         (head("").replace("name = \"left\"", "name = \"a/b\""), vec!["cannot name a folder"]),
         ("name = \"s\"\n".to_string(), vec!["has no radar"]),
     ] {

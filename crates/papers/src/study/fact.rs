@@ -15,14 +15,14 @@ impl Fact {
         let left = axes - self.at.len();
         match self.kind {
             FactKind::Value if left > 0 => {
-                Err(BadInput::new(format!("a value is taken at one point, and {left} axes are left"))
-                    .remedy("give a place on each axis in at"))
+                Err(BadInput::new(format!("a value needs a single point, and {left} axes are not fixed"))
+                    .remedy("give a value for each axis in at"))
             }
             FactKind::Location | FactKind::Width | FactKind::Crossing | FactKind::FirstCrossing
                 if left != 1 =>
             {
-                Err(BadInput::new(format!("is taken along one axis, and {left} are left"))
-                    .remedy("give a place on each other axis in at"))
+                Err(BadInput::new(format!("needs exactly one free axis, and {left} are not fixed"))
+                    .remedy("give a value for each other axis in at"))
             }
             FactKind::Width | FactKind::Crossing | FactKind::FirstCrossing | FactKind::Share
                 if self.level.is_none() =>
@@ -30,7 +30,7 @@ impl Fact {
                 Err(BadInput::new("needs a level").remedy("give level"))
             }
             _ if !self.minus.is_empty() && self.minus.len() != self.at.len() => {
-                Err(BadInput::new("at and minus choose on different axes").remedy("give both the same axes"))
+                Err(BadInput::new("at and minus name different axes").remedy("give both the same axes"))
             }
             _ => Ok(()),
         }

@@ -326,15 +326,15 @@ impl Reader<'_> {
         let name = &t.name.value;
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         if name.is_empty() || name.len() > 80 || !name.chars().all(plain) || name.starts_with('.') {
-            let allowed = "letters, digits, '-', '_' and '.', at most 80, not starting with '.'";
-            return self.only(&t.name, "cannot name a file", allowed);
+            let allowed = "up to 80 letters, digits, '-', '_' and '.', not starting with '.'";
+            return self.only(&t.name, "is not a valid file name", allowed);
         }
         let quantities = self.quantities()?;
         let mut fixed = Values::new();
         for (key, at) in &t.set {
             if key.starts_with(TARGET_PREFIX) {
                 let remedy = "write target = \"KIND:name=value,…\"";
-                return self.refused(at, "belongs into the target's text", remedy);
+                return self.refused(at, "belongs in the text of target", remedy);
             }
             parameter::check(key, &at.value).map_err(|b| self.here(at, b))?;
             if let ("target", Value::Word(target)) = (key.as_str(), &at.value) {
@@ -367,17 +367,18 @@ impl Reader<'_> {
                 return Err(self.about("sweep", "nothing varies").remedy(remedy).into());
             }
             if axes > 3 {
-                let bad =
-                    self.about("sweep", "more sweeps than a picture has axes, curves and panels").value(axes);
-                let bad = bad.allowed("at most 3 that are not reduced");
+                let bad = self
+                    .about("sweep", "there are more sweeps than a plot has axes, curves and panels")
+                    .value(axes);
+                let bad = bad.allowed("up to 3 that are not reduced");
                 return Err(bad.remedy("fix or reduce some, or write two studies").into());
             }
         }
         let points = sweeps.iter().fold(1usize, |n, s| n.saturating_mul(s.values.len()));
         if points > MOST_POINTS {
-            let bad = self.about("sweep", "too many points").value(points);
-            let bad = bad.allowed(format!("at most {MOST_POINTS}"));
-            return Err(bad.remedy("take larger steps or split the study").into());
+            let bad = self.about("sweep", "the sweeps have too many points").value(points);
+            let bad = bad.allowed(format!("up to {MOST_POINTS}"));
+            return Err(bad.remedy("use larger steps or split the study").into());
         }
         let s = &t.solver;
         let detection = t.detection.as_ref().map(|d| self.detection(d)).transpose()?;
@@ -428,7 +429,7 @@ impl Reader<'_> {
         for q in &self.table.quantities {
             let found = self.quantity(q)?;
             if out.contains(&found) {
-                return self.refused(q, "is asked for twice", "keep one");
+                return self.refused(q, "is listed twice", "keep one");
             }
             out.push(found);
         }
@@ -500,7 +501,7 @@ impl Reader<'_> {
         let names = match &t.names {
             Some(n) if n.value.len() == values.len() && t.values.is_some() => n.value.clone(),
             Some(n) => {
-                let problem = format!("{} names for {} values", n.value.len(), values.len());
+                let problem = format!("has {} names for {} values", n.value.len(), values.len());
                 return self.only(n, problem, "one name for each entry of values");
             }
             None => values.iter().map(Value::to_string).collect(),
@@ -521,16 +522,20 @@ impl Reader<'_> {
                 continue;
             }
             if study.quantities != [Quantity::Margin] {
-                let bad =
-                    BadInput::new("a range is found from the margin").allowed("quantities = [\"margin_db\"]");
-                return Err(self.here(at, bad.remedy("ask for margin_db and nothing else")));
+                let bad = BadInput::new("a detection range needs margin_db")
+                    .allowed("quantities = [\"margin_db\"]");
+                return Err(self.here(at, bad.remedy("list only margin_db in quantities")));
             }
             let ascending = s.numbers().is_some_and(|x| x.windows(2).all(|w| w[0] < w[1]));
             if !ascending || s.values.len() < 2 {
-                return self.refused(at, "a range needs distances in growing order", "sweep longitudinal_m");
+                return self.refused(
+                    at,
+                    "a detection range needs distances in ascending order",
+                    "sweep longitudinal_m",
+                );
             }
             if study.sweeps.iter().filter(|o| o.reduce.is_some()).count() > 1 {
-                let problem = "a detection range is the only thing that may be reduced";
+                let problem = "a detection range excludes other reductions";
                 return self.refused(at, problem, "keep one");
             }
         }
@@ -555,7 +560,7 @@ impl Reader<'_> {
         if let Some(l) = &p.limits
             && !(l.value[0] < l.value[1] && l.value.iter().all(|x| x.is_finite()))
         {
-            return Err(self.here(l, BadInput::new("must be two growing numbers")));
+            return Err(self.here(l, BadInput::new("must be two numbers in ascending order")));
         }
         Ok(p.clone())
     }
@@ -590,7 +595,7 @@ impl Reader<'_> {
         let doc = self.doc;
         let missing = |key: &str, remedy: &str| self.missing(&format!("detection.{key}"), remedy);
         let belongs = |span: &std::ops::Range<usize>, to: &str| -> Error {
-            doc.bad(span, format!("belongs to method = \"{to}\"")).remedy("take the key out").into()
+            doc.bad(span, format!("applies only to method = \"{to}\"")).remedy("remove the key").into()
         };
         let curve = |c: &At<Vec<[f64; 2]>>| -> Result<Vec<[f64; 2]>> {
             let sound = !c.value.is_empty()
@@ -598,7 +603,7 @@ impl Reader<'_> {
                 && c.value.windows(2).all(|w| w[0][0] < w[1][0]);
             match sound {
                 true => Ok(c.value.clone()),
-                false => self.only(c, "is not a curve", "[[range in m, dB], …] with growing ranges"),
+                false => self.only(c, "is not a curve", "[[range in m, dB], …] with ascending ranges"),
             }
         };
         let magnitudes = match d.method {
@@ -639,10 +644,10 @@ impl Reader<'_> {
                     }),
                     (None, None) => None,
                     (Some(_), None) => {
-                        return Err(missing("ground_beam_deg", "the patch of ground has a width"));
+                        return Err(missing("ground_beam_deg", "give the width of the patch of ground"));
                     }
                     (None, Some(_)) => {
-                        let remedy = "the patch of ground has a cross section per area";
+                        let remedy = "give the cross section per area of the patch of ground";
                         return Err(missing("ground_sigma0_db", remedy));
                     }
                 };
@@ -667,7 +672,7 @@ impl Reader<'_> {
         let own = |at: &At<String>| -> Result<()> {
             let n = &at.value;
             if study.fixed.contains_key(n) || study.sweeps.iter().any(|s| &s.parameter == n) {
-                return self.refused(at, "is set or swept as well", "keep one of the two");
+                return self.refused(at, "is also set or swept", "keep one of the two");
             }
             let is_number =
                 matches!(parameter::find(n).map(|p| p.kind), Some(parameter::Kind::Number { .. }));
@@ -684,10 +689,10 @@ impl Reader<'_> {
         for (i, p) in t.parameter.iter().enumerate() {
             own(&p.name)?;
             if p.name == t.front || t.parameter[..i].iter().any(|l| l.name == p.name) {
-                return self.refused(&p.name, "is given twice", "keep one");
+                return self.refused(&p.name, "is listed twice", "keep one of them");
             }
             if !(p.min.value.is_finite() && p.max.value.is_finite() && p.min.value < p.max.value) {
-                let remedy = "a fixed parameter goes into the target";
+                let remedy = "give a fixed parameter in target";
                 return self.refused(&p.max, "must be larger than min", remedy);
             }
         }
@@ -765,9 +770,9 @@ fn grid(start: f64, stop: f64, step: f64) -> Result<Vec<f64>, BadInput> {
     }
     let steps = ((stop - start) / step * (1.0 + 1e-12) + 1e-9).floor();
     if steps >= MOST_POINTS as f64 {
-        return Err(BadInput::new(format!("{:.0} values are too many", steps + 1.0))
-            .allowed(format!("at most {MOST_POINTS}"))
-            .remedy("take a larger step"));
+        return Err(BadInput::new(format!("the sweep has too many values ({:.0})", steps + 1.0))
+            .allowed(format!("up to {MOST_POINTS}"))
+            .remedy("use a larger step"));
     }
     Ok((0..=steps as usize).map(|i| on_grain(start + i as f64 * step, step)).collect())
 }

@@ -126,7 +126,7 @@ pub fn files(path: &Path) -> Result<Vec<PathBuf>> {
     found.sort();
     match found.is_empty() {
         true => {
-            Err(BadInput::new("holds no study").file(path).remedy("give a folder with .toml files").into())
+            Err(BadInput::new("contains no study").file(path).remedy("give a folder with .toml files").into())
         }
         false => Ok(found),
     }
@@ -147,7 +147,7 @@ pub fn load_all(files: &[PathBuf], quick: bool) -> Result<Vec<(PathBuf, Result<S
         if let Ok(s) = study
             && let Some(other) = names.insert(&s.name, file)
         {
-            let bad = BadInput::new(format!("{} has this name too", other.display())).file(file).key("name");
+            let bad = BadInput::new(format!("{} has the same name", other.display())).file(file).key("name");
             return Err(bad.value(&s.name).remedy("give each study its own name").into());
         }
     }

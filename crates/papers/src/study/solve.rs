@@ -170,8 +170,8 @@ impl Sources {
     fn build(&self, target: &str, own: Vec<(&str, &Value)>, raise_rad: f64) -> Result<SceneSource> {
         let (mut scene, spec, identity) = if is_file(target) {
             if let Some((n, _)) = own.first() {
-                let bad = BadInput::new("a file has no parameters").key(format!("{TARGET_PREFIX}{n}"));
-                return Err(bad.remedy("take the sweep out, or name a kind of reflector").into());
+                let bad = BadInput::new("a target file has no parameters").key(format!("{TARGET_PREFIX}{n}"));
+                return Err(bad.remedy("remove the sweep, or name a kind of reflector").into());
             }
             let path = self.folder.join(target);
             let scene = mesh_file::import_sized(&path, &self.import, mesh_file::OBJECT_M)?;
@@ -385,7 +385,7 @@ fn outside(scene: &Scene, spec: &str, range_m: f64) -> Result<()> {
     let Some((lo, hi)) = scene.bounds_m(0.0) else { return Ok(()) };
     let farthest = lo.abs().max(hi.abs()).length();
     if farthest > 0.0 && range_m <= 1.05 * farthest {
-        let bad = BadInput::new(format!("the radar would stand inside the target {spec}")).key("range_m");
+        let bad = BadInput::new(format!("the radar is inside the target {spec}")).key("range_m");
         return Err(bad.value(range_m).allowed(format!("more than {:.4}", 1.05 * farthest)).into());
     }
     Ok(())

@@ -60,7 +60,7 @@ impl ViewKind {
             };
             match found {
                 Some((p, first)) if p != place => {
-                    return Err(BadInput::new(format!("{first} and {n} describe two kinds of place"))
+                    return Err(BadInput::new(format!("{first} and {n} describe two kinds of position"))
                         .allowed(
                             "azimuth_deg, elevation_deg, range_m (seen from the marker); longitudinal_m, \
                              lateral_m (flat road); road_position_m, grade_… (vertical curve); curve_radius_m",
@@ -74,11 +74,11 @@ impl ViewKind {
         if place == ViewKind::Direct
             && let Some(n) = road
         {
-            return Err(BadInput::new(format!("{n} needs a road, and nothing says where the marker lies"))
+            return Err(BadInput::new(format!("{n} needs a road, and the marker has no position"))
                 .remedy("give longitudinal_m (flat road), road_position_m or curve_radius_m"));
         }
         if let (Some(n), ViewKind::Direct | ViewKind::Flat) = (view, place) {
-            return Err(BadInput::new(format!("{n} belongs to a curved road"))
+            return Err(BadInput::new(format!("{n} applies only to a curved road"))
                 .remedy("give longitudinal_m on a flat road, range_m without a road"));
         }
         Ok(place)
@@ -228,7 +228,7 @@ pub fn view(place: ViewKind, values: &Values, mount: &Mount) -> Result<View, Bad
             let sine = chord_squared.max(0.0).sqrt() / (2.0 * radius);
             if chord_squared <= 0.0 || sine > 1.0 {
                 return Err(BadInput::new(format!(
-                    "no marker on a circle of {radius} m lies {distance} m from the radar"
+                    "no marker on a circle of {radius} m is {distance} m from the radar"
                 ))
                 .remedy("give a larger curve_radius_m or a smaller view_m"));
             }
@@ -265,7 +265,7 @@ pub fn view(place: ViewKind, values: &Values, mount: &Mount) -> Result<View, Bad
     let to_marker = sensor.inverse().point(marker.translation_m);
     let range_m = to_radar.length();
     if range_m < 1e-3 {
-        return Err(BadInput::new("the radar stands on the marker").remedy("move one of them"));
+        return Err(BadInput::new("the radar is on the marker").remedy("move one of them"));
     }
     let (azimuth, elevation) = angles_from_direction(to_radar);
     let (foot_azimuth, foot_elevation) = angles_from_direction(from_foot);

@@ -193,9 +193,11 @@ fn objects_may_scatter_as_a_table_says() {
 
     let both =
         format!("{BASE}[[object]]\nrcs_table = \"t.csv\"\nreflector = \"type1\"\nposition_m = [9, 0, 0]\n");
-    assert!(complaint(&both).contains("s.toml:5: position_m") || complaint(&both).contains("given twice"));
+    assert!(
+        complaint(&both).contains("s.toml:5: position_m") || complaint(&both).contains("exclude each other")
+    );
     let unit = format!("{BASE}[[object]]\nrcs_table = \"t.csv\"\nposition_m = [9, 0, 0]\nunit = \"mm\"\n");
-    assert!(complaint(&unit).contains("belongs to a file of a mesh"));
+    assert!(complaint(&unit).contains("applies only to a mesh file"));
     let gone = format!("{BASE}[[object]]\nrcs_table = \"gone.csv\"\nposition_m = [9, 0, 0]\n");
     assert!(complaint(&gone).contains("gone.csv: no such file"));
 }
@@ -241,16 +243,16 @@ fn mistakes_are_one_line_with_the_remedy() {
             "name = \"x\"\nradar = 3".into(),
             "s.toml:2: radar = 3: is a whole number; allowed: the name of a preset",
         ),
-        (BASE.into(), "the scenario has nothing in it"),
+        (BASE.into(), "the scenario is empty"),
         (format!("{BASE}[sceen]\n"), "s.toml:3: sceen: unknown key"),
         (format!("{BASE}[scene]\nbuiltin = \"marked-raod\"\n"), "did you mean 'marked-road'?"),
         (
             format!("{BASE}[scene]\nbuiltin = \"w3\"\nfile = \"x.glb\"\n"),
-            "s.toml:4: scene.builtin = \"w3\": the scene is given twice",
+            "s.toml:4: scene.builtin = \"w3\": builtin, road and file exclude each other",
         ),
         (
             format!("{BASE}[scene]\nunit = \"mm\"\n"),
-            "s.toml:4: scene.unit = \"mm\": belongs to a file of a mesh",
+            "s.toml:4: scene.unit = \"mm\": applies only to a mesh file",
         ),
         (
             format!("{BASE}[scene]\nfile = \"x.glb\"\nunit = \"mile\"\n"),
@@ -292,11 +294,11 @@ fn mistakes_are_one_line_with_the_remedy() {
         (format!("{BASE}[[object]]\nposition_m = [9, 0, 0]\n"), "the object is missing"),
         (
             format!("{BASE}[[object]]\nposition_m = [9, 0, 0]\nfile = \"x.glb\"\nreflector = \"x\"\n"),
-            "the object is given twice",
+            "file, reflector, vehicle and rcs_table exclude each other",
         ),
         (
             format!("{BASE}[[object]]\nposition_m = [9, 0, 0]\nreflector = \"x\"\nunit = \"mm\"\n"),
-            "belongs to a file of a mesh",
+            "applies only to a mesh file",
         ),
         (
             format!("{BASE}[[object]]\nposition_m = [9, 0, 0]\nreflector = \"typo\"\n"),

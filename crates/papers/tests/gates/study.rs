@@ -237,7 +237,7 @@ fn mistakes_are_one_line_with_the_remedy() {
     for (text, expect) in [
         (ok.replace("title", "titel"), "s.toml:2: titel: unknown key"),
         (ok.replace("title", "titel"), "did you mean 'title'?"),
-        (ok.replace("\"x\"", "\"../x\""), "s.toml:1: name = \"../x\": cannot name a file"),
+        (ok.replace("\"x\"", "\"../x\""), "s.toml:1: name = \"../x\": is not a valid file name"),
         (
             ok.replace("parameter = \"azimuth_deg\"", "parameter = \"azimut_deg\""),
             "did you mean 'azimuth_deg'?",
@@ -253,7 +253,7 @@ fn mistakes_are_one_line_with_the_remedy() {
         (ok.replace("values = [0, 1]", "start = 0\nstop = 1\nstep = -1"), "does not lead from start to stop"),
         (ok.replace("values = [0, 1]", "start = 0\nstop = 1\nstep = 1e-9"), "too many"),
         (ok.replace("[set]", "[set]\nradar_height_m = 1"), "radar_height_m needs a road"),
-        (ok.replace("[set]", "[set]\nlateral_m = 1\nradar_height_m = 1"), "describe two kinds of place"),
+        (ok.replace("[set]", "[set]\nlateral_m = 1\nradar_height_m = 1"), "describe two kinds of position"),
         (ok.replace("[set]", "[set]\nazimuth_deg = 1"), "is set and swept"),
         (ok.replace("[set]", "[set]\nground = \"asfalt\""), "did you mean 'asphalt'?"),
         (ok.replace("[set]", "[set]\npolarisation = \"v\""), "is not one of the choices"),
@@ -265,7 +265,7 @@ fn mistakes_are_one_line_with_the_remedy() {
         (format!("{ok}[picture]\nkind = \"map\"\n"), "a map has two axes"),
         (format!("{ok}{DETECTION}"), "set.snr_db: is missing"),
         (format!("{ok}{DETECTION}").replace("\"feng77\"", "\"feng78\""), "did you mean 'feng77'?"),
-        (format!("{ok}[[fact]]\ntext = \"f\"\nof = \"value\"\n"), "a value is taken at one point"),
+        (format!("{ok}[[fact]]\ntext = \"f\"\nof = \"value\"\n"), "a value needs a single point"),
         (
             format!("{ok}[[fact]]\ntext = \"f\"\nof = \"value\"\nat = {{ azimuth_deg = 3 }}\n"),
             "has no such value",
@@ -375,7 +375,7 @@ fn one_study_that_cannot_run_does_not_stop_the_others() {
     // Two of one name would write one file.
     std::fs::copy(t.path().join("a.toml"), t.path().join("c.toml")).unwrap();
     let e = run::load_all(&run::files(t.path()).unwrap(), true).unwrap_err();
-    assert!(e.to_string().contains("has this name too"), "{e}");
+    assert!(e.to_string().contains("has the same name"), "{e}");
 }
 
 #[test]
