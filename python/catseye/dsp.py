@@ -152,7 +152,7 @@ def cfar(
     kind: "ca" (mean of the training cells), "go", "so" (greater, smaller mean of their halves) or "os" (the rank-th smallest of them, by default at
     three quarters of their number). rank: of "os" only. guard, train: cells on each side, (doppler, range). false_alarm_probability: for each cell.
     looks: number of independent powers that a cell of the map averages, for a radar its channels. The radar gives the values of the arguments that
-    are missing; without a radar, all of them are needed.
+    are missing; without a radar, all of them but rank are needed.
 
     Raises BadInput for a missing argument without a radar, and for a value outside its range.
     """
