@@ -483,7 +483,7 @@ mod tests {
                 "1.5",
                 "1,5",
                 Err(
-                    "2: 4: the row has a wrong number of values; allowed: 3, as in the header; a comma separates",
+                    "2: 4: the row has a wrong number of values; allowed: 3, as in the header; write decimals with a point",
                 ),
             ),
             (

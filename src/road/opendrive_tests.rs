@@ -161,7 +161,7 @@ fn curves_have_the_length_of_their_geometry() {
     };
     for (range, warning) in [
         ("", Some("has no pRange; it is read as 'normalized'")),
-        ("pRange=\"normalized\"", Some("a curve of 29.673 m as normalized, but the geometry is 30.2 m long")),
+        ("pRange=\"normalized\"", Some("the curve is 29.673 m long as normalized, but the geometry is 30.2 m long")),
         ("pRange=\"arcLength\"", Some("it is read as 'normalized', which fits")),
     ] {
         let r = read(&curve(30.2, &format!("<paramPoly3 {range} {bent}/>"))).unwrap();
@@ -400,7 +400,7 @@ fn warnings_reach_the_scene() {
         "{second:?}"
     );
     let default = scene("");
-    assert!(default[0].contains("is the first of 2, and only it is built"), "{default:?}");
+    assert!(default[0].contains("is the first of 2 roads, and only it is built"), "{default:?}");
 }
 
 /// Each of the elements that are read, with all attributes, and nothing that is warned about.

@@ -239,10 +239,10 @@ mod tests {
             assert_eq!(notes(plain), "", "{plain}");
         }
         for (header, names) in [
-            ("time_s,x_m,y_m,Yaw_deg", "columns Yaw_deg are"),
-            ("time_s,x_m,y_m,qx,qy,qz,qw", "columns qx, qy, qz, qw are"),
-            ("time_s,x_m,y_m,alt_m,heading_rad", "columns alt_m, heading_rad are"),
-            ("time_s,x_m,y_m,z,yaw_deg", "columns z are"),
+            ("time_s,x_m,y_m,Yaw_deg", "columns Yaw_deg of the file are"),
+            ("time_s,x_m,y_m,qx,qy,qz,qw", "columns qx, qy, qz, qw of the file are"),
+            ("time_s,x_m,y_m,alt_m,heading_rad", "columns alt_m, heading_rad of the file are"),
+            ("time_s,x_m,y_m,z,yaw_deg", "columns z of the file are"),
         ] {
             assert!(notes(header).contains(names), "{}", notes(header));
         }

@@ -877,7 +877,7 @@ mod tests {
                 "not a finite number",
             ),
             (&format!("waypoint = [{two}]\ninterpolation = \"cubic\""), "spline"),
-            (&format!("waypoint = [{two}]\nfile = \"a.csv\""), "given twice"),
+            (&format!("waypoint = [{two}]\nfile = \"a.csv\""), "file and waypoint exclude each other"),
             ("file = \"a.csv\"", "no such file"),
         ] {
             let e = read(text).unwrap_err();

@@ -182,7 +182,10 @@ fn a_comparison_says_what_a_scenario_lacks() {
     // No method invents a lane where there is one point. A network, which programs with `learn` have, knows roads alone and says one.
     for row in table.lines().skip(2).filter(|row| !row.contains("| segmentation")) {
         let cell = row.split('|').nth(3).unwrap_or("").trim();
-        assert!(cell.starts_with("not possible") || cell.parse::<f64>().is_ok_and(|found| found == 0.0), "{row}");
+        assert!(
+            cell.starts_with("not possible") || cell.parse::<f64>().is_ok_and(|found| found == 0.0),
+            "{row}"
+        );
     }
     assert!(out.join("compare.csv").is_file());
 }
