@@ -161,7 +161,10 @@ fn curves_have_the_length_of_their_geometry() {
     };
     for (range, warning) in [
         ("", Some("has no pRange; it is read as 'normalized'")),
-        ("pRange=\"normalized\"", Some("the curve is 29.673 m long as normalized, but the geometry is 30.2 m long")),
+        (
+            "pRange=\"normalized\"",
+            Some("the curve is 29.673 m long as normalized, but the geometry is 30.2 m long"),
+        ),
         ("pRange=\"arcLength\"", Some("it is read as 'normalized', which fits")),
     ] {
         let r = read(&curve(30.2, &format!("<paramPoly3 {range} {bent}/>"))).unwrap();

@@ -57,19 +57,19 @@ pub struct Cloud {
     pub points: Vec<MeasuredPoint>,
 }
 
-/// What a network is told of a point beside its place.
+/// A feature of a point in addition to its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Feature {
-    /// √power over the largest of the scan.
+    /// Amplitude (√power) relative to the largest of the scan.
     Amplitude,
     /// Range rate.
     RangeRate,
-    /// How many points lie in each of the concentric circles around it (Feng 2019, section 5.3.3, test 3).
+    /// Number of points in each of the concentric circles around it (Feng 2019, section 5.3.3, test 3).
     Counts,
-    /// Covariance of the places in each of these circles (the same test).
+    /// Covariance of the positions in each of these circles (the same test).
     Covariance,
-    /// Distance of the nearest point that is no part of its own lobe (the same section, test 2).
+    /// Distance of the nearest point that is not part of its own lobe (the same section, test 2).
     RMin,
 }
 

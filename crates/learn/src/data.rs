@@ -184,15 +184,15 @@ impl Example {
     }
 }
 
-/// What is shared out among training, validation and test.
+/// What is divided among training, validation and test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Split {
-    /// Whole runs, or whole scenes of datasets: nothing of a scene of the test is seen in training.
+    /// Whole runs, or whole scenes of datasets: no scene is in two sets.
     Runs,
-    /// Blocks of so many frames that follow each other: neighbouring blocks of a scene may fall to different sets.
+    /// Blocks of successive frames: neighbouring blocks of a scene may be in different sets.
     Blocks,
-    /// What the recipe of the dataset says.
+    /// The split in the recipe of the dataset.
     Dataset,
 }
 

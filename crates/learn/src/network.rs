@@ -15,13 +15,13 @@ pub enum Kind {
     /// Encoders and decoders with unpooling, for grids.
     #[serde(rename = "segnet")]
     Segnet,
-    /// The encoders of the former, and contours of objects, for grids.
+    /// The encoders of a segnet, and contours of objects, for grids.
     #[serde(rename = "detector")]
     Detector,
-    /// Perceptrons for each point and a maximum over the frame.
+    /// A perceptron for each point and a maximum over the frame, for points.
     #[serde(rename = "pointnet")]
     Pointnet,
-    /// The same in groups around centroids, step by step.
+    /// The same in groups around centroids, level by level, for points.
     #[serde(rename = "pointnet++")]
     PointnetPlus,
 }
@@ -132,7 +132,7 @@ const CENTROIDS: [usize; 5] = [256, 64, 16, 8, 4];
 /// Points of a group where the file does not say it.
 const SAMPLES: usize = 32;
 
-/// The table `[network]` as it stands in the file, with the keys of all kinds.
+/// The network, with the keys of all kinds of networks.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct NetworkTable {

@@ -5,7 +5,7 @@ use catseye::road::mask::Grid;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Which planes of a grid a network sees.
+/// Planes of a grid that a network receives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Input {
     /// 1 where there is a point, else 0.
@@ -35,7 +35,7 @@ impl Input {
     }
 }
 
-/// Which of a frame's grids is learned.
+/// Grid of a frame that a network is trained on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum GridKind {
