@@ -234,6 +234,7 @@ fn balls_follow_count_and_shadow() {
 fn mistakes_are_one_line_with_the_remedy() {
     let ok = "name = \"x\"\ntitle = \"t\"\n[set]\ntarget = \"type1\"\n[[sweep]]\nparameter = \"azimuth_deg\"\nvalues = [0, 1]\n";
     assert!(parse(ok).is_ok());
+    let search = "[search]\ngoal = \"coverage\"\nfront = \"target.height_m\"\nfront_values = [1]\n";
     for (text, expect) in [
         (ok.replace("title", "titel"), "s.toml:2: titel: unknown key"),
         (ok.replace("title", "titel"), "did you mean 'title'?"),
@@ -276,10 +277,9 @@ fn mistakes_are_one_line_with_the_remedy() {
         ),
         (format!("{ok}[[fact]]\ntext = \"f\"\nof = \"medium\"\n"), "is not one of the choices"),
         (format!("{ok}[[sweep]]\nparameter = \"azimuth_deg\"\nvalues = [1]\n"), "is swept twice"),
+        (format!("{ok}{search}parameter = []\n"), "search.parameter = []: has 0 elements; allowed: 1 to 8"),
         (
-            format!(
-                "{ok}[search]\ngoal = \"coverage\"\nfront = \"target.height_m\"\nfront_values = [1]\nparameter = []\n"
-            ),
+            format!("{ok}{search}parameter = [{{ name = \"target.width_m\", min = 0.1, max = 0.2 }}]\n"),
             "[detection]",
         ),
     ] {
