@@ -214,7 +214,7 @@ impl Road {
             for s in places.filter(|s| (0.0..=end).contains(s)) {
                 let w = lane.width.value(s);
                 if !(-1e-6..=1000.0).contains(&w) {
-                    return Err(BadInput::new("is no width of a lane")
+                    return Err(BadInput::new("is not a lane width")
                         .key(format!("lane {} of road '{}' at s = {s:.3} m", lane.number, self.name))
                         .value(w)
                         .allowed("0..=1000 m")
@@ -500,7 +500,7 @@ mod tests {
         assert!(r.check().unwrap_err().to_string().contains("two lanes"));
         let mut r = road();
         r.right[1].width = Profile::linear(&[[0.0, 1.0], [50.0, -1.0]]).unwrap();
-        assert!(r.check().unwrap_err().to_string().contains("is no width of a lane"));
+        assert!(r.check().unwrap_err().to_string().contains("is not a lane width"));
     }
 
     #[test]

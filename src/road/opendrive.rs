@@ -1171,7 +1171,7 @@ mod tests {
         );
         assert!(complaint("<line/>", "<wave/>").contains("unknown shape 'wave'"));
         assert!(complaint("id=\"-2\"", "id=\"2\"").contains("is not a number of a lane on the right"));
-        assert!(complaint("a=\"2.7\"", "a=\"-2.7\"").contains("is no width of a lane"));
+        assert!(complaint("a=\"2.7\"", "a=\"-2.7\"").contains("is not a lane width"));
         // Bends without measure took memory without measure.
         assert!(complaint("d=\"1e-6\"", "d=\"1e66\"").contains("height of road '7'"));
         assert!(complaint("a=\"0.03\"", "a=\"1e9\"").contains("cross slope of road '7'"));

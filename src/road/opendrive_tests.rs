@@ -85,7 +85,7 @@ fn borders_are_the_outer_limits_of_lanes() {
     // A border on the wrong side of the inner one is no lane.
     let crossed = lane(-1, "", &border(0.0, [3.0, 0.0, 0.0, 0.0]));
     let e = read(&straight("", &section(0.0, "", &crossed))).unwrap_err().to_string();
-    assert!(e.contains("is no width of a lane"), "{e}");
+    assert!(e.contains("is not a lane width"), "{e}");
 }
 
 /// ASAM OpenDRIVE 1.8, 11.2: without `direction` the side and `rule` say which way a lane is driven.

@@ -1019,7 +1019,10 @@ mod tests {
                 "[road]\nx = { normal = [0, 1], limits = [3, 2] }",
                 "the first value of limits, 3, is greater than the second, 2",
             ),
-            ("[road]\nx = { normal = [0, 1], limits = [50, 60] }", "lies between 50 and 60"),
+            (
+                "[road]\nx = { normal = [0, 1], limits = [50, 60] }",
+                "has practically no values between 50 and 60",
+            ),
             ("[road]\nx = { log_uniform = [0, 2] }", "the minimum of log_uniform is 0"),
             ("[road]\nx = { integer = [0, 2.5] }", "2.5 is not an integer, or is too large for one"),
             ("[road]\nx = { choice = [1, 2], weights = [1] }", "has 1 weights for 2 values"),

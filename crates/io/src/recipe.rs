@@ -1185,7 +1185,7 @@ mod tests {
         assert!(e.contains(&format!("r.toml:{line}: road.road[0].right[0].width_m = -2.")), "{e}");
         assert!(
             e.contains(
-                "is no width of a lane (drawn from { uniform = [-3, -2] }) in scene 2; allowed: 0..=1000"
+                "is not a lane width (drawn from { uniform = [-3, -2] }) in scene 2; allowed: 0..=1000"
             ),
             "{e}"
         );

@@ -709,10 +709,14 @@ mod tests {
     #[test]
     fn mistakes_name_the_line() {
         for (from, to, expect) in [
-            ("profileCfg 0 77 429 7 57.14 0 0 70 1 256 5209 0 0 30\n", "", "a.cfg: has no profileCfg"),
-            ("channelCfg 15 7 0\n", "", "has no channelCfg"),
-            ("adcCfg 2 1\n", "", "has no adcCfg"),
-            ("frameCfg 0 2 16 0 100 1 0\n", "", "has no frameCfg"),
+            (
+                "profileCfg 0 77 429 7 57.14 0 0 70 1 256 5209 0 0 30\n",
+                "",
+                "a.cfg: the file has no profileCfg",
+            ),
+            ("channelCfg 15 7 0\n", "", "the file has no channelCfg"),
+            ("adcCfg 2 1\n", "", "the file has no adcCfg"),
+            ("frameCfg 0 2 16 0 100 1 0\n", "", "the file has no frameCfg"),
             ("chirpCfg 1 1 0", "chirpCfg 1 1 3", "differ in more than their transmitter"),
             ("chirpCfg 2 2 0 0 0 0 0 2\n", "", "a.cfg:11: frameCfg = 0 2: chirp 2 has no chirpCfg"),
             ("256 5209", "262 5209", "samples end 57.29"),
