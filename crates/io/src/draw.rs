@@ -1056,7 +1056,7 @@ mod tests {
         }
         // What only a scene decides.
         for (text, says) in [
-            ("[road]\nx = { uniform = [{ uniform = [1, 2] }, 0.5] }", "down to 0.5"),
+            ("[road]\nx = { uniform = [{ uniform = [1, 2] }, 0.5] }", "is greater than the second, 0.5"),
             (
                 "[draw]\nk = { choice = [\"a\"] }\n[road]\nx = { draw = \"k\", times = 2 }",
                 "the draw 'k' is not a number",

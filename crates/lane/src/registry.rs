@@ -185,7 +185,7 @@ mod tests {
             assert!(fault(&name, "[").contains(&name));
         }
         let wrong = [
-            ("markers", r#"{"spacing_m": [0.1]}"#, "spacing_m = 0.1"),
+            ("markers", r#"{"spacing_m": [0.1]}"#, "spacing_m[0] = 0.1"),
             ("markers", r#"{"spacing_m": [2.0], "tolerance_m": 1.5}"#, "tolerance_m = 1.5"),
             ("markers", r#"{"radar_height_m": -1}"#, "radar_height_m = -1"),
             ("markers", r#"{"picture_frame": 1}"#, "picture_frame"),
