@@ -180,7 +180,7 @@ def test_another_radar_listens_to_a_run(tmp_path, engine):
     np.testing.assert_array_equal(other.returns["power_dbm"], kept[0].returns["power_dbm"])
     # Fewer frames than the run has are served, more are not.
     assert next(catseye.simulate(scenario, engine=engine, source=tmp_path / "run", frames=[1])).index == 1
-    with pytest.raises(catseye.BadInput, match="fewer frames"):
+    with pytest.raises(catseye.BadInput, match="more frames than the run"):
         catseye.simulate(scenario, engine=engine, source=tmp_path / "run", frames=5)
     with pytest.raises(catseye.BadInput, match="manifest"):
         catseye.simulate(scenario, engine=engine, source=tmp_path)

@@ -417,9 +417,9 @@ classes = ["others", "guard rail"]
             ("pointnet++", "pointnet", "network.radii_m = [8, 16]: is not a key of a pointnet; remove it"),
             ("channels = 8", "channels = 8\nkernel = 3", "network.kernel = 3: is not a key of a pointnet++"),
             ("radii_m = [8, 16]\n", "", "network.radii_m: is missing"),
-            ("radii_m = [8, 16]\n", "radii_m = [8, 0]\n", "allowed: 1 to 5 numbers, each larger than 0"),
-            ("radii_m = [8, 16]\n", "radii_m = []\n", "network.radii_m = []: is not a list"),
-            ("radii_m = [8, 16]\n", "radii_m = [8, nan]\n", "is not a list of numbers in range"),
+            ("radii_m = [8, 16]\n", "radii_m = [8, 0]\n", "network.radii_m[1] = 0: is out of range"),
+            ("radii_m = [8, 16]\n", "radii_m = []\n", "network.radii_m = []: has 0 elements"),
+            ("radii_m = [8, 16]\n", "radii_m = [8, nan]\n", "network.radii_m[1] = nan: is out of range"),
             (
                 "radii_m = [8, 16]",
                 "radii_m = [8, 16]\ncentroids = [9]",
