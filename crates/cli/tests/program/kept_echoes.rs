@@ -140,7 +140,7 @@ fn what_kept_echoes_do_not_hold_is_refused() {
         (as_it_is, ("speed_mps = 10", "speed_mps = 11"), ["ego", "another ego"]),
         (as_it_is, ("rcs_dbsm = 10", "rcs_dbsm = 11"), ["scene", "another scene"]),
         (as_it_is, ("interval_s = 0.05", "interval_s = 0.06"), ["frames.interval_s", "another time"]),
-        (as_it_is, ("count = 2", "count = 3"), ["frames.count", "fewer frames"]),
+        (as_it_is, ("count = 2", "count = 3"), ["frames.count", "more frames than the run"]),
         (as_it_is, ("[trace]", "[weather]\nrain_mm_per_h = 4\n[trace]"), ["weather", "another weather"]),
         (as_it_is, ("[trace]", "[trace]\nbounces = 7"), ["trace.bounces", "fewer bounces"]),
         (as_it_is, ("[trace]", "[trace]\nbounces = 1"), ["trace.bounces", "more bounces"]),
