@@ -165,7 +165,7 @@ impl<'s> Bounds<'s> {
         }
     }
 
-    /// Not a number is within no bounds.
+    /// Whether a number keeps every bound; NaN keeps none.
     fn contain(&self, x: f64) -> bool {
         let keeps = |bound: Option<&Json>, holds: fn(f64, f64) -> bool| {
             bound.and_then(Json::as_f64).is_none_or(|bound| holds(x, bound))
