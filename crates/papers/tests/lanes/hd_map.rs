@@ -276,7 +276,7 @@ fn maps_are_written_and_read() {
     assert_eq!(file::read(&path).unwrap(), map);
     for (wrong, what) in [
         (text.replace("\"kind\"", "\"kynd\""), "kynd"),
-        (text.replacen("\"number\": 1,", "\"number\": 2,", 1), "lane number 2"),
+        (text.replacen("\"number\": 1,", "\"number\": 2,", 1), "two lanes have the number 2"),
         ("{}".into(), "no carriageway"),
         ("nothing".into(), "is not a map"),
     ] {

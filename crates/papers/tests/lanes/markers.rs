@@ -84,13 +84,13 @@ fn scenes_without_markers() {
 #[test]
 fn settings_say_what_is_wrong() {
     let wrong = [
-        (MarkersOptions { spacing_m: vec![-1.0], ..MarkersOptions::default() }, "spacing_m = -1"),
+        (MarkersOptions { spacing_m: vec![-1.0], ..MarkersOptions::default() }, "spacing_m[0] = -1"),
         (
             MarkersOptions { spacing_m: vec![2.0], tolerance_m: 1.5, ..MarkersOptions::default() },
             "tolerance_m = 1.5",
         ),
         (MarkersOptions { reach_m: [20.0, 10.0], ..MarkersOptions::default() }, "reach_m = 10"),
-        (MarkersOptions { missing_share: vec![2.0], ..MarkersOptions::default() }, "missing_share = 2"),
+        (MarkersOptions { missing_share: vec![2.0], ..MarkersOptions::default() }, "missing_share[0] = 2"),
         (
             MarkersOptions { bus_speed_std_mps: Some(f64::NAN), ..MarkersOptions::default() },
             "bus_speed_std_mps",
